@@ -1,0 +1,323 @@
+"""Quantities at the edge: text with a unit to SI floats and back.
+
+Angle is a dimension of its own here, unlike in pint's default registry. There ``N*m`` passes for a rate in
+``N*m/rad`` and ``5 Hz`` for 5 rad/s, which is how degrees and turns get lost. The short list of units below
+also loads in 5 ms, where pint's own takes 200 ms.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING, Any, cast
+
+from synth.errors import UserError
+
+if TYPE_CHECKING:
+    import pint
+
+# Factors: NIST SP 811 (2008), appendix B; exact by definition except where a constant is rounded there.
+DEFINITIONS = """
+giga- = 1e9 = G-
+mega- = 1e6 = M-
+kilo- = 1e3 = k-
+deci- = 1e-1 = d-
+centi- = 1e-2 = c-
+milli- = 1e-3 = m-
+micro- = 1e-6 = µ- = μ- = u-
+nano- = 1e-9 = n-
+metre = [length] = m = meter
+gram = [mass] = g
+second = [time] = s = sec
+radian = [angle] = rad
+ampere = [current] = A = amp
+kelvin = [temperature] = K
+degree = 3.141592653589793 / 180 * radian = deg = degrees
+turn = 2 * 3.141592653589793 * radian = _ = revolution = rev
+arcminute = degree / 60 = arcmin
+arcsecond = degree / 3600 = arcsec
+minute = 60 * second = min
+hour = 3600 * second = h = hr
+hertz = 1 / second = Hz
+revolutions_per_minute = turn / minute = rpm
+percent = 0.01 = _
+inch = 0.0254 * metre = in
+foot = 0.3048 * metre = ft
+thou = 2.54e-5 * metre = mil
+tonne = 1e6 * gram = t
+pound = 453.59237 * gram = lb = lbm
+ounce = pound / 16 = oz
+standard_gravity = 9.80665 * metre / second ** 2 = g_0 = g0
+newton = 1e3 * gram * metre / second ** 2 = N
+gram_force = gram * standard_gravity = gf
+pound_force = pound * standard_gravity = lbf
+ounce_force = ounce * standard_gravity = ozf
+pascal = newton / metre ** 2 = Pa
+bar = 1e5 * pascal
+pound_per_square_inch = pound_force / inch ** 2 = psi
+joule = newton * metre = J
+watt = joule / second = W
+volt = watt / ampere = V
+ohm = volt / ampere = Ω
+henry = volt * second / ampere = H
+litre = 1e-3 * metre ** 3 = L = liter
+poise = 0.1 * pascal * second = P
+stokes = 1e-4 * metre ** 2 / second = St
+"""
+
+# What a canonical unit measures, in words, and how a value of it is commonly written.
+MEANINGS: dict[str, tuple[str, str]] = {
+    "m": ("length", "200 mm"),
+    "kg": ("mass", "740 g"),
+    "s": ("time", "0.5 s"),
+    "rad": ("angle", "90 deg"),
+    "rad/s": ("angular speed", "50 rpm"),
+    "rad/s^2": ("angular acceleration", "3 rad/s^2"),
+    "m/s": ("speed", "0.1 m/s"),
+    "m/s^2": ("acceleration", "9.81 m/s^2"),
+    "kg*m^2": ("moment of inertia", "3.5e-3 kg*m^2"),
+    "N": ("force", "10 N"),
+    "N*m": ("torque", "0.05 N*m"),
+    "N*m/rad": ("torsional spring rate", "23.7 N*m/rad"),
+    "N*m*s/rad": ("torsional damper rate", "1.29 N*m*s/rad"),
+    "N*m*s^2/rad^2": ("torsional quadratic drag", "0.01 N*m*s^2/rad^2"),
+    "N*m/rad^3": ("cubic torsional rate", "5 N*m/rad^3"),
+    "N/m": ("stiffness", "1200 N/m"),
+    "N*s/m": ("damping", "3 N*s/m"),
+    "Pa": ("pressure or stress", "1800 MPa"),
+    "J": ("energy", "2 J"),
+    "W": ("power", "20 W"),
+    "V": ("voltage", "12 V"),
+    "A": ("current", "1.5 A"),
+    "ohm": ("resistance", "2 ohm"),
+    "H": ("inductance", "1 mH"),
+    "Hz": ("frequency", "10 Hz"),
+    "1": ("ratio", "5 %"),
+}
+
+TEXT_LIMIT = 100  # characters of a quantity; every honest one is far shorter
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
+_NAME = r"[A-Za-zµμΩ_]+[A-Za-zµμΩ_0]*"
+# A product of names with one-digit powers: nothing that pint could be made to compute with.
+_UNIT = re.compile(rf"(?:1|{_NAME}|[()*/ ]|(?<=[A-Za-z0Ω_])(?:\*\*|\^)-?[1-9](?!\d))+")
+_HEADER = re.compile(r"\s*([^\[\]]*?)\s*\[([^\[\]]*)\]\s*")
+_SPELLINGS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "Ω": "Ω", "\u00a0": " "})
+_SUPERSCRIPTS = {"²": "^2", "³": "^3", "°": "deg", "%": "percent"}
+
+
+@dataclass(frozen=True)
+class _Unit:
+    """A unit's size in coherent SI units and its dimension as sorted (name, power)."""
+
+    factor: float
+    dimension: tuple[tuple[str, float], ...]
+
+
+def parse(text: object, unit: str) -> float:
+    """Read a quantity such as ``200 mm`` and return it in ``unit``.
+
+    Parameters
+    ----------
+    text
+        what the user wrote; a bare number is accepted only where ``unit`` is ``"1"``.
+    unit
+        the canonical unit wanted, for example ``m``, ``N*m/rad``, ``1``.
+
+    Raises
+    ------
+    UserError
+        If there is no unit, an unknown unit, another dimension, or a number that is not finite.
+    """
+    if isinstance(text, bool) or not isinstance(text, (str, int, float)):
+        raise UserError(f"{_shown(text)} is not a quantity; write it like {_example(unit)}")
+    written = str(text).strip().translate(_SPELLINGS)
+    if len(written) > TEXT_LIMIT:
+        raise UserError(f"{_shown(written)} is too long for a quantity; write it like {_example(unit)}")
+    number = _NUMBER.match(written)
+    if number is None or written[number.end() : number.end() + 1] in set(".,0123456789"):
+        comma = "; decimals take a point, not a comma" if re.match(r"[+-]?\d*,\d", written) else ""
+        raise UserError(f"{_shown(text)} is not a number with a unit{comma}; write it like {_example(unit)}")
+    value = float(number.group())
+    if not math.isfinite(value):
+        raise UserError(f"{_shown(text)} is too large a number")
+    rest = written[number.end() :].strip()
+    wanted = _unit(unit)
+    if not rest:
+        if not wanted.dimension:
+            return value / wanted.factor
+        raise UserError(f"{_shown(text)} has no unit: write it like {_example(unit)} ({_meaning(unit)})")
+    found = _unit(rest)
+    if found.dimension != wanted.dimension:
+        raise UserError(
+            f"{_shown(text)} is {_article(_meaning(rest))}, where {_article(_meaning(unit))} is needed, "
+            f"such as {_example(unit)}{_near_dimension(rest, wanted)}"
+        )
+    result = value * found.factor / wanted.factor
+    if not math.isfinite(result):
+        raise UserError(f"{_shown(text)} is too large a number")
+    return result
+
+
+def factor(unit: str, canonical: str) -> float:
+    """How many ``canonical`` one ``unit`` is: ``factor("deg", "rad") == pi / 180``.
+
+    Raises
+    ------
+    UserError
+        If either is unknown or the dimensions differ.
+    """
+    found, wanted = _unit(unit), _unit(canonical)
+    if found.dimension != wanted.dimension:
+        raise UserError(
+            f"[{unit}] is the unit of {_article(_meaning(unit))}, where one of {_article(_meaning(canonical))} "
+            f"is needed, such as [{_example(canonical).split(' ', 1)[1]}]{_near_dimension(unit, wanted)}"
+        )
+    return found.factor / wanted.factor
+
+
+def header(text: str) -> tuple[str, str]:
+    """Split a CSV header ``name [unit]`` into name and unit; the unit itself is not checked.
+
+    Raises
+    ------
+    UserError
+        If there is no unit in square brackets.
+    """
+    match = _HEADER.fullmatch(text) if len(text) <= 4 * TEXT_LIMIT else None
+    if match is None or not match.group(1):
+        raise UserError(f"column {_shown(text)} has no unit: write the header as name [unit], such as hip [deg]")
+    name, unit = match.groups()
+    if not unit.strip():
+        raise UserError(f"column {_shown(text)} has empty brackets: write its unit there, such as {name} [deg]")
+    return name, unit.strip()
+
+
+def quantity(value: float, unit: str, interval90: Sequence[float] | None = None) -> dict[str, Any]:
+    """Build ``{"value", "unit", "interval90"}`` for a result file.
+
+    Parameters
+    ----------
+    value
+        in coherent SI units (radians for angles).
+    unit
+        the unit to show it in, for example ``deg``.
+    interval90
+        the two ends of the 90 % interval, also SI; an end that the data leave open (``inf``) becomes ``None``.
+        Left out of the result when None.
+
+    Raises
+    ------
+    ValueError
+        If the value is not finite or an end is NaN: such a number must not reach a result file.
+    """
+    scale = _unit(unit).factor
+    if not math.isfinite(value):
+        raise ValueError(f"a quantity in {unit} is {value}")
+    shown: dict[str, Any] = {"value": float(value) / scale, "unit": unit}
+    if interval90 is not None:
+        low, high = (float(end) for end in interval90)
+        if math.isnan(low) or math.isnan(high):
+            raise ValueError(f"an interval in {unit} is ({low}, {high})")
+        shown["interval90"] = [end / scale if math.isfinite(end) else None for end in (low, high)]
+    return shown
+
+
+def write(value: float, unit: str) -> str:
+    """Write an SI value as a quantity in ``unit`` that ``parse`` reads back within 1e-14 relative."""
+    if not math.isfinite(value):
+        raise ValueError(f"a quantity in {unit} is {value}")
+    number = format(value / _unit(unit).factor, ".15g")
+    return f"{'0' if number == '-0' else number} {unit}"
+
+
+@cache
+def _registry() -> pint.UnitRegistry[Any]:
+    """The one registry, made when first needed (pint's import takes 0.15 s beside numpy)."""
+    import pint
+
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(None, on_redefinition="raise")
+    registry.load_definitions(DEFINITIONS.strip().splitlines())
+    return registry
+
+
+@lru_cache(maxsize=512)
+def _unit(text: str) -> _Unit:
+    """Size and dimension of a unit; refuses everything but a product of names with one-digit powers."""
+    plain = text.strip().translate(_SPELLINGS)
+    for written, meant in _SUPERSCRIPTS.items():
+        plain = plain.replace(written, meant)
+    plain = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", plain)
+    if plain == "1":
+        return _Unit(1.0, ())
+    if len(plain) > TEXT_LIMIT or not _UNIT.fullmatch(plain):
+        raise UserError(f"{_shown(text)} cannot be read as a unit; write it like N*m/rad or kg*m^2")
+    import pint
+
+    registry = _registry()
+    try:
+        unit = registry.parse_units(plain)
+        root, _ = registry.get_root_units(unit)
+        powers = registry.get_dimensionality(unit)
+        dimension = {str(name): float(cast(float, power)) for name, power in powers.items()}
+    except pint.UndefinedUnitError as error:
+        names = [error.unit_names] if isinstance(error.unit_names, str) else list(error.unit_names)
+        raise UserError(f"unit {_shown(names[0])} in {_shown(text)} is not known{_near_units(names[0])}") from None
+    except Exception as error:  # pint's own parser raises many kinds on a malformed product
+        raise UserError(f"{_shown(text)} cannot be read as a unit; write it like N*m/rad or kg*m^2") from error
+    # pint counts mass in grams, SI in kilograms.
+    in_si = float(cast(float, root)) * 1e-3 ** dimension.get("[mass]", 0.0)
+    return _Unit(in_si, tuple(sorted((name, power) for name, power in dimension.items() if power)))
+
+
+def _near_units(name: str) -> str:
+    names = ["mm", "cm", "m", "in", "ft", "kg", "g", "lb", "oz", "s", "ms", "min", "rad", "deg", "rpm", "N", "mN"]
+    names += ["lbf", "ozf", "kgf", "Pa", "MPa", "GPa", "psi", "Hz", "J", "W", "V", "A", "ohm", "H", "percent", "rev"]
+    lower = {known.lower(): known for known in reversed(names)}
+    if name.lower() in lower:
+        return f"; did you mean {lower[name.lower()]}?"
+    near = get_close_matches(name, names, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _near_dimension(written: str, wanted: _Unit) -> str:
+    """The two slips that are met most: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``."""
+    forces = re.sub(r"\b(oz|lb|kg|g)\b", r"\1f", written)
+    for candidate in (f"{written}/rad", forces, f"{forces}/rad"):
+        try:
+            if _unit(candidate).dimension == wanted.dimension:
+                return f"; did you mean {candidate}?"
+        except UserError:
+            continue
+    return ""
+
+
+def _meaning(unit: str) -> str:
+    """What a unit measures, in words, or the unit itself where there is no word for it."""
+    dimension = _unit(unit).dimension
+    for canonical, (meaning, _) in MEANINGS.items():
+        if _unit(canonical).dimension == dimension:
+            return meaning
+    return f"quantity in {unit}"
+
+
+def _example(unit: str) -> str:
+    dimension = _unit(unit).dimension
+    for canonical, (_, example) in MEANINGS.items():
+        if _unit(canonical).dimension == dimension:
+            return example
+    return f"1 {unit}"
+
+
+def _article(words: str) -> str:
+    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+
+
+def _shown(value: object) -> str:
+    """A value as the user wrote it, cut where it is long, so that a message stays a message."""
+    text = value if isinstance(value, str) else repr(value)
+    text = text if len(text) <= 40 else text[:37] + "..."
+    return f'"{text}"' if isinstance(value, str) else text
