@@ -1,0 +1,128 @@
+"""Files that a user's file names: found beside it, never outside its folder tree."""
+
+from __future__ import annotations
+
+import stat
+from difflib import get_close_matches
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from synth.errors import Problem, UserError
+
+GLOB_LIMIT = 5_000  # files that one pattern may match
+
+
+def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
+    """Read a whole regular file of at most ``limit`` bytes.
+
+    Raises
+    ------
+    UserError
+        If it is missing, is no regular file (a pipe would block), is too large, or cannot be read.
+    """
+    name = str(path)
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise UserError(Problem("is a folder; name the file in it", name))
+        if not stat.S_ISREG(status.st_mode):
+            raise UserError(Problem("is not a regular file", name))
+        if status.st_size > limit:
+            raise UserError(Problem(f"has {status.st_size / 1e6:.0f} MB; at most {limit / 1e6:g} MB: {remedy}", name))
+        with path.open("rb") as stream:
+            data = stream.read(limit + 1)
+    except FileNotFoundError:
+        raise UserError(Problem(f"does not exist{_near_file(path)}", name)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(Problem(f"cannot be read: {reason}", name)) from None
+    if len(data) > limit:
+        raise UserError(Problem(f"is larger than {limit / 1e6:g} MB: {remedy}", name))
+    return data
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The file ``name`` relative to ``folder``, refused where it leads out of the folder's tree.
+
+    Raises
+    ------
+    UserError
+        For an absolute path, one that climbs or links out of the tree, or one that does not exist. The problem
+        has no file or line: the caller knows where the name was written.
+    """
+    _refuse_absolute(name)
+    try:
+        path = folder / name
+        _refuse_outside(folder, path, name)
+        if path.is_dir():
+            raise UserError(f'"{name}" is a folder; name a file')
+        if not path.exists():
+            raise UserError(f'"{name}" does not exist in {_shown(folder)}{_near_file(path)}')
+    except (OSError, ValueError) as error:
+        raise UserError(f"{name[:80]!r} cannot be used as a file name: {error}") from None
+    return path
+
+
+def matching(folder: Path, pattern: str) -> list[Path]:
+    """The files that ``pattern`` (a name or a glob) stands for, sorted, all inside the folder's tree.
+
+    Raises
+    ------
+    UserError
+        As ``inside``, and where a glob matches no file.
+    """
+    if not any(sign in pattern for sign in "*?[") or _is_file(folder / pattern):
+        return [inside(folder, pattern)]
+    _refuse_absolute(pattern)
+    if ".." in PurePosixPath(pattern).parts:
+        raise UserError(f'"{pattern}" climbs out with ".."; files must lie inside the folder of the file naming them')
+    found: list[Path] = []
+    try:
+        for path in folder.glob(pattern):
+            if path.is_file():
+                _refuse_outside(folder, path, path.relative_to(folder).as_posix())
+                found.append(path)
+            if len(found) > GLOB_LIMIT:
+                raise UserError(f'"{pattern}" matches more than {GLOB_LIMIT} files; narrow it')
+    except (OSError, ValueError, NotImplementedError) as error:
+        raise UserError(f'"{pattern}" cannot be used as a pattern: {error}') from None
+    if not found:
+        raise UserError(f'"{pattern}" matches no file in {_shown(folder)}')
+    return sorted(found)
+
+
+def _refuse_absolute(name: str) -> None:
+    if not name.strip():
+        raise UserError("a file name is needed here")
+    if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or name.startswith(("~", "\\")):
+        raise UserError(f'"{name}" is an absolute path; name the file relative to the folder of the file naming it')
+
+
+def _refuse_outside(folder: Path, path: Path, name: str) -> None:
+    root = folder.resolve()
+    target = path.resolve()
+    if target != root and root not in target.parents:
+        link = "" if ".." in PurePosixPath(name).parts else ", by a link"
+        raise UserError(
+            f'"{name}" leads out of {_shown(folder)}{link}; files must lie inside the folder of the file naming them'
+        )
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _near_file(path: Path) -> str:
+    """A near miss among the files that are there, as a suggestion."""
+    try:
+        names = [entry.name for _, entry in zip(range(1000), path.parent.iterdir(), strict=False)]
+    except OSError:
+        return ""
+    near = get_close_matches(path.name, names, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _shown(folder: Path) -> str:
+    return "this folder" if str(folder) in ("", ".") else str(folder)

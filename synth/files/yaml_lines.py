@@ -1,0 +1,178 @@
+"""Read YAML that a stranger wrote, and keep the line of every key for the messages."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from synth.errors import Problem, UserError
+from synth.files.paths import read_bytes
+
+SIZE_LIMIT = 1_000_000  # bytes; the largest honest project is a few kilobytes
+NODE_LIMIT = 20_000  # keys and values, an alias counted as often as it is used
+DEPTH_LIMIT = 30
+
+Key = tuple[str | int, ...]
+
+# The C parser is ten times faster; its pure Python twin reads the same files where libyaml is absent.
+_Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_INTEGER = re.compile(r"[+-]?\d{1,18}")
+_FLOAT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
+_TAG = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True)
+class Document:
+    """A YAML mapping with the 1-based line of each key path, list items by index."""
+
+    path: Path
+    name: str  # the file as the user named it
+    value: dict[str, Any]
+    lines: dict[Key, int]
+    data: bytes
+
+    def line(self, key: Key) -> int | None:
+        """The line of a key path, or of its nearest parent that is written in the file."""
+        for end in range(len(key), 0, -1):
+            if key[:end] in self.lines:
+                return self.lines[key[:end]]
+        return None
+
+    def problem(self, text: str, key: Key = ()) -> Problem:
+        """A mistake at a key path of this file."""
+        return Problem(text, self.name, self.line(key), dotted(key, self.value) or None)
+
+
+def load(path: str | Path) -> Document:
+    """Read one YAML mapping.
+
+    Raises
+    ------
+    UserError
+        If the file cannot be read, is too large or too deep, is not a mapping, has a syntax error, a key that is
+        given twice, or a tag that asks for anything but plain data.
+    """
+    path = Path(path)
+    name = str(path)
+    data = read_bytes(path, SIZE_LIMIT, "a project or leg file has a few kilobytes")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise UserError(Problem("is not UTF-8 text; save it as UTF-8", name, line)) from None
+    root = _compose(text, name)
+    if not isinstance(root, yaml.MappingNode):
+        raise UserError(Problem('is not a list of "key: value" lines, which must begin with "kind: ..."', name, 1))
+    builder = _Builder(name)
+    value = builder.build(root, (), 0)
+    if builder.problems:
+        raise UserError(builder.problems)
+    return Document(path, name, value, builder.lines, data)
+
+
+def dotted(key: Key, value: Any) -> str:
+    """A key path in words: ``joints.knee.link.mass``; an item without a name by its number, ``trials[3]``."""
+    text = ""
+    for part in key:
+        if isinstance(part, int):
+            item = value[part] if isinstance(value, list) and part < len(value) else None
+            label = item.get("name") if isinstance(item, dict) else None
+            text += f".{label}" if isinstance(label, str) and label else f"[{part + 1}]"
+            value = item
+        else:
+            text += f".{part}" if text else part
+            value = value.get(part) if isinstance(value, dict) else None
+    return text
+
+
+def _compose(text: str, name: str) -> yaml.Node | None:
+    """Parse to nodes. Events are counted first: they come one by one, nodes are built by recursion."""
+    try:
+        depth = count = 0
+        for event in yaml.parse(text, Loader=_Loader):
+            count += 1
+            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if count > NODE_LIMIT or depth > DEPTH_LIMIT:
+                limit = f"more than {NODE_LIMIT} values" if count > NODE_LIMIT else f"more than {DEPTH_LIMIT} levels"
+                raise UserError(Problem(f"has {limit}, which no project needs", name, event.start_mark.line + 1))
+        return yaml.compose(text, Loader=_Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        context = f" {error.context}" if error.context else ""
+        found = f"is not valid YAML: {error.problem or 'it cannot be read'}{context}{_hint(text, error)}"
+        raise UserError(Problem(found, name, mark.line + 1 if mark else None)) from None
+    except yaml.YAMLError as error:
+        place = getattr(error, "position", None)
+        line = text[:place].count("\n") + 1 if isinstance(place, int) else None
+        raise UserError(Problem(f"is not valid YAML: {error}".splitlines()[0], name, line)) from None
+
+
+def _hint(text: str, error: yaml.MarkedYAMLError) -> str:
+    mark = error.problem_mark
+    lines = text.splitlines()
+    if mark is not None and mark.line < len(lines) and "\t" in lines[mark.line][: mark.column + 1]:
+        return "; indent with spaces, not tabs"
+    if mark is not None and mark.line < len(lines) and re.search(r":\s*[%@`]", lines[mark.line]):
+        return "; put a value that begins with such a sign in quotes"
+    return ""
+
+
+class _Builder:
+    """Turns nodes into plain data, noting lines and collecting mistakes."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.lines: dict[Key, int] = {}
+        self.problems: list[Problem] = []
+        self.count = 0
+
+    def build(self, node: yaml.Node, key: Key, depth: int) -> Any:
+        self.count += 1
+        if self.count > NODE_LIMIT or depth > DEPTH_LIMIT:
+            # Only aliases lead here, the events having been counted: a bomb, or one that holds itself.
+            line = node.start_mark.line + 1
+            raise UserError(Problem("its aliases (*name) unfold to more than a project can hold", self.name, line))
+        self.lines.setdefault(key, node.start_mark.line + 1)
+        if isinstance(node, yaml.MappingNode):
+            return self._mapping(node, key, depth)
+        if isinstance(node, yaml.SequenceNode):
+            return [self.build(item, (*key, index), depth + 1) for index, item in enumerate(node.value)]
+        return self._scalar(node, key)
+
+    def _mapping(self, node: yaml.MappingNode, key: Key, depth: int) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            line = key_node.start_mark.line + 1
+            if not isinstance(key_node, yaml.ScalarNode):
+                self.problems.append(Problem("a key must be a word", self.name, line, dotted(key, None) or None))
+                continue
+            child: Key = (*key, key_node.value)
+            if key_node.value in result:
+                text = f"is given twice (first in line {self.lines[child]}); keep one"
+                self.problems.append(Problem(text, self.name, line, dotted(child, None)))
+                continue
+            self.lines[child] = line
+            result[key_node.value] = self.build(value_node, child, depth + 1)
+        return result
+
+    def _scalar(self, node: yaml.Node, key: Key) -> Any:
+        text: str = node.value
+        tag = node.tag.removeprefix(_TAG)
+        if tag == "null":
+            return None
+        if tag == "bool":
+            return text.lower() in ("true", "yes", "on")
+        if tag in ("int", "float") and _INTEGER.fullmatch(text):
+            return int(text)
+        if tag in ("int", "float") and _FLOAT.fullmatch(text):
+            return float(text)
+        # Dates, sexagesimal and other special numbers stay as written: no file of ours has them.
+        if tag not in ("str", "int", "float", "timestamp", "value", "merge"):
+            shown = Problem(f"the tag {node.tag!r} is not read; write a plain value", self.name)
+            line = node.start_mark.line + 1
+            self.problems.append(Problem(shown.text, self.name, line, dotted(key, None) or None))
+        return text

@@ -1,0 +1,190 @@
+"""Source text of the compiled chain: straight-line code for a given number of links, one lane loop round it.
+
+Loops over links inside the lane loop keep numba from vectorising it, so the loops are unrolled here, when the text
+is written. The text goes into a module of its own in the user's cache folder, which is where numba can keep the
+compiled code beside it; the name holds a hash of the text and of what it calls, so a change compiles anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+
+from synth.model.layout import CURVE_POINTS, LANES, Layout
+
+HEADER = '''"""Written by synth.model.generate; safe to delete."""
+from math import sqrt
+
+from numba import njit
+
+from synth.model.trigonometry import sine_cosine
+'''
+DECORATOR = "@njit('{signature}', fastmath=True, error_model='numpy', nogil=True, cache=True)"
+
+
+def cache_folder() -> Path:
+    """The folder for generated and compiled code: ``$SYNTH_CACHE``, or ``synth`` in the user's cache folder.
+
+    Falls back to a folder of the user's own in the system's temporary folder where neither can be written.
+    """
+    named = os.environ.get("SYNTH_CACHE")
+    base = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "synth"
+    try:
+        base.mkdir(parents=True, exist_ok=True, mode=0o700)
+        if os.access(base, os.W_OK):
+            return base
+    except OSError:
+        pass
+    user = os.getuid() if hasattr(os, "getuid") else os.getlogin()
+    fallback = Path(tempfile.gettempdir()) / f"synth-cache-{user}"
+    fallback.mkdir(mode=0o700, exist_ok=True)
+    owner = fallback.stat()
+    if hasattr(os, "getuid") and owner.st_uid != os.getuid():
+        raise PermissionError(f"{fallback} belongs to another user; set SYNTH_CACHE to a folder of your own")
+    return fallback
+
+
+def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
+    """Import generated source ``text`` as a module whose compiled functions are cached on disk.
+
+    ``depends_on`` : files whose functions are inlined into it, so that editing them compiles anew.
+    """
+    import numba
+
+    digest = hashlib.sha256(text.encode())
+    digest.update(numba.__version__.encode())
+    for path in depends_on:
+        digest.update(path.read_bytes())
+    module_name = f"synth_{name}_{digest.hexdigest()[:16]}"
+    if module_name in sys.modules:
+        return sys.modules[module_name]
+    path = cache_folder() / f"{module_name}.py"
+    if not path.exists() or path.read_text() != text:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+        with os.fdopen(handle, "w") as stream:
+            stream.write(text)
+        Path(temporary).replace(path)
+    spec = importlib.util.spec_from_file_location(module_name, path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"cannot import generated code from {path}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[module_name]
+        raise
+    return module
+
+
+def right_hand_side(layout: Layout) -> str:
+    """Source of ``right_hand_side(workspace)``: joint accelerations of a chain of ``layout.n`` links.
+
+    Absolute rotations give mass matrix and velocity terms in closed form; suffix sums turn them into joint
+    coordinates, where a locked joint is a row and column of the identity; LDL^T solves (Golub & Van Loan,
+    *Matrix Computations*, 4th ed., algorithm 4.1.2).
+    """
+    n = layout.n
+    lines: list[str] = []
+    put = lines.append
+    for i in range(n):
+        put(f"q{i} = Z[{layout.row('rotation', i)}, l]")
+        put(f"w{i} = Z[{layout.row('rate', i)}, l]")
+        put(f"phi{i} = Z[{layout.row('tilt')}, l] + q0" if i == 0 else f"phi{i} = phi{i - 1} + q{i}")
+        put("omega0 = w0" if i == 0 else f"omega{i} = omega{i - 1} + w{i}")
+        put(f"s{i}, c{i} = sine_cosine(phi{i})")
+        put(f"square{i} = omega{i} * omega{i}")
+    for i in range(n):
+        put(f"m{i}{i} = Z[{layout.inertia_row(i, i)}, l]")
+        for j in range(i + 1, n):
+            put(f"a = Z[{layout.inertia_row(i, j)}, l]")
+            put(f"m{i}{j} = a * (c{i} * c{j} + s{i} * s{j})")
+            put(f"h{i}{j} = a * (s{i} * c{j} - c{i} * s{j})")
+    for i in range(n):
+        terms = [f"Z[{layout.row('gravity', i)}, l] * s{i}"]
+        terms += [f"h{i}{j} * square{j}" for j in range(i + 1, n)]
+        put(f"bias{i} = {' + '.join(terms)}" + "".join(f" - h{j}{i} * square{j}" for j in range(i)))
+    lines += _joint_coordinates(n)
+    for i in range(n):
+        spring = f"Z[{layout.row('spring_rate', i)}, l] * (q{i} - Z[{layout.row('rest', i)}, l])"
+        damper = f"Z[{layout.row('damper_rate', i)}, l] * w{i}"
+        put(f"free{i} = Z[{layout.row('free', i)}, l]")
+        put(f"r{i} = free{i} * (Z[{layout.row('extra_torque', i)}, l] - {spring} - {damper} - bias{i})")
+    for i in range(n):
+        for j in range(i, n):
+            masked = f"J{i}{i} * free{i} + (1.0 - free{i})" if i == j else f"J{i}{j} * free{i} * free{j}"
+            put(f"J{i}{j} = {masked}")
+    lines += _solve(n)
+    lines += [f"Z[{layout.row('acceleration', i)}, l] = x{i}" for i in range(n)]
+    decorator = DECORATOR.format(signature="void(float64[:, ::1])")
+    body = "\n".join(f"        {line}" for line in lines)
+    return f"{HEADER}\n\n{decorator}\ndef right_hand_side(Z):\n    for l in range({LANES}):\n{body}\n"
+
+
+def _joint_coordinates(n: int) -> list[str]:
+    """Sums over outboard links: bias_i += bias_{i+1}; J = T' M T with T the lower triangle of ones."""
+    lines = [f"bias{i} = bias{i} + bias{i + 1}" for i in range(n - 2, -1, -1)]
+    for j in range(n - 1, -1, -1):
+        for i in range(n):
+            entry = f"m{i}{j}" if i <= j else f"m{j}{i}"
+            lines.append(f"B{i}{j} = {entry}" if j == n - 1 else f"B{i}{j} = B{i}{j + 1} + {entry}")
+    for j in range(n):
+        for i in range(n - 1, -1, -1):
+            lines.append(f"J{i}{j} = B{i}{j}" if i == n - 1 else f"J{i}{j} = J{i + 1}{j} + B{i}{j}")
+    return lines
+
+
+def _solve(n: int) -> list[str]:
+    """Solve the symmetric system J x = r by LDL^T, unrolled."""
+    lines = []
+    for j in range(n):
+        for i in range(j, n):
+            value = f"J{j}{i}" + "".join(f" - z{i}{m} * l{j}{m}" for m in range(j))
+            if i == j:
+                lines.append(f"inverse{j} = 1.0 / ({value})")
+            else:
+                lines += [f"z{i}{j} = {value}", f"l{i}{j} = z{i}{j} * inverse{j}"]
+    lines += [f"y{i} = r{i}" + "".join(f" - l{i}{m} * y{m}" for m in range(i)) for i in range(n)]
+    for i in range(n - 1, -1, -1):
+        lines.append(f"x{i} = y{i} * inverse{i}" + "".join(f" - l{m}{i} * x{m}" for m in range(i + 1, n)))
+    return lines
+
+
+def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
+    """Source of ``extra_torques(workspace, active)``: damper curves and effects, a lane loop each.
+
+    ``active``: (1 + n_effect,) int64, curves first, then ``layout.effects``; zero skips the loop, so what is off
+    costs nothing. ``imports`` : effect name -> module that holds its compiled ``torque(rotation, rate, *parameters)``.
+    The block is generic in n at run time: it is not where the time goes.
+    """
+    q, w, torque = (layout.row(name) for name in ("rotation", "rate", "extra_torque"))
+    speed, slope = layout.row("curve_speed"), layout.row("curve_slope")
+    n = layout.n
+    header = HEADER + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
+    lines = [
+        f"for j in range({n}):",
+        f"    for l in range({LANES}):",
+        f"        Z[{torque} + j, l] = 0.0",
+        "if active[0] != 0:",
+        f"    for j in range({n}):",
+        f"        for m in range({CURVE_POINTS}):",
+        f"            s = {speed} + j * {CURVE_POINTS} + m",
+        f"            c = {slope} + j * {CURVE_POINTS} + m",
+        f"            for l in range({LANES}):",
+        f"                Z[{torque} + j, l] -= Z[c, l] * max(-Z[s, l], min(Z[s, l], Z[{w} + j, l]))",
+    ]
+    for index, (name, count) in enumerate(layout.effects):
+        parameters = "".join(f", Z[{layout.row(name, p * n)} + j, l]" for p in range(count))
+        lines += [
+            f"if active[{index + 1}] != 0:",
+            f"    for j in range({n}):",
+            f"        for l in range({LANES}):",
+            f"            Z[{torque} + j, l] += {name}(Z[{q} + j, l], Z[{w} + j, l]{parameters})",
+        ]
+    decorator = DECORATOR.format(signature="void(float64[:, ::1], int64[::1])")
+    return f"{header}\n\n{decorator}\ndef extra_torques(Z, active):\n" + "\n".join(f"    {line}" for line in lines) + "\n"
