@@ -1,0 +1,128 @@
+"""What a catalogue row lacks for being chosen, and where it contradicts itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from synth.parts.rows import CurvePointRow, DamperRow, MaterialRow, Row, TorsionSpringRow, WireRow
+from synth.spring.geometry import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
+from synth.spring.rate import rate
+
+DISAGREEMENT = 0.25  # published values this far apart cannot both be right: vendors' own tolerance is 10 %
+
+ModulusOf = Callable[[str, float], float | None]
+"""Material name and wire diameter in m to Young's modulus in Pa, None where not known."""
+
+
+def missing(row: Row) -> list[str]:
+    """What a row lacks, in words."""
+    lacking = [f"no {name.replace('_', ' ')}" for name in getattr(row, "needed", ()) if getattr(row, name) in (None, "")]
+    if isinstance(row, TorsionSpringRow) and row.part.startswith("("):
+        lacking.append("no part number")
+    if isinstance(row, DamperRow):
+        if row.min_torque is not None and row.max_torque is not None and row.min_torque < row.max_torque:
+            lacking.append("torque given only as a range over variants")
+        if row.continuous != "yes" and row.travel is None:
+            lacking.append("no travel")
+    return lacking
+
+
+def contradictions(row: Row, modulus_of: ModulusOf) -> list[str]:
+    """Published values of a row that cannot all be true, in words with the numbers."""
+    if isinstance(row, TorsionSpringRow):
+        return [*_rate(row, modulus_of), *_angle(row), *_spring_sizes(row)]
+    found: list[str] = []
+    if isinstance(row, DamperRow):
+        if row.min_torque is not None and row.max_torque is not None and row.min_torque > row.max_torque:
+            found.append(f"least torque {row.min_torque:.4g} N*m above the greatest {row.max_torque:.4g} N*m")
+    elif isinstance(row, WireRow):
+        low, high = row.min_tensile_strength, row.max_tensile_strength
+        if low is not None and high is not None and low > high:
+            found.append(f"least strength {low / 1e6:.4g} MPa above the greatest {high / 1e6:.4g} MPa")
+        size, named = row.diameter, row.nominal_size
+        if size is not None and named is not None and abs(size / named - 1.0) > 0.01:
+            found.append(f"diameter {size * 1e3:.4g} mm but nominal size {named / 0.0254:.4g} in")
+    elif isinstance(row, MaterialRow):
+        if row.min_diameter is not None and row.max_diameter is not None and row.min_diameter > row.max_diameter:
+            found.append("least diameter above the greatest")
+    return found
+
+
+def status_of(row: Row, modulus_of: ModulusOf) -> str:
+    """The row's status: a fault that the file declares stands; a declared ``complete`` is verified."""
+    if row.status and row.status != "complete":
+        return row.status
+    if found := contradictions(row, modulus_of):
+        return "contradiction: " + "; ".join(found)
+    if lacking := missing(row):
+        return "incomplete: " + ", ".join(lacking)
+    return "complete"
+
+
+def geometric_rates(row: TorsionSpringRow, modulus_of: ModulusOf) -> tuple[float, float] | None:
+    """Rate that the published geometry gives, N m/rad: bending form and friction form, without legs."""
+    mean = row.mean_diameter
+    if row.wire_diameter is None or mean is None or mean <= 0.0 or row.body_coils is None or not row.material:
+        return None
+    modulus = modulus_of(row.material, row.wire_diameter)
+    if modulus is None:
+        return None
+    return (
+        rate(modulus, row.wire_diameter, mean, row.body_coils, "bending"),
+        rate(modulus, row.wire_diameter, mean, row.body_coils, "friction"),
+    )
+
+
+def _rate(row: TorsionSpringRow, modulus_of: ModulusOf) -> list[str]:
+    """A rate that neither form of the geometry comes near."""
+    computed = geometric_rates(row, modulus_of)
+    if row.rate is None or computed is None or min(abs(value / row.rate - 1.0) for value in computed) <= DISAGREEMENT:
+        return []
+    bending, friction = computed
+    return [
+        f"{row.rate:.3g} N*m/rad published, its geometry gives {bending:.3g} (bending) or {friction:.3g} (friction)"
+    ]
+
+
+def _angle(row: TorsionSpringRow) -> list[str]:
+    """An included angle that the coils cannot have: by the stated convention, or by none."""
+    if row.included_angle is None or row.body_coils is None:
+        return []
+    stated = [convention for convention in CONVENTIONS if convention == row.leg_convention] or list(CONVENTIONS)
+    if any(abs(angle_mismatch(row.body_coils, row.included_angle, each)) <= TOLERANCE for each in stated):
+        return []
+    given = math.degrees(included_angle(row.body_coils, stated[0]))
+    angle = math.degrees(row.included_angle)
+    return [f"included angle {angle:.4g} deg, but {row.body_coils:.4g} coils with {stated[0]} legs give {given:.4g} deg"]
+
+
+def _spring_sizes(row: TorsionSpringRow) -> list[str]:
+    """Lengths and torques against each other."""
+    found: list[str] = []
+    inner = row.inner_diameter
+    if inner is not None and inner <= 0.0:
+        found.append("the outer diameter leaves no hole in the coil")
+    elif inner is not None and row.max_arbor_diameter is not None and row.max_arbor_diameter > inner:
+        found.append(f"arbor {row.max_arbor_diameter * 1e3:.4g} mm thicker than the hole {inner * 1e3:.4g} mm")
+    close, body = row.close_wound_length, row.body_length
+    if close is not None and body is not None and body < close * (1.0 - DISAGREEMENT):
+        found.append(f"body length {body * 1e3:.4g} mm, but touching coils take {close * 1e3:.4g} mm")
+    if row.max_torque is not None and row.max_deflection is not None and row.rate is not None:
+        reached = row.rate * row.max_deflection
+        if abs(reached / row.max_torque - 1.0) > DISAGREEMENT:
+            found.append(f"rate times greatest deflection is {reached:.3g} N*m, greatest torque {row.max_torque:.3g} N*m")
+    return found
+
+
+def curve_problems(points: list[CurvePointRow]) -> list[str]:
+    """What is wrong with the points of one damper, sorted by speed."""
+    found: list[str] = []
+    for before, after in zip(points, points[1:], strict=False):
+        if before.speed is None or after.speed is None or before.torque is None or after.torque is None:
+            continue
+        if after.speed == before.speed:
+            found.append(f"two torques at one speed ({before.place} and {after.place})")
+        elif after.torque < before.torque:
+            found.append(f"torque falls with speed from {before.place} to {after.place}")
+    return found

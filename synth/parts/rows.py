@@ -1,0 +1,270 @@
+"""Catalogue rows as objects: a field is a column, its unit and its meaning stand beside it.
+
+A column's header is ``field_name [unit]``; inside, values are SI. ``None`` means that the catalogue does not know.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, ClassVar
+
+from synth.model.leg import Damper, DamperCurve
+from synth.parts.damper_law import CONCAVE, LINEAR, TABLE, power_law_curve
+
+
+def _quantity(unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False) -> Any:
+    """A column with a unit. ``shown``: unit of the table on screen. ``zero``, ``signed``: what is allowed below > 0."""
+    return field(default=None, metadata={"unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed})
+
+
+def _text(*, key: bool = False, choices: tuple[str, ...] = ()) -> Any:
+    """A column of words. ``key``: a file of this family is known by having it."""
+    return field(default="", metadata={"unit": None, "key": key, "choices": choices})
+
+
+@dataclass(frozen=True)
+class Row:
+    """What every catalogue row has: where it stands, where it comes from and whether it can be used."""
+
+    family: ClassVar[str]
+    file: str = field(default="", metadata={"column": False})
+    line: int = field(default=0, metadata={"column": False})
+    status: str = _text()
+    source: str = _text()
+    as_published: str = _text()
+    note: str = _text()
+
+    @property
+    def complete(self) -> bool:
+        """Whether the row has all that using it needs and nothing that contradicts itself."""
+        return self.status == "complete"
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing declares the row suspect or an alternate; also before its status is worked out."""
+        return self.status in ("", "complete")
+
+    @property
+    def place(self) -> str:
+        """``file:line``."""
+        return f"{self.file}:{self.line}"
+
+    @classmethod
+    def columns(cls) -> tuple[Field[Any], ...]:
+        """The fields that are columns of the CSV."""
+        return tuple(item for item in fields(cls) if item.metadata.get("column", True))
+
+
+@dataclass(frozen=True)
+class TorsionSpringRow(Row):
+    """A torsion spring that a vendor sells."""
+
+    family: ClassVar[str] = "torsion_springs"
+    part: str = _text(key=True)
+    vendor: str = _text()
+    material: str = _text()
+    hand: str = _text(choices=("left", "right"))
+    included_angle: float | None = _quantity("rad", "deg", zero=True)
+    leg_convention: str = _text(choices=("tangent", "radial", "axial"))
+    rate: float | None = _quantity("N*m/rad", "N*m/rad", key=True)
+    rate_basis: str = _text()
+    wire_diameter: float | None = _quantity("m", "mm")
+    outer_diameter: float | None = _quantity("m", "mm")
+    body_coils: float | None = _quantity("1", "1")
+    leg_length: float | None = _quantity("m", "mm")
+    body_length: float | None = _quantity("m", "mm")
+    body_length_at_max_torque: float | None = _quantity("m", "mm")
+    max_arbor_diameter: float | None = _quantity("m", "mm")
+    max_torque: float | None = _quantity("N*m", "N*m")
+    max_deflection: float | None = _quantity("rad", "deg")
+
+    needed: ClassVar[tuple[str, ...]] = (
+        "part", "rate", "material", "wire_diameter", "outer_diameter", "body_coils", "included_angle",
+    )  # fmt: skip
+
+    @property
+    def mean_diameter(self) -> float | None:
+        """Outer less wire diameter, m."""
+        if self.outer_diameter is None or self.wire_diameter is None:
+            return None
+        return self.outer_diameter - self.wire_diameter
+
+    @property
+    def inner_diameter(self) -> float | None:
+        """Outer less two wire diameters, m."""
+        if self.outer_diameter is None or self.wire_diameter is None:
+            return None
+        return self.outer_diameter - 2.0 * self.wire_diameter
+
+    @property
+    def close_wound_length(self) -> float | None:
+        """Body length of touching coils d (N + 1), m: what to reckon with where none is published."""
+        if self.wire_diameter is None or self.body_coils is None:
+            return None
+        return self.wire_diameter * (self.body_coils + 1.0)
+
+
+@dataclass(frozen=True)
+class DamperRow(Row):
+    """A rotary damper that a vendor sells, with the points of its torque-speed curve where there are any."""
+
+    family: ClassVar[str] = "dampers"
+    part: str = _text(key=True)
+    vendor: str = _text()
+    product_line: str = _text()
+    direction: str = _text(choices=("both", "clockwise", "counter-clockwise", "one-way"))
+    continuous: str = _text(choices=("yes", "no"))
+    travel: float | None = _quantity("rad", "deg")
+    min_torque: float | None = _quantity("N*m", "N*m")
+    max_torque: float | None = _quantity("N*m", "N*m", key=True)
+    speed: float | None = _quantity("rad/s", "rpm", key=True)
+    temperature: float | None = _quantity("degC", "degC", signed=True)
+    reverse_torque: float | None = _quantity("N*m", "N*m", zero=True)
+    outer_diameter: float | None = _quantity("m", "mm")
+    min_temperature: float | None = _quantity("degC", "degC", signed=True)
+    max_temperature: float | None = _quantity("degC", "degC", signed=True)
+    curve_speed: tuple[float, ...] = field(default=(), metadata={"column": False})
+    curve_torque: tuple[float, ...] = field(default=(), metadata={"column": False})
+
+    needed: ClassVar[tuple[str, ...]] = ("part", "max_torque", "speed", "direction")
+
+    @property
+    def secant_rate(self) -> float | None:
+        """Torque over speed at the vendor's one point, N m s/rad: the *weakest* linear rate that the damper shows."""
+        if self.max_torque is None or self.speed is None:
+            return None
+        return self.max_torque / self.speed
+
+    @property
+    def default_law(self) -> str:
+        """``table`` where two or more points are known, else ``concave``."""
+        return TABLE if len(self.curve_speed) >= 2 else CONCAVE
+
+    def allows_travel(self, travel: float) -> bool | None:
+        """Whether the damper turns through ``travel`` rad; None where the catalogue does not say."""
+        if self.continuous == "yes":
+            return True
+        return None if self.travel is None else self.travel >= travel * (1.0 - 1e-9)
+
+    def torque_speed(self, law: str | None = None) -> DamperCurve:
+        """The torque-speed curve by a law.
+
+        Parameters
+        ----------
+        law : ``table`` (the measured points), ``concave`` (power law through the one point, see ``damper_law``),
+            ``linear`` (straight through the one point) or None for the default one.
+
+        Raises
+        ------
+        ValueError
+            If the row lacks what the law needs or the law is unknown.
+        """
+        law = law or self.default_law
+        if law == TABLE:
+            if not self.curve_speed:
+                raise ValueError(f"{self.part} has no curve points")
+            return DamperCurve(self.curve_speed, self.curve_torque)
+        if self.max_torque is None or self.speed is None:
+            raise ValueError(f"{self.part} ({self.place}) has no torque at a speed: {self.status}")
+        if law == LINEAR:
+            return DamperCurve((self.speed,), (self.max_torque,))
+        if law == CONCAVE:
+            return power_law_curve(self.max_torque, self.speed)
+        raise ValueError(f"unknown damper law {law!r}; the laws are {TABLE}, {CONCAVE}, {LINEAR}")
+
+    def damper(self, law: str | None = None) -> Damper:
+        """The damper as an element of a leg, named by its part."""
+        law = law or self.default_law
+        if law == LINEAR:
+            curve = self.torque_speed(LINEAR)
+            return Damper(rate=curve.torque[0] / curve.speed[0], part=self.part)
+        return Damper(curve=self.torque_speed(law), part=self.part)
+
+
+@dataclass(frozen=True)
+class CurvePointRow(Row):
+    """One point of a damper's torque-speed curve."""
+
+    family: ClassVar[str] = "damper_curves"
+    part: str = _text(key=True)
+    vendor: str = _text()
+    speed: float | None = _quantity("rad/s", "rpm", key=True)
+    torque: float | None = _quantity("N*m", "N*m", key=True)
+
+    needed: ClassVar[tuple[str, ...]] = ("part", "speed", "torque")
+
+
+@dataclass(frozen=True)
+class WireRow(Row):
+    """A stock size of spring wire, with its strength where the list gives one."""
+
+    family: ClassVar[str] = "wire_diameters"
+    series: str = _text(key=True)
+    material: str = _text()
+    grade: str = _text()
+    system: str = _text(choices=("inch", "metric"))
+    gauge: str = _text()
+    diameter: float | None = _quantity("m", "mm", key=True)
+    nominal_size: float | None = _quantity("m", "in")
+    min_tensile_strength: float | None = _quantity("Pa", "MPa")
+    max_tensile_strength: float | None = _quantity("Pa", "MPa")
+    diameter_tolerance: float | None = _quantity("m", "mm")
+
+    needed: ClassVar[tuple[str, ...]] = ("series", "diameter")
+
+
+@dataclass(frozen=True)
+class MaterialRow(Row):
+    """One property of one wire material from one source; percentages are fractions of the tensile strength."""
+
+    family: ClassVar[str] = "wire_materials"
+    material: str = _text(key=True)
+    name_as_published: str = _text()
+    standard: str = _text()
+    record: str = _text(key=True)
+    min_diameter: float | None = _quantity("m", "mm")
+    max_diameter: float | None = _quantity("m", "mm")
+    strength_at_1_mm: float | None = _quantity("Pa", "MPa")
+    strength_exponent: float | None = _quantity("1", "1", zero=True)
+    log_law_strength_at_1_mm: float | None = _quantity("Pa", "MPa")
+    log_law_drop_per_decade: float | None = _quantity("Pa", "MPa", zero=True)
+    strength_cap: float | None = _quantity("Pa", "MPa")
+    elastic_modulus: float | None = _quantity("Pa", "GPa")
+    shear_modulus: float | None = _quantity("Pa", "GPa")
+    elastic_limit_tension_low: float | None = _quantity("1", "%")
+    elastic_limit_tension_high: float | None = _quantity("1", "%")
+    elastic_limit_torsion_low: float | None = _quantity("1", "%")
+    elastic_limit_torsion_high: float | None = _quantity("1", "%")
+    density: float | None = _quantity("kg/m^3", "kg/m^3")
+    static_bending_limit: float | None = _quantity("1", "%")
+    static_bending_limit_not_relieved: float | None = _quantity("1", "%")
+    repeated_bending_limit_1e5: float | None = _quantity("1", "%")
+    repeated_bending_limit_1e6: float | None = _quantity("1", "%")
+    relative_cost: float | None = _quantity("1", "1")
+
+    needed: ClassVar[tuple[str, ...]] = ("material", "record")
+
+    def covers(self, diameter: float) -> bool:
+        """Whether the record holds for wire of this diameter, m; a bound that is missing does not bind."""
+        low = self.min_diameter if self.min_diameter is not None else 0.0
+        high = self.max_diameter if self.max_diameter is not None else math.inf
+        return low * (1.0 - 1e-6) <= diameter <= high * (1.0 + 1e-6)
+
+    def strength(self, diameter: float) -> float | None:
+        """Tensile strength by the record's law, Pa; None where it has none.
+
+        ``A / d^m`` (Shigley, Mechanical Engineering Design, eq. 10-14) or ``RM0 - DRM log10 d`` (EN 10270), d in mm.
+        """
+        millimetres = diameter * 1e3
+        if self.strength_at_1_mm is not None and self.strength_exponent is not None:
+            return self.strength_at_1_mm / float(millimetres**self.strength_exponent)
+        if self.log_law_strength_at_1_mm is not None and self.log_law_drop_per_decade is not None:
+            value = self.log_law_strength_at_1_mm - self.log_law_drop_per_decade * math.log10(millimetres)
+            return value if self.strength_cap is None else min(value, self.strength_cap)
+        return None
+
+
+FAMILIES: dict[str, type[Row]] = {
+    row.family: row for row in (TorsionSpringRow, DamperRow, CurvePointRow, WireRow, MaterialRow)
+}

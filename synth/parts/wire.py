@@ -1,0 +1,155 @@
+"""Spring wire: stock sizes, strength from the maker's table, modulus, yield in bending."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import dataclass
+from typing import Literal
+
+from synth.parts.rows import MaterialRow, WireRow
+
+SAME_SIZE = 1e-3  # two diameters this near (relative) are the same wire: 0.1 % is a tenth of its tolerance
+
+# What people write -> the name in wire_materials.csv. 304 and 1.4310 have the modulus and strength of 302 (ASTM A313).
+ALIASES = {
+    "music": "music wire",
+    "piano wire": "music wire",
+    "music (piano) wire": "music wire",
+    "A228": "music wire",
+    "A227": "hard drawn",
+    "A229": "oil tempered",
+    "A232": "chrome vanadium",
+    "A401": "chrome silicon",
+    "stainless": "stainless 302",
+    "302 stainless": "stainless 302",
+    "stainless 304": "stainless 302",
+    "304 stainless": "stainless 302",
+    "stainless 1.4310": "stainless 302",
+}
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Tensile strength of one wire size, Pa, and where it comes from.
+
+    ``basis``: ``table`` (the maker's minimum for this size), ``interpolated`` between two sizes of that table, or
+    ``law`` (a fitted law, because no table reaches this size: less certain).
+    """
+
+    value: float
+    basis: Literal["table", "interpolated", "law"]
+    source: str
+
+
+@dataclass(frozen=True)
+class WireMaterial:
+    """What the catalogues know of one wire material.
+
+    ``records``: its rows of the materials; ``table``: its sizes with a strength, by diameter, weakest grade first;
+    ``sizes``: the stock sizes that may be made of it, by diameter.
+    """
+
+    name: str
+    records: tuple[MaterialRow, ...]
+    table: tuple[WireRow, ...]
+    sizes: tuple[WireRow, ...]
+
+    def elastic_modulus(self, diameter: float) -> float | None:
+        """Young's modulus, Pa, for wire of ``diameter`` m.
+
+        Textbook rows come first. Their inch ranges leave gaps of a thousandth, so the row nearest in diameter counts.
+        """
+        sound = [row for row in self.records if row.elastic_modulus is not None and row.sound]
+        rows = [row for row in sound if row.record == "modulus"] or sound
+        return min(rows, key=lambda row: _outside(row, diameter)).elastic_modulus if rows else None
+
+    @property
+    def density(self) -> float | None:
+        """kg/m^3."""
+        return next((row.density for row in self.records if row.density is not None), None)
+
+    @property
+    def static_limit(self) -> tuple[float, str] | None:
+        """Yield in bending as a fraction of the tensile strength, and its source."""
+        rows = [row for row in self.records if row.static_bending_limit is not None and row.complete]
+        rows.sort(key=lambda row: row.record != "static bending limit")  # a row of its own before a maker's list
+        for row in rows:
+            assert row.static_bending_limit is not None
+            return row.static_bending_limit, row.source
+        return None
+
+    def tensile_strength(self, diameter: float) -> Strength | None:
+        """Least tensile strength of wire of ``diameter`` m; None where neither table nor law reaches it."""
+        return self._from_table(diameter) or self._from_law(diameter)
+
+    def _from_table(self, diameter: float) -> Strength | None:
+        sizes = [row.diameter or 0.0 for row in self.table]
+        above = bisect_left(sizes, diameter * (1.0 - SAME_SIZE))
+        if above == len(sizes):
+            return None
+        thick = self.table[above]
+        assert thick.min_tensile_strength is not None
+        if abs(sizes[above] / diameter - 1.0) <= SAME_SIZE:
+            return Strength(thick.min_tensile_strength, "table", f"{thick.series}, {thick.as_published}; {thick.source}")
+        if above == 0:
+            return None
+        thin = self.table[above - 1]
+        assert thin.min_tensile_strength is not None
+        share = (diameter - sizes[above - 1]) / (sizes[above] - sizes[above - 1])
+        value = thin.min_tensile_strength + share * (thick.min_tensile_strength - thin.min_tensile_strength)
+        between = f"between {sizes[above - 1] * 1e3:.4g} and {sizes[above] * 1e3:.4g} mm"
+        return Strength(value, "interpolated", f"{thick.series}, {between}; {thick.source}")
+
+    def _from_law(self, diameter: float) -> Strength | None:
+        """The weakest of the laws that reach this size: they differ by up to 10 %, and only the table settles it."""
+        found = [
+            (value, row)
+            for row in self.records
+            if row.complete and row.covers(diameter) and (value := row.strength(diameter)) is not None
+        ]
+        if not found:
+            return None
+        value, row = min(found, key=lambda item: item[0])
+        return Strength(value, "law", f"{row.record} of {row.name_as_published}; {row.source}")
+
+    def stock(self, system: str | None = None) -> tuple[WireRow, ...]:
+        """Stock sizes whose strength is known, one row a size, by diameter. ``system``: ``inch``, ``metric`` or both.
+
+        Of a material with a strength table only sizes inside the table are stock: it is not drawn beyond.
+        """
+        chosen: list[WireRow] = []
+        for row in self.sizes:
+            if row.diameter is None or (system is not None and row.system != system):
+                continue
+            if chosen and row.diameter <= (chosen[-1].diameter or 0.0) * (1.0 + SAME_SIZE):
+                continue
+            known = self._from_table(row.diameter) if self.table else self._from_law(row.diameter)
+            if known is not None:
+                chosen.append(row)
+        return tuple(chosen)
+
+
+def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[WireRow, ...]) -> WireMaterial | None:
+    """Gather what is known of a material by its name in the catalogue; None where no row has it."""
+    records = tuple(row for row in materials if row.material == name)
+    if not records:
+        return None
+    strong = [row for row in wires if row.material == name and row.min_tensile_strength is not None and row.diameter]
+    weakest: dict[float, WireRow] = {}
+    for row in strong:
+        assert row.diameter is not None and row.min_tensile_strength is not None
+        other = weakest.get(row.diameter)
+        if other is None or row.min_tensile_strength < (other.min_tensile_strength or 0.0):
+            weakest[row.diameter] = row
+    own = [row for row in wires if row.diameter and row.material == name]
+    # Lists for any material serve where the material has no inch list of its own; metric sizes always do.
+    general = [row for row in wires if row.diameter and not row.material and (row.system == "metric" or not own)]
+    sizes = sorted([*own, *general], key=lambda row: (row.diameter or 0.0, row.min_tensile_strength is None))
+    return WireMaterial(name, records, tuple(weakest[key] for key in sorted(weakest)), tuple(sizes))
+
+
+def _outside(row: MaterialRow, diameter: float) -> float:
+    """How far a diameter lies outside a record's range, m; 0 inside."""
+    below = (row.min_diameter or 0.0) - diameter
+    above = diameter - row.max_diameter if row.max_diameter is not None else 0.0
+    return max(below, above, 0.0)

@@ -1,0 +1,72 @@
+"""Included angle of the legs and number of coils: each tells the other's fraction.
+
+Angles in rad. Seen along the axis, in the winding sense, the second leg leaves the coil 2 pi N after the first.
+
+``tangent``: both legs leave tangentially. With whole coils they point in opposite directions (180 degrees); each bit
+more of a coil closes the angle by as much: 180 deg - 360 deg frac(N). ``radial`` and ``axial``: the angle between the
+two places where the legs stand on the circle: 360 deg frac(N). Winding the spring closes tangent legs by the travel.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, get_args
+
+from synth.errors import UserError
+
+Convention = Literal["tangent", "radial", "axial"]
+CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
+
+# Coils are published with two decimals at best: 0.01 coil is 3.6 degrees.
+TOLERANCE = math.radians(4.0)
+
+
+def included_angle(body_coils: float, convention: Convention = "tangent") -> float:
+    """Angle between the legs of the free spring, in [0, 2 pi)."""
+    turned = math.tau * math.fmod(body_coils, 1.0)
+    angle = math.fmod(math.pi - turned + math.tau, math.tau) if convention == "tangent" else turned
+    return 0.0 if math.isclose(angle, math.tau, abs_tol=1e-12) else angle
+
+
+def coil_fraction(angle: float, convention: Convention = "tangent") -> float:
+    """The part of a coil in [0, 1) that gives the included angle."""
+    turned = math.pi - angle if convention == "tangent" else angle
+    fraction = math.fmod(math.fmod(turned, math.tau) + math.tau, math.tau) / math.tau
+    return 0.0 if fraction > 1.0 - 1e-12 else fraction
+
+
+def coils_for_angle(whole_coils: int, angle: float, convention: Convention = "tangent") -> float:
+    """Body coils ``n + fraction`` with the wanted included angle."""
+    return whole_coils + coil_fraction(angle, convention)
+
+
+def angle_mismatch(body_coils: float, angle: float, convention: Convention = "tangent") -> float:
+    """How far a stated included angle is from what the coils give, in (-pi, pi]."""
+    difference = math.remainder(angle - included_angle(body_coils, convention), math.tau)
+    return math.pi if difference == -math.pi else difference
+
+
+def require_agreement(body_coils: float, angle: float, convention: Convention = "tangent") -> None:
+    """Refuse an included angle that the coils cannot have.
+
+    Raises
+    ------
+    UserError
+        With what the coils give, what the angle would need, and the convention that would fit, if one does.
+    """
+    if convention not in CONVENTIONS:
+        raise UserError(f'"{convention}" is no leg convention; choose one of {", ".join(CONVENTIONS)}')
+    if abs(angle_mismatch(body_coils, angle, convention)) <= TOLERANCE:
+        return
+    given = math.degrees(included_angle(body_coils, convention))
+    lower = coils_for_angle(math.floor(body_coils), angle, convention)
+    nearest = min((max(lower + step, 0.0) for step in (-1.0, 0.0, 1.0)), key=lambda coils: abs(coils - body_coils))
+    text = (
+        f"an included angle of {math.degrees(angle):.4g} deg and {body_coils:.4g} coils contradict each other: "
+        f"{body_coils:.4g} coils with {convention} legs give {given:.4g} deg; {math.degrees(angle):.4g} deg takes "
+        f"{nearest:.4g} coils"
+    )
+    fitting = [other for other in CONVENTIONS if abs(angle_mismatch(body_coils, angle, other)) <= TOLERANCE]
+    if fitting:
+        text += f". With {' or '.join(fitting)} legs they agree: write that convention if it is meant"
+    raise UserError(text)
