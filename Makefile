@@ -1,0 +1,45 @@
+# On a fresh machine with python3, python3-venv and make, each target sets up what it needs (see tools/bootstrap.sh).
+PYTHON ?= python3
+WORKERS ?= 2
+BIN := .venv/bin
+READY := .venv/.ready
+
+.PHONY: help setup demo test check format bench example lock clean
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: $(READY)  ## the environment in .venv, from the locked versions
+
+$(READY): requirements.txt pyproject.toml tools/bootstrap.sh
+	@sh tools/bootstrap.sh $(PYTHON)
+
+demo: $(READY)  ## the main job on the built-in example: from recorded motion to a printable leg
+	rm -rf demo
+	$(BIN)/synth init leg demo/project
+	$(BIN)/synth leg demo/project/leg-design.yaml --out demo/result
+	@echo "The report: $(CURDIR)/demo/result/report.html"
+
+check: $(READY)  ## style and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+test: check  ## style, types and all tests
+	$(BIN)/python -m pytest -n $(WORKERS) --ignore=tests/bench
+
+format: $(READY)  ## let ruff mend the style
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(READY)  ## speed, one process at a time
+	$(BIN)/python -m pytest tests/bench -s
+
+example: $(READY)  ## make the built-in examples again
+	$(BIN)/python tools/make_example.py
+
+lock:  ## choose and lock package versions again (UPGRADE=--upgrade for the newest)
+	@PYTHON=$(PYTHON) sh tools/lock.sh $(UPGRADE)
+
+clean:  ## everything that can be made again, the environment too
+	rm -rf .venv build dist demo .mypy_cache .ruff_cache .pytest_cache .hypothesis
