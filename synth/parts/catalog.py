@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import TypeVar
 
 from synth.errors import Problem, UserError
 from synth.parts.check import contradictions, curve_problems, status_of
@@ -104,7 +104,7 @@ class CatalogueTable:
 
 
 def catalogue_rows_as_table(family: str, catalogue: Catalogue | None = None) -> CatalogueTable:
-    """A family as a table for the screen: what identifies a row first, then values in their usual units, then status."""
+    """A family as a table for the screen: identity first, then values in their usual units, then status."""
     rows = (catalogue or Catalogue.load()).rows(family)
     columns = list(FAMILIES[family].columns())
     last = ("status", "note", "as_published", "source")
@@ -112,7 +112,7 @@ def catalogue_rows_as_table(family: str, catalogue: Catalogue | None = None) -> 
     header: list[str] = []
     cells: list[list[str]] = []
     for item in columns:
-        unit, shown = item.metadata["unit"], item.metadata.get("shown")
+        unit, shown = item.metadata["unit"], item.metadata.get("shown", "")
         scale = 1.0 if unit is None or unit == shown else factor(shown, unit)
         values = [getattr(row, item.name) for row in rows]
         texts = ["" if v is None else v if isinstance(v, str) else f"{v / scale:.6g}" for v in values]
@@ -202,7 +202,7 @@ def _latest(rows: Sequence[P], problems: list[Problem]) -> list[P]:
         if before is not None and before.file == row.file:
             text = f"{row.vendor} {row.part}".strip() + f" stands twice in this file, first in line {before.line}"
             problems.append(Problem(text, file=row.file, line=row.line, key="part"))
-        kept[key] = cast(P, row if before is None else replace(row, note=f"replaces {before.place}. {row.note}".strip()))
+        kept[key] = row if before is None else replace(row, note=f"replaces {before.place}. {row.note}".strip())
     return list(kept.values())
 
 

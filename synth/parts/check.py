@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 from synth.parts.rows import CurvePointRow, DamperRow, MaterialRow, Row, TorsionSpringRow, WireRow
 from synth.spring.geometry import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
@@ -17,7 +18,8 @@ ModulusOf = Callable[[str, float], float | None]
 
 def missing(row: Row) -> list[str]:
     """What a row lacks, in words."""
-    lacking = [f"no {name.replace('_', ' ')}" for name in getattr(row, "needed", ()) if getattr(row, name) in (None, "")]
+    needed = getattr(row, "needed", ())
+    lacking = [f"no {name.replace('_', ' ')}" for name in needed if getattr(row, name) in (None, "")]
     if isinstance(row, TorsionSpringRow) and row.part.startswith("("):
         lacking.append("no part number")
     if isinstance(row, DamperRow):
@@ -43,9 +45,8 @@ def contradictions(row: Row, modulus_of: ModulusOf) -> list[str]:
         size, named = row.diameter, row.nominal_size
         if size is not None and named is not None and abs(size / named - 1.0) > 0.01:
             found.append(f"diameter {size * 1e3:.4g} mm but nominal size {named / 0.0254:.4g} in")
-    elif isinstance(row, MaterialRow):
-        if row.min_diameter is not None and row.max_diameter is not None and row.min_diameter > row.max_diameter:
-            found.append("least diameter above the greatest")
+    elif isinstance(row, MaterialRow) and (row.max_diameter or math.inf) < (row.min_diameter or 0.0):
+        found.append("least diameter above the greatest")
     return found
 
 
@@ -94,7 +95,8 @@ def _angle(row: TorsionSpringRow) -> list[str]:
         return []
     given = math.degrees(included_angle(row.body_coils, stated[0]))
     angle = math.degrees(row.included_angle)
-    return [f"included angle {angle:.4g} deg, but {row.body_coils:.4g} coils with {stated[0]} legs give {given:.4g} deg"]
+    coils = f"{row.body_coils:.4g} coils with {stated[0]} legs"
+    return [f"included angle {angle:.4g} deg, but {coils} give {given:.4g} deg"]
 
 
 def _spring_sizes(row: TorsionSpringRow) -> list[str]:
@@ -111,14 +113,14 @@ def _spring_sizes(row: TorsionSpringRow) -> list[str]:
     if row.max_torque is not None and row.max_deflection is not None and row.rate is not None:
         reached = row.rate * row.max_deflection
         if abs(reached / row.max_torque - 1.0) > DISAGREEMENT:
-            found.append(f"rate times greatest deflection is {reached:.3g} N*m, greatest torque {row.max_torque:.3g} N*m")
+            found.append(f"rate times max deflection is {reached:.3g} N*m, max torque {row.max_torque:.3g} N*m")
     return found
 
 
 def curve_problems(points: list[CurvePointRow]) -> list[str]:
     """What is wrong with the points of one damper, sorted by speed."""
     found: list[str] = []
-    for before, after in zip(points, points[1:], strict=False):
+    for before, after in pairwise(points):
         if before.speed is None or after.speed is None or before.torque is None or after.torque is None:
             continue
         if after.speed == before.speed:

@@ -41,10 +41,16 @@ def power_law_curve(
 
     Parameters
     ----------
-    torque, speed : the point that the law goes through, N m and rad/s.
-    exponent : 1 is linear, below 1 concave.
-    n_point : points from ``lowest_speed`` to ``speed``; the curve is straight between them, see ``chord_error``.
-    lowest_speed : rad/s, straight to (0, 0) below; default a 500th of ``speed``.
+    torque
+        N m at ``speed``: the point that the law goes through.
+    speed
+        rad/s.
+    exponent
+        1 is linear, below 1 concave.
+    n_point
+        points from ``lowest_speed`` to ``speed``; the curve is straight between them, see ``chord_error``.
+    lowest_speed
+        rad/s, straight to (0, 0) below; default a 500th of ``speed``.
 
     Raises
     ------

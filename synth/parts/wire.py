@@ -6,6 +6,7 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Literal
 
+from synth.errors import UserError
 from synth.parts.rows import MaterialRow, WireRow
 
 SAME_SIZE = 1e-3  # two diameters this near (relative) are the same wire: 0.1 % is a tenth of its tolerance
@@ -39,6 +40,17 @@ class Strength:
     value: float
     basis: Literal["table", "interpolated", "law"]
     source: str
+
+
+@dataclass(frozen=True)
+class WireProperties:
+    """Wire of one size: modulus Pa, strength, yield in bending as a fraction of it, density kg/m^3."""
+
+    elastic_modulus: float
+    strength: Strength
+    static_limit: float
+    static_source: str
+    density: float
 
 
 @dataclass(frozen=True)
@@ -78,6 +90,24 @@ class WireMaterial:
             return row.static_bending_limit, row.source
         return None
 
+    def properties(self, diameter: float) -> WireProperties:
+        """All that a design needs of wire of ``diameter`` m.
+
+        Raises
+        ------
+        UserError
+            Naming what is not known of this size, and the sizes of which it is.
+        """
+        modulus, strength = self.elastic_modulus(diameter), self.tensile_strength(diameter)
+        limit, density = self.static_limit, self.density
+        if modulus is None or strength is None or limit is None or density is None:
+            known = {"modulus": modulus, "strength": strength, "yield in bending": limit, "density": density}
+            lacking = " and no ".join(name for name, value in known.items() if value is None)
+            sizes = [row.diameter * 1e3 for row in self.stock() if row.diameter]
+            stock = f"; sizes with a strength are {sizes[0]:.4g} to {sizes[-1]:.4g} mm" if sizes else ""
+            raise UserError(f"no {lacking} known of {self.name} wire of {diameter * 1e3:.4g} mm{stock}")
+        return WireProperties(modulus, strength, *limit, density)
+
     def tensile_strength(self, diameter: float) -> Strength | None:
         """Least tensile strength of wire of ``diameter`` m; None where neither table nor law reaches it."""
         return self._from_table(diameter) or self._from_law(diameter)
@@ -90,7 +120,8 @@ class WireMaterial:
         thick = self.table[above]
         assert thick.min_tensile_strength is not None
         if abs(sizes[above] / diameter - 1.0) <= SAME_SIZE:
-            return Strength(thick.min_tensile_strength, "table", f"{thick.series}, {thick.as_published}; {thick.source}")
+            source = f"{thick.series}, {thick.as_published}; {thick.source}"
+            return Strength(thick.min_tensile_strength, "table", source)
         if above == 0:
             return None
         thin = self.table[above - 1]
@@ -137,7 +168,8 @@ def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[Wi
     strong = [row for row in wires if row.material == name and row.min_tensile_strength is not None and row.diameter]
     weakest: dict[float, WireRow] = {}
     for row in strong:
-        assert row.diameter is not None and row.min_tensile_strength is not None
+        assert row.diameter is not None
+        assert row.min_tensile_strength is not None
         other = weakest.get(row.diameter)
         if other is None or row.min_tensile_strength < (other.min_tensile_strength or 0.0):
             weakest[row.diameter] = row

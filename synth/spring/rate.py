@@ -32,15 +32,16 @@ def active_coils(body_coils: float, mean_diameter: float, leg_lengths: tuple[flo
     return body_coils + sum(leg_lengths) / (3.0 * math.pi * mean_diameter)
 
 
-def coil_product(
-    modulus: float, wire_diameter: float, wanted_rate: float, form: RateForm = "bending"
-) -> float:
+def coil_product(modulus: float, wire_diameter: float, wanted_rate: float, form: RateForm = "bending") -> float:
     """``D Na``, m, that gives the wanted rate: for one wire it is fixed, only its split between D and Na is free."""
     return modulus * wire_diameter**4 / (_FORM[form] * wanted_rate)
 
 
 def mean_diameter_for(product: float, body_coils: float, leg_lengths: tuple[float, float] = (0.0, 0.0)) -> float:
-    """Mean diameter, m, from ``D Na`` and the body coils: D Na = D Nb + (l1 + l2)/(3 pi). Not positive: legs too soft."""
+    """Mean diameter, m, from ``D Na`` and the body coils: D Na = D Nb + (l1 + l2)/(3 pi).
+
+    Not positive where the legs alone are too soft.
+    """
     return (product - sum(leg_lengths) / (3.0 * math.pi)) / body_coils
 
 

@@ -36,17 +36,13 @@ def curvature_factor(index: float, form: CurvatureForm = "inner") -> float:
     return (4.0 * index - 1.0) / (4.0 * index - 4.0) if form == "handbook" else 1.0
 
 
-def bending_stress(
-    moment: float, wire_diameter: float, mean_diameter: float, form: CurvatureForm = "inner"
-) -> float:
+def bending_stress(moment: float, wire_diameter: float, mean_diameter: float, form: CurvatureForm = "inner") -> float:
     """``K 32 M / (pi d^3)``, Pa (Shigley eq. 10-44)."""
     factor = 1.0 if form == "none" else curvature_factor(spring_index(mean_diameter, wire_diameter), form)
     return factor * 32.0 * moment / (math.pi * wire_diameter**3)
 
 
-def moment_limit(
-    stress: float, wire_diameter: float, mean_diameter: float, form: CurvatureForm = "inner"
-) -> float:
+def moment_limit(stress: float, wire_diameter: float, mean_diameter: float, form: CurvatureForm = "inner") -> float:
     """The moment, N m, that brings the wire to ``stress`` Pa."""
     return stress / bending_stress(1.0, wire_diameter, mean_diameter, form)
 

@@ -1,0 +1,282 @@
+"""The spring to wind: stock wire and coil count searched, mean diameter solved from the rate; or why there is none.
+
+For one wire the rate fixes D N, so wire length and mass depend on the wire alone; the split between diameter and
+coils trades room against arbor and index. The search is over every stock size and every whole number of coils (the
+fraction follows from the included angle), which is exhaustive: some thousand candidates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from synth.errors import UserError
+from synth.parts.catalog import Catalogue
+from synth.parts.wire import WireMaterial
+from synth.spring.evaluate import check_spring, travel_limit
+from synth.spring.geometry import CONVENTIONS, Convention, coil_fraction
+from synth.spring.rate import coil_product, mean_diameter_for
+from synth.spring.result import SpringDesign, SpringLimits, SpringTask
+from synth.units import quantity
+
+Objective = Literal["mass", "space"]
+
+ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
+OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
+MOST_IN_PARALLEL = 4
+LEAST_TRAVEL = math.radians(1.0)
+
+
+@dataclass(frozen=True)
+class SpringWish:
+    """What a spring is to do; SI, angles in rad.
+
+    Parameters
+    ----------
+    rate
+        N m/rad.
+    travel
+        largest angle from rest in the sense that winds the coil.
+    opening_travel
+        largest angle from rest the other way.
+    included_angle, convention
+        between the legs of the free spring; sets the fraction of the coils.
+    leg_lengths
+        each straight leg up to where the load acts.
+    material, system
+        wire material; ``inch``, ``metric`` or None for both.
+    objective
+        ``mass``: lightest, then smallest; ``space``: smallest cylinder, then lightest.
+    """
+
+    rate: float
+    travel: float
+    opening_travel: float = 0.0
+    included_angle: float = math.radians(90.0)
+    convention: Convention = "tangent"
+    leg_lengths: tuple[float, float] = (0.025, 0.025)
+    material: str = "music wire"
+    system: str | None = None
+    objective: Objective = "mass"
+    limits: SpringLimits = field(default_factory=SpringLimits)
+
+    @property
+    def task(self) -> SpringTask:
+        """The part that holds for every candidate."""
+        return SpringTask(self.travel, self.opening_travel, self.leg_lengths, self.convention, self.limits)
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """A spring that can be made, though it is not all that was asked: ``kind`` and ``text`` say what gives way."""
+
+    kind: Literal["more_room", "parallel", "smaller_travel", "other_material"]
+    text: str
+    design: SpringDesign
+
+
+@dataclass(frozen=True)
+class SpringResult:
+    """The best spring and the next best wires, or what stands in the way and the nearest that can be made.
+
+    ``binding``: the limits in the way, in words with their numbers; empty where there is a spring.
+    """
+
+    wish: SpringWish
+    best: SpringDesign | None
+    alternatives: tuple[SpringDesign, ...]
+    binding: tuple[str, ...]
+    nearest: tuple[Nearest, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """For ``spring.json``."""
+        return {
+            "format": "synth/spring/1",
+            "wanted": {
+                "rate": quantity(self.wish.rate, "N*m/rad"),
+                "travel": quantity(self.wish.travel, "deg"),
+                "opening_travel": quantity(self.wish.opening_travel, "deg"),
+                "included_angle": quantity(self.wish.included_angle, "deg"),
+                "leg_convention": self.wish.convention,
+                "material": self.wish.material,
+            },
+            "make": None if self.best is None else self.best.as_json(),
+            "alternatives": [design.as_json() for design in self.alternatives],
+            "binding": list(self.binding),
+            "nearest": [{"kind": item.kind, "text": item.text, "make": item.design.as_json()} for item in self.nearest],
+        }
+
+
+def design_spring(wish: SpringWish, catalogue: Catalogue | None = None, n_alternative: int = 4) -> SpringResult:
+    """Find the spring to wind.
+
+    Raises
+    ------
+    UserError
+        If the wish is impossible in itself (a rate or travel that is not positive), with every such mistake at once.
+    """
+    _require_sense(wish)
+    catalogue = catalogue or Catalogue.load()
+    material = catalogue.find_material(wish.material)
+    found = list(candidates(wish, material))
+    good = _ranked([design for design in found if design.feasible], wish.objective)
+    if good:
+        best, *others = _distinct(good)
+        return SpringResult(wish, best, tuple(others[:n_alternative]), (), ())
+    nearest = [
+        *_more_room(found),
+        *_parallel(wish, material),
+        *_smaller_travel(found, wish, material),
+        *_other_material(wish, material, catalogue),
+    ]
+    return SpringResult(wish, None, (), tuple(_binding(found, wish)), tuple(nearest))
+
+
+def candidates(wish: SpringWish, material: WireMaterial) -> Iterator[SpringDesign]:
+    """Every spring of stock wire with the wanted rate and included angle, whether it keeps the limits or not.
+
+    Index and coil limits are kept already: outside them the formulas do not hold.
+    """
+    limits = wish.limits
+    fraction = coil_fraction(wish.included_angle, wish.convention)
+    for row in material.stock(wish.system):
+        assert row.diameter is not None
+        wire = row.diameter
+        product = coil_product(material.properties(wire).elastic_modulus, wire, wish.rate)
+        for whole in range(math.floor(limits.max_coils) + 1):
+            coils = whole + fraction
+            if not limits.min_coils <= coils <= limits.max_coils:
+                continue
+            mean = mean_diameter_for(product, coils, wish.leg_lengths)
+            if limits.index_range[0] <= mean / wire <= limits.index_range[1]:
+                yield check_spring(material, wire, mean, coils, wish.task)
+
+
+def _require_sense(wish: SpringWish) -> None:
+    """Refuse what no spring could mean."""
+    wrong: list[str] = []
+    if not (math.isfinite(wish.rate) and wish.rate > 0.0):
+        wrong.append(f"the rate must be above 0, not {wish.rate:.4g} N*m/rad")
+    if not (math.isfinite(wish.travel) and wish.travel > 0.0):
+        wrong.append(f"the travel must be above 0, not {math.degrees(wish.travel):.4g} deg")
+    if not (math.isfinite(wish.opening_travel) and wish.opening_travel >= 0.0):
+        wrong.append(f"the opening travel must be 0 or more, not {math.degrees(wish.opening_travel):.4g} deg")
+    if min(wish.leg_lengths) < 0.0:
+        wrong.append("a leg's length must be 0 or more")
+    if wish.convention not in CONVENTIONS:
+        wrong.append(f'"{wish.convention}" is no leg convention; choose one of {", ".join(CONVENTIONS)}')
+    if wish.limits.safety < 1.0:
+        wrong.append(f"a safety of {wish.limits.safety:.4g} would let the spring yield; it must be 1 or more")
+    if not 0.0 <= wish.limits.arbor_gap < 1.0:
+        wrong.append(f"the arbor gap is a part of the inside diameter, 0 to below 1, not {wish.limits.arbor_gap:.4g}")
+    if wrong:
+        raise UserError("; ".join(wrong))
+
+
+def _ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDesign]:
+    if objective == "space":
+        return sorted(designs, key=lambda design: (design.volume, design.mass))
+    return sorted(designs, key=lambda design: (design.mass, design.volume))
+
+
+def _distinct(ranked: list[SpringDesign]) -> list[SpringDesign]:
+    """The best spring of each wire; inch and metric sizes within 2 % of each other are no choice."""
+    kept: list[SpringDesign] = []
+    for design in ranked:
+        if all(abs(design.wire_diameter / other.wire_diameter - 1.0) > 0.02 for other in kept):
+            kept.append(design)
+    return kept
+
+
+def _broken(design: SpringDesign) -> frozenset[str]:
+    return frozenset(violation.limit for violation in design.violations)
+
+
+def _worst(design: SpringDesign) -> float:
+    return max((violation.excess for violation in design.violations), default=1.0)
+
+
+def _describe(design: SpringDesign) -> str:
+    """A spring in one line."""
+    return (
+        f"wire {design.wire_diameter * 1e3:.4g} mm, mean diameter {design.mean_diameter * 1e3:.4g} mm, "
+        f"{design.body_coils:.4g} coils, {design.rate:.4g} N*m/rad"
+    )
+
+
+def _binding(found: list[SpringDesign], wish: SpringWish) -> Iterator[str]:
+    """What stands in the way: each limit that alone keeps some spring out, by the spring it keeps out least."""
+    if not found:
+        low, high = wish.limits.index_range
+        yield (
+            f"no stock wire of {wish.material} gives {wish.rate:.4g} N*m/rad with a spring index of {low:g} to "
+            f"{high:g} and {wish.limits.min_coils:g} to {wish.limits.max_coils:g} coils"
+        )
+        return
+    fewest = min(len(_broken(design)) for design in found)
+    for limits in sorted({_broken(design) for design in found if len(_broken(design)) == fewest}, key=sorted):
+        design = min((each for each in found if _broken(each) == limits), key=_worst)
+        text = "; ".join(violation.text for violation in design.violations)
+        if "stress" in limits:
+            allowed = design.free_travel * design.allowed_stress / design.yield_stress
+            text += (
+                f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "
+                f"{math.degrees(allowed):.3g} deg, wanted are {math.degrees(max(wish.travel, wish.opening_travel)):.3g} deg"
+            )
+            if design.wire_diameter == max(each.wire_diameter for each in found):
+                text += "; no thicker stock wire of this material gives this rate"
+        yield f"{' and '.join(sorted(limits))}: the nearest spring ({_describe(design)}) has {text}"
+
+
+def _more_room(found: list[SpringDesign]) -> Iterator[Nearest]:
+    """Thicker wire: a single spring that does it all but takes more room; its ``violations`` say how much more."""
+    designs = [design for design in found if design.violations and _broken(design) <= ROOM]
+    if designs:
+        design = min(designs, key=lambda each: (_worst(each), each.mass))
+        needs = " and ".join(violation.text for violation in design.violations)
+        yield Nearest("more_room", f"with more room: {_describe(design)}; it has {needs}", design)
+
+
+def _parallel(wish: SpringWish, material: WireMaterial) -> Iterator[Nearest]:
+    """The fewest equal springs side by side, the rate shared."""
+    for count in range(2, MOST_IN_PARALLEL + 1):
+        shared = replace(wish, rate=wish.rate / count)
+        good = _ranked([each for each in candidates(shared, material) if each.feasible], wish.objective)
+        if good:
+            design = replace(good[0], count=count)
+            text = (
+                f"{count} in parallel, each within the limits and {wish.rate / count:.4g} N*m/rad: {_describe(design)}"
+            )
+            yield Nearest("parallel", text, design)
+            return
+
+
+def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireMaterial) -> Iterator[Nearest]:
+    """The single spring within the limits that turns furthest."""
+    lasting = {"stress", "arbor", "body_length"}  # the limits that a smaller travel may lift
+    reach = [(travel_limit(each, wish.limits), each) for each in found if _broken(each) <= lasting]
+    reach = [(travel, each) for travel, each in reach if travel >= LEAST_TRAVEL]
+    if not reach:
+        return
+    furthest = max(travel for travel, _ in reach)
+    travel = math.radians(math.floor(math.degrees(furthest) * 10.0) / 10.0)  # a tenth of a degree is what one sets
+    opening = min(wish.opening_travel, travel)
+    shorter = replace(wish, travel=travel, opening_travel=opening)
+    good = _ranked([each for each in candidates(shorter, material) if each.feasible], wish.objective)
+    if good:
+        asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
+        text = f"a smaller travel, {asked}: {_describe(good[0])}"
+        yield Nearest("smaller_travel", text, good[0])
+
+
+def _other_material(wish: SpringWish, material: WireMaterial, catalogue: Catalogue) -> Iterator[Nearest]:
+    """The best single spring within the limits of another wire."""
+    designs: list[SpringDesign] = []
+    for name in OTHER_MATERIALS:
+        other = catalogue.find_material(name)
+        if other.name != material.name:
+            designs += [each for each in candidates(replace(wish, material=name), other) if each.feasible]
+    for design in _ranked(designs, wish.objective)[:1]:
+        yield Nearest("other_material", f"{design.material} wire: {_describe(design)}", design)

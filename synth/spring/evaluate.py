@@ -1,0 +1,159 @@
+"""One torsion spring, evaluated: rate, stress, travel before yield, room, against what is wanted of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from synth.errors import UserError
+from synth.parts.wire import WireMaterial
+from synth.spring import geometry, space, stress
+from synth.spring.rate import active_coils, energy, rate
+from synth.spring.result import SpringDesign, SpringLimits, SpringTask, Violation
+
+SLACK = 1e-9  # relative: a limit reached exactly is kept
+
+
+def check_spring(
+    material: WireMaterial,
+    wire_diameter: float,
+    mean_diameter: float,
+    body_coils: float,
+    task: SpringTask,
+    *,
+    included_angle: float | None = None,
+    stated_rate: float | None = None,
+    count: int = 1,
+) -> SpringDesign:
+    """Evaluate a given spring.
+
+    Parameters
+    ----------
+    material
+        of the wire, from ``Catalogue.find_material``.
+    wire_diameter, mean_diameter
+        m.
+    body_coils
+        coils of the body.
+    task
+        travel, legs and limits.
+    included_angle
+        rad, where one is stated; one that the coils cannot have is a violation. Default: what the coils give.
+    stated_rate
+        N m/rad, published or measured: moments are reckoned with it. Default: the bending form with the legs.
+    count
+        how many stand in parallel.
+
+    Raises
+    ------
+    UserError
+        If no modulus, strength, yield or density is known for this wire, or a size is impossible.
+    """
+    if not (wire_diameter > 0.0 and mean_diameter > wire_diameter and body_coils > 0.0):
+        raise UserError(
+            f"no coil has wire {wire_diameter * 1e3:.4g} mm, mean diameter {mean_diameter * 1e3:.4g} mm and "
+            f"{body_coils:.4g} coils: the mean diameter must be above the wire's and the coils above 0"
+        )
+    wire = material.properties(wire_diameter)
+    d, mean, travel = wire_diameter, mean_diameter, task.travel
+    active = active_coils(body_coils, mean, task.leg_lengths)
+    bending = rate(wire.elastic_modulus, d, mean, active, "bending")
+    used = bending if stated_rate is None else stated_rate
+    moment = used * max(travel, task.opening_travel)
+    yield_stress = wire.static_limit * wire.strength.value
+    length = space.wire_length(d, mean, body_coils, task.leg_lengths)
+    angle = geometry.included_angle(body_coils, task.convention) if included_angle is None else included_angle
+    opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, 0.9 * math.tau * body_coils))
+    design = SpringDesign(
+        material=material.name,
+        wire_diameter=d,
+        mean_diameter=mean,
+        body_coils=body_coils,
+        active_coils=active,
+        included_angle=angle,
+        convention=task.convention,
+        leg_lengths=task.leg_lengths,
+        elastic_modulus=wire.elastic_modulus,
+        rate=used,
+        rate_bending_form=bending,
+        rate_friction_form=rate(wire.elastic_modulus, d, mean, active, "friction"),
+        index=stress.spring_index(mean, d),
+        curvature_factor=stress.curvature_factor(mean / d),
+        tensile_strength=wire.strength.value,
+        strength_basis=wire.strength.basis,
+        strength_source=wire.strength.source,
+        yield_stress=yield_stress,
+        yield_source=wire.static_source,
+        allowed_stress=yield_stress / task.limits.safety,
+        travel=travel,
+        opening_travel=task.opening_travel,
+        moment=moment,
+        stress=stress.bending_stress(moment, d, mean),
+        free_travel=stress.free_travel(yield_stress, used, d, mean),
+        body_length=space.body_length(d, body_coils),
+        wound_body_length=space.body_length(d, body_coils, travel=travel),
+        outer_diameter=opened + d,
+        inside_diameter=mean - d,
+        wound_inside_diameter=space.wound_inside_diameter(d, mean, body_coils, travel),
+        arbor_diameter=task.limits.arbor_diameter,
+        wire_length=length,
+        mass=space.wire_mass(wire.density, d, length),
+        energy=energy(moment, used),
+        count=count,
+    )
+    return replace(design, violations=tuple(broken_limits(design, task.limits)))
+
+
+def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violation]:
+    """The limits that a spring does not keep, each with its numbers."""
+
+    def above(
+        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = "mm"
+    ) -> Iterator[Violation]:
+        if limit is not None and value > limit * (1.0 + SLACK):
+            yield Violation(
+                name, value / limit, f"{shown} {value * scale:.4g} {unit}, allowed {limit * scale:.4g} {unit}"
+            )
+
+    def below(
+        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = "mm"
+    ) -> Iterator[Violation]:
+        if limit is not None and value < limit * (1.0 - SLACK):
+            excess = limit / value if value > 0.0 else math.inf
+            yield Violation(name, excess, f"{shown} {value * scale:.4g} {unit}, needed {limit * scale:.4g} {unit}")
+
+    yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, "MPa")
+    yield from above("outer_diameter", design.outer_diameter, limits.max_outer_diameter, "outer diameter")
+    yield from below("inside_diameter", design.inside_diameter, limits.min_inside_diameter, "inside diameter")
+    wound = design.wound_inside_diameter
+    yield from below("arbor", wound, limits.least_wound_inside(), "inside diameter at full travel")
+    yield from above("body_length", design.wound_body_length, limits.max_body_length, "body length at full travel")
+    yield from below("index", design.index, limits.index_range[0], "spring index", 1.0, "")
+    yield from above("index", design.index, limits.index_range[1], "spring index", 1.0, "")
+    yield from below("coils", design.body_coils, limits.min_coils, "body coils", 1.0, "")
+    yield from above("coils", design.body_coils, limits.max_coils, "body coils", 1.0, "")
+    mismatch = geometry.angle_mismatch(design.body_coils, design.included_angle, design.convention)
+    if abs(mismatch) > geometry.TOLERANCE:
+        given = math.degrees(geometry.included_angle(design.body_coils, design.convention))
+        stated = math.degrees(design.included_angle)
+        coils = f"{design.body_coils:.4g} coils with {design.convention} legs"
+        text = f"included angle {stated:.4g} deg, but {coils} give {given:.4g} deg"
+        yield Violation("included_angle", math.inf, text)
+
+
+def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
+    """The largest winding travel, rad, at which stress, arbor and body length are kept; negative where none is.
+
+    Limits that do not depend on the travel are not looked at.
+    """
+    allowed = stress.moment_limit(design.allowed_stress, design.wire_diameter, design.mean_diameter)
+    bounds = [allowed / design.rate]
+    inside = limits.least_wound_inside()
+    if inside is not None:
+        bounds.append(
+            space.travel_to_inside_diameter(design.wire_diameter, design.mean_diameter, design.body_coils, inside)
+        )
+    if limits.max_body_length is not None:
+        bounds.append(space.travel_to_body_length(design.wire_diameter, design.body_coils, limits.max_body_length))
+    return min(bounds)
