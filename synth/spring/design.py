@@ -221,9 +221,10 @@ def _binding(found: list[SpringDesign], wish: SpringWish) -> Iterator[str]:
         text = "; ".join(violation.text for violation in design.violations)
         if "stress" in limits:
             allowed = design.free_travel * design.allowed_stress / design.yield_stress
+            wanted = math.degrees(max(wish.travel, wish.opening_travel))
             text += (
                 f"; it yields at {math.degrees(design.free_travel):.3g} deg and may turn "
-                f"{math.degrees(allowed):.3g} deg, wanted are {math.degrees(max(wish.travel, wish.opening_travel)):.3g} deg"
+                f"{math.degrees(allowed):.3g} deg, wanted are {wanted:.3g} deg"
             )
             if design.wire_diameter == max(each.wire_diameter for each in found):
                 text += "; no thicker stock wire of this material gives this rate"

@@ -1,0 +1,224 @@
+"""Every row of the built-in catalogues: readable, traceable, positive, and agreeing with itself or flagged."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from synth.errors import UserError
+from synth.parts.catalog import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
+from synth.parts.check import contradictions, geometric_rates, missing
+from synth.parts.rows import FAMILIES, Row, TorsionSpringRow
+from synth.spring.geometry import angle_mismatch
+from synth.units import factor
+
+CATALOGUE = Catalogue.load()
+ALL_ROWS = [row for family in FAMILIES for row in CATALOGUE.rows(family)]
+SPRINGS_WITH_GEOMETRY = [row for row in CATALOGUE.springs if geometric_rates(row, CATALOGUE.elastic_modulus)]
+
+
+def _name(row: Row) -> str:
+    return row.place.removeprefix("catalogs/")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_line_of_the_file_is_a_row(family: str) -> None:
+    with (catalog_folder() / f"{family}.csv").open(encoding="utf-8", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert len(lines) == len(CATALOGUE.rows(family)) > 0
+    assert all(value is not None for line in lines for value in line.values())
+    for title in lines[0]:
+        unit = re.search(r"\[(.*)\]", title)
+        item = next(each for each in FAMILIES[family].columns() if each.name == title.split("[")[0].strip())
+        assert (unit is None) == (item.metadata["unit"] is None), title
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_readme_explains_every_column(family: str) -> None:
+    readme = (catalog_folder() / "README.md").read_text(encoding="utf-8")
+    section = readme.split(f"## {family}.csv")[1].split("\n## ")[0]
+    conventions = readme.split("## torsion_springs.csv")[0]
+    with (catalog_folder() / f"{family}.csv").open(encoding="utf-8", newline="") as stream:
+        for title in next(csv.reader(stream)):
+            bare = title.split("[")[0].strip()
+            assert f"`{bare}`" in section + conventions, title
+
+
+@pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
+def test_every_row_is_traceable_and_its_numbers_allowed(row: Row) -> None:
+    assert row.source
+    assert not re.search(r"seed|text search|\.txt|corpus", row.source + row.note)
+    assert row.status == "complete" or re.match(
+        r"(incomplete|contradiction|size only|alternate|suspect): ?\S?", row.status
+    )
+    for item in row.columns():
+        value = getattr(row, item.name)
+        if isinstance(value, float):
+            assert math.isfinite(value)
+            assert value > 0.0 or item.metadata["zero"] or item.metadata["signed"], item.name
+        else:
+            assert value is None or isinstance(value, str)
+
+
+@pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
+def test_complete_rows_lack_nothing_and_contradict_nothing(row: Row) -> None:
+    lacking, wrong = missing(row), contradictions(row, CATALOGUE.elastic_modulus)
+    if row.complete:
+        assert not lacking
+        assert not wrong
+    if wrong:
+        assert row.status.startswith("contradiction: ")
+
+
+@pytest.mark.parametrize("row", SPRINGS_WITH_GEOMETRY, ids=lambda row: row.part)
+def test_rate_agrees_with_the_geometry_or_is_flagged(row: TorsionSpringRow) -> None:
+    """E d^4 / (64 D N) and / (10.8 D N) per turn, reckoned here from the CSV's own numbers."""
+    assert row.rate
+    assert row.wire_diameter
+    assert row.outer_diameter
+    assert row.body_coils
+    modulus = CATALOGUE.elastic_modulus(row.material, row.wire_diameter)
+    assert modulus
+    bending = modulus * row.wire_diameter**4 / (64 * (row.outer_diameter - row.wire_diameter) * row.body_coils)
+    near = min(abs(bending / row.rate - 1), abs(bending * 64 / (10.8 * math.tau) / row.rate - 1))
+    assert (near > 0.25) == row.status.startswith("contradiction: 0.198"), near
+
+
+def test_the_one_contradictory_rate_is_listed_but_not_complete() -> None:
+    suspect = CATALOGUE.find_spring("9271K272")
+    assert not suspect.complete
+    assert "0.449" in suspect.status
+
+
+@pytest.mark.parametrize("row", [row for row in CATALOGUE.springs if row.leg_convention], ids=lambda row: row.part)
+def test_included_angle_agrees_with_coils(row: TorsionSpringRow) -> None:
+    assert row.body_coils
+    assert row.included_angle is not None
+    assert abs(angle_mismatch(row.body_coils, row.included_angle, "tangent")) < math.radians(4)
+
+
+def test_as_published_figures_are_the_converted_ones() -> None:
+    """Inch sizes in `as_published` of the strength tables, converted again."""
+    checked = 0
+    for row in CATALOGUE.wires:
+        if not row.nominal_size or not row.diameter:
+            continue
+        printed = re.search(r"(\d*\.\d+) in", row.as_published)
+        assert printed
+        assert row.diameter == pytest.approx(float(printed[1]) * 0.0254, rel=1e-6)
+        ksi = re.search(r"(\d{3})[-/](\d{3})", row.as_published)
+        if ksi and row.min_tensile_strength:
+            assert row.min_tensile_strength == pytest.approx(float(ksi[1]) * 6.894757e6, rel=1e-5)
+            checked += 1
+    assert checked == 106
+
+
+def test_dampers_of_the_thesis_in_published_units() -> None:
+    for part, ounces in (("6597K21", 312), ("6597K19", 31), ("6597K8", 7)):
+        row = CATALOGUE.find_damper(part)
+        assert row.complete
+        assert row.max_torque == pytest.approx(ounces * factor("ozf*in", "N*m"), rel=1e-5)
+        assert row.speed == pytest.approx(50 * math.tau / 60)
+        assert row.secant_rate == pytest.approx(ounces * factor("ozf*in", "N*m") / (50 * math.tau / 60), rel=1e-5)
+        assert row.direction == "both"
+        assert row.allows_travel(math.tau)
+
+
+def test_what_is_no_vendors_data_is_left_out() -> None:
+    assert not [row for row in CATALOGUE.springs if "lab" in row.vendor]
+    header = (catalog_folder() / "dampers.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert "identified" not in header
+
+
+def test_thesis_springs_can_be_chosen() -> None:
+    knee = CATALOGUE.find_spring("ltr135h 10 m")
+    assert knee.complete
+    assert knee.rate == 2.224743
+    assert knee.mean_diameter == pytest.approx(26.035e-3)
+    assert knee.close_wound_length == pytest.approx(knee.body_length, rel=0.01)
+    assert CATALOGUE.find_spring("LTR080F 10 S").complete
+
+
+class TestWire:
+    """Strength by the table, not by the law that is too high for thick wire."""
+
+    def test_table_before_law(self) -> None:
+        music = CATALOGUE.find_material("A228")
+        listed = music.tensile_strength(4.8768e-3)
+        assert listed is not None
+        assert (listed.basis, listed.value) == ("table", pytest.approx(241 * 6.894757e6, rel=1e-5))
+        law = next(row for row in music.records if row.record == "strength power law").strength(4.8768e-3)
+        assert law is not None
+        assert law / listed.value == pytest.approx(1.057, abs=5e-4)
+
+    def test_between_two_sizes(self) -> None:
+        music = CATALOGUE.find_material("music")
+        low, mid, high = (music.tensile_strength(d * 1e-3) for d in (4.4958, 4.7625, 4.8768))
+        assert low is not None
+        assert mid is not None
+        assert high is not None
+        assert mid.basis == "interpolated"
+        assert high.value < mid.value < low.value
+
+    def test_law_is_flagged(self) -> None:
+        silicon = CATALOGUE.find_material("chrome silicon").tensile_strength(4e-3)
+        assert silicon is not None
+        assert silicon.basis == "law"
+        assert CATALOGUE.find_material("music wire").tensile_strength(20e-3) is None
+
+    @pytest.mark.parametrize(
+        ("millimetres", "gigapascal"),
+        [(0.5, 203.4), (0.8128, 203.4), (1.0, 200.0), (2.0, 196.5), (3.175, 196.5), (5.0, 193.0)],
+    )
+    def test_modulus_of_music_wire(self, millimetres: float, gigapascal: float) -> None:
+        assert CATALOGUE.elastic_modulus("music wire", millimetres * 1e-3) == pytest.approx(gigapascal * 1e9)
+
+    def test_stock_is_sorted_and_inside_the_table(self) -> None:
+        sizes = [row.diameter or 0.0 for row in CATALOGUE.find_material("music wire").stock()]
+        assert sizes == sorted(sizes)
+        assert sizes[0] == pytest.approx(0.1016e-3)
+        assert sizes[-1] == pytest.approx(6.35e-3)
+        metric = [row.diameter for row in CATALOGUE.find_material("music wire").stock("metric")]
+        assert 5e-3 in [pytest.approx(size) for size in metric]
+
+    def test_suspect_modulus_is_not_used(self) -> None:
+        assert CATALOGUE.elastic_modulus("stainless 17-7", 2e-3) == pytest.approx(203.395e9)
+
+
+def test_near_misses_are_named() -> None:
+    with pytest.raises(UserError, match="did you mean LTR135H 10 M"):
+        CATALOGUE.find_spring("LTR135H 10M")
+    with pytest.raises(UserError, match="6597K21"):
+        CATALOGUE.find_damper("6597K22")
+    with pytest.raises(UserError, match="music wire"):
+        CATALOGUE.find_material("musik wire")
+    with pytest.raises(UserError, match="did you mean dampers"):
+        catalogue_rows_as_table("damper")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_table_for_the_screen(family: str) -> None:
+    table = catalogue_rows_as_table(family, CATALOGUE)
+    assert len(table.rows) == len(CATALOGUE.rows(family))
+    assert {len(row) for row in table.rows} == {len(table.header)}
+    assert table.header[-1] == "source"
+
+
+def test_table_shows_the_files_numbers() -> None:
+    table = catalogue_rows_as_table("dampers", CATALOGUE)
+    row = next(row for row in table.rows if row[0] == "6597K21")
+    assert row[table.header.index("speed [rpm]")] == "50"
+    assert row[table.header.index("max_torque [N*m]")] == "2.2032"
+
+
+def test_built_in_check_names_the_flagged_rows_only() -> None:
+    assert {problem.key for problem in check_catalogue()} == {"9271K272", "BC001", "BC002"}
+
+
+def test_folder_holds_what_the_wheel_ships() -> None:
+    folder: Path = catalog_folder()
+    assert {path.stem for path in folder.glob("*.csv")} == set(FAMILIES)
