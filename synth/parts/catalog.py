@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -173,6 +173,7 @@ def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
     materials = _of(rows, MaterialRow)
     problems: list[Problem] = []
 
+    @cache
     def modulus_of(material: str, diameter: float) -> float | None:
         return _modulus(ALIASES.get(material, material), diameter, materials)
 

@@ -109,21 +109,21 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
     """The limits that a spring does not keep, each with its numbers."""
 
     def above(
-        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = "mm"
+        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
     ) -> Iterator[Violation]:
         if limit is not None and value > limit * (1.0 + SLACK):
             yield Violation(
-                name, value / limit, f"{shown} {value * scale:.4g} {unit}, allowed {limit * scale:.4g} {unit}"
+                name, value / limit, f"{shown} {value * scale:.4g}{unit}, allowed {limit * scale:.4g}{unit}"
             )
 
     def below(
-        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = "mm"
+        name: str, value: float, limit: float | None, shown: str, scale: float = 1e3, unit: str = " mm"
     ) -> Iterator[Violation]:
         if limit is not None and value < limit * (1.0 - SLACK):
             excess = limit / value if value > 0.0 else math.inf
-            yield Violation(name, excess, f"{shown} {value * scale:.4g} {unit}, needed {limit * scale:.4g} {unit}")
+            yield Violation(name, excess, f"{shown} {value * scale:.4g}{unit}, needed {limit * scale:.4g}{unit}")
 
-    yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, "MPa")
+    yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, " MPa")
     yield from above("outer_diameter", design.outer_diameter, limits.max_outer_diameter, "outer diameter")
     yield from below("inside_diameter", design.inside_diameter, limits.min_inside_diameter, "inside diameter")
     wound = design.wound_inside_diameter
