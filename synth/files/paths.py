@@ -57,7 +57,7 @@ def inside(folder: Path, name: str) -> Path:
             raise UserError(f'"{name}" is a folder; name a file')
         if not path.exists():
             raise UserError(f'"{name}" does not exist in {_shown(folder)}{_near_file(path)}')
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: a link that leads to itself
         raise UserError(f"{name[:80]!r} cannot be used as a file name: {error}") from None
     return path
 
@@ -83,7 +83,7 @@ def matching(folder: Path, pattern: str) -> list[Path]:
                 found.append(path)
             if len(found) > GLOB_LIMIT:
                 raise UserError(f'"{pattern}" matches more than {GLOB_LIMIT} files; narrow it')
-    except (OSError, ValueError, NotImplementedError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         raise UserError(f'"{pattern}" cannot be used as a pattern: {error}') from None
     if not found:
         raise UserError(f'"{pattern}" matches no file in {_shown(folder)}')

@@ -92,13 +92,13 @@ def dotted(key: Key, value: Any) -> str:
 def _compose(text: str, name: str) -> yaml.Node | None:
     """Parse to nodes. Events are counted first: they come one by one, nodes are built by recursion."""
     try:
-        depth = count = 0
-        for event in yaml.parse(text, Loader=_Loader):
-            count += 1
+        depth = 0
+        for count, event in enumerate(yaml.parse(text, Loader=_Loader), start=1):
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
             if count > NODE_LIMIT or depth > DEPTH_LIMIT:
                 limit = f"more than {NODE_LIMIT} values" if count > NODE_LIMIT else f"more than {DEPTH_LIMIT} levels"
-                raise UserError(Problem(f"has {limit}, which no project needs", name, event.start_mark.line + 1))
+                line = event.start_mark.line + 1 if event.start_mark else None
+                raise UserError(Problem(f"has {limit}, which no project needs", name, line))
         return yaml.compose(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -172,7 +172,7 @@ class _Builder:
             return float(text)
         # Dates, sexagesimal and other special numbers stay as written: no file of ours has them.
         if tag not in ("str", "int", "float", "timestamp", "value", "merge"):
-            shown = Problem(f"the tag {node.tag!r} is not read; write a plain value", self.name)
-            line = node.start_mark.line + 1
-            self.problems.append(Problem(shown.text, self.name, line, dotted(key, None) or None))
+            place = dotted(key, None) or None
+            found = f"the tag {node.tag!r} is not read; write a plain value"
+            self.problems.append(Problem(found, self.name, node.start_mark.line + 1, place))
         return text

@@ -1,0 +1,232 @@
+"""Read a CSV of numbers whose header carries the units; every bad cell is reported with line and column.
+
+Plain files go through numpy's C reader (100 MB/s and no pandas import); whatever that refuses is read cell by
+cell, to say what is wrong with it.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.errors import Problem, UserError
+from synth.files.paths import read_bytes
+from synth.units import header
+
+Array = NDArray[np.float64]
+
+SIZE_LIMIT = 64_000_000  # bytes: 2 million rows of four columns
+ROW_LIMIT = 2_000_000
+COLUMN_LIMIT = 200
+REPORT_LIMIT = 20  # bad cells told one by one
+THIN = "keep every tenth row, for example with: awk 'NR==1 || NR%10==0' long.csv > short.csv"
+_MISSING = frozenset({"nan", "+nan", "-nan"})
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column's name, unit and place in the file (0-based)."""
+
+    name: str
+    unit: str
+    index: int
+
+    @property
+    def title(self) -> str:
+        return f"{self.name} [{self.unit}]"
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A CSV of numbers.
+
+    ``values``: (n_row, n_column) in the units of the header, nan where a cell is empty; ``data`` the file's bytes.
+    """
+
+    name: str  # the file as the user named it
+    columns: tuple[Column, ...]
+    values: Array
+    data: bytes = field(repr=False)
+
+    @property
+    def sha256(self) -> str:
+        return sha256(self.data).hexdigest()
+
+    def line(self, row: int) -> int:
+        """The 1-based line of a row of ``values``."""
+        lines = (number for number, cells in _rows(self.data, self.name) if any(cell.strip() for cell in cells))
+        next(lines)  # the header
+        return next(number for count, number in enumerate(lines) if count == row)
+
+
+def read_table(path: Path, name: str | None = None) -> Table:
+    """Read a CSV whose every column is ``name [unit]``.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the file: size, encoding, separator, header, cells.
+    """
+    name = name or str(path)
+    try:
+        data = read_bytes(path, SIZE_LIMIT, THIN)
+    except UserError as error:
+        raise UserError([Problem(problem.text, name) for problem in error.problems]) from None
+    _check_text(data, name)
+    columns, width = _columns(data, name)
+    if data.count(b"\n") > ROW_LIMIT + 1:
+        raise UserError(Problem(f"has more than {ROW_LIMIT} rows: {THIN}", name))
+    values = _fast(data, width)
+    if values is None:
+        values = _slow(data, name, columns, width)
+    if not len(values):
+        raise UserError(Problem("has a header and no rows", name))
+    extra = values[:, width:]
+    if np.isfinite(extra).any():
+        row = int(np.isfinite(extra).any(axis=1).argmax())
+        line = Table(name, columns, values, data).line(row)
+        raise UserError(Problem(f"has more cells than the header's {width} columns", name, line))
+    return Table(name, columns, np.ascontiguousarray(values[:, [column.index for column in columns]]), data)
+
+
+def _check_text(data: bytes, name: str) -> None:
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise UserError(Problem('is UTF-16 text; save it as "CSV UTF-8"', name))
+    if data[:4] in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0"):
+        raise UserError(Problem("is a spreadsheet or an archive, not a CSV; export it as CSV", name))
+    if b"\0" in data:
+        line = data[: data.index(b"\0")].count(b"\n") + 1
+        raise UserError(Problem("is not text: it holds a zero byte", name, line))
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise UserError(Problem("is not UTF-8 text; save it as UTF-8", name, line)) from None
+
+
+def _columns(data: bytes, name: str) -> tuple[tuple[Column, ...], int]:
+    """The header's columns, and their number with unnamed ones at the end (trailing commas) left out."""
+    try:
+        line, titles = next((number, cells) for number, cells in _rows(data, name) if any(c.strip() for c in cells))
+    except StopIteration:
+        raise UserError(Problem("is empty; the first line is the header, such as time [s],hip [deg]", name)) from None
+    if titles[0].lstrip().startswith("#"):
+        raise UserError(Problem("begins with a comment; remove such lines, the header comes first", name, line))
+    while titles and not titles[-1].strip():
+        titles = titles[:-1]
+    if len(titles) > COLUMN_LIMIT:
+        raise UserError(Problem(f"has {len(titles)} columns; at most {COLUMN_LIMIT}", name, line))
+    for separator, word in ((";", "semicolons"), ("\t", "tabs")):
+        if len(titles) == 1 and separator in titles[0]:
+            text = f"is separated by {word}; write it with commas, and with points for decimals"
+            raise UserError(Problem(text, name, line))
+    problems: list[Problem] = []
+    columns: list[Column] = []
+    for index, title in enumerate(titles):
+        try:
+            columns.append(Column(*header(title), index))
+        except UserError as error:
+            problems.append(Problem(error.problems[0].text, name, line, f"column {index + 1}"))
+    names = [column.name for column in columns]
+    for column in columns:
+        if column.name in names[: columns.index(column)]:
+            problems.append(Problem(f'column "{column.name}" is given twice; keep one', name, line))
+    if problems:
+        raise UserError(problems)
+    return tuple(columns), len(titles)
+
+
+def _rows(data: bytes, name: str) -> Iterator[tuple[int, list[str]]]:
+    """(line, cells) of every row, the header among them; what ``csv`` itself cannot read is the user's mistake."""
+    reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), "utf-8-sig", newline=""))
+    last = 0
+    while True:
+        try:
+            cells = next(reader)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            raise UserError(Problem(f"cannot be read as CSV: {error}", name, last + 1)) from None
+        yield last + 1, cells
+        last = reader.line_num
+
+
+def _fast(data: bytes, width: int) -> Array | None:
+    """All values by numpy's reader, or None for a file that needs a closer look."""
+    data = data.removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n \t")
+    if b'"' in data.partition(b"\n")[0] and data.partition(b"\n")[0].count(b'"') % 2:
+        return None  # a header cell that goes on in the next line
+    body = data.partition(b"\n")[2]
+    if not body.strip():
+        return np.empty((0, width))
+    if b",," in body or body.startswith(b",") or b"\n," in body or re.search(rb",\r?(\n|\Z)", body):
+        body = re.sub(rb"(?m),(?=[,\r\n]|\Z)", b",nan", re.sub(rb"(?m)^(?=,)", b"nan", body))
+    try:
+        values = np.loadtxt(io.BytesIO(body), delimiter=",", comments=None, ndmin=2, encoding="utf-8")
+    except (ValueError, OverflowError):
+        return None
+    usable = values.shape[1] >= width and not np.isinf(values).any()
+    return np.asarray(values, dtype=np.float64) if usable else None
+
+
+def _slow(data: bytes, name: str, columns: tuple[Column, ...], width: int) -> Array:
+    """The same cell by cell; raises what is wrong, or reads what numpy was too strict for (quotes, blanks)."""
+    problems: list[Problem] = []
+    values = array("d")  # boxed floats of a file at the limit would take 0.5 GB
+    rows = ((line, cells) for line, cells in _rows(data, name) if any(cell.strip() for cell in cells))
+    next(rows)
+    for line, cells in rows:
+        problem, numbers = _row(line, cells, name, columns, width)
+        problems.extend(problem)
+        values.extend(numbers)
+        if len(problems) >= REPORT_LIMIT:
+            problems = [*problems[:REPORT_LIMIT], Problem("the rest of the file was not looked at", name, line)]
+            break
+    if problems:
+        raise UserError(problems)
+    return np.array(values, dtype=np.float64).reshape(-1, width)
+
+
+def _row(
+    line: int, cells: list[str], name: str, columns: tuple[Column, ...], width: int
+) -> tuple[list[Problem], list[float]]:
+    """Mistakes and numbers of one row."""
+    if cells[0].lstrip().startswith("#"):
+        return [Problem("is a comment; remove such lines", name, line)], []
+    if len(cells) < width or any(cell.strip() for cell in cells[width:]):
+        hint = "; decimals take a point, not a comma" if len(cells) == 2 * width else ""
+        return [Problem(f"has {len(cells)} cells where the header has {width} columns{hint}", name, line)], []
+    problems: list[Problem] = []
+    numbers: list[float] = []
+    for column, cell in zip(columns, cells, strict=False):
+        number = _number(cell)
+        if number is not None:
+            numbers.append(number)
+        else:
+            text = cell.strip()
+            shown = text if len(text) <= 40 else text[:37] + "..."
+            found = f'"{shown}" is not a number; leave the cell empty where a sample is missing'
+            problems.append(Problem(found, name, line, column.title))
+    return problems, numbers
+
+
+def _number(cell: str) -> float | None:
+    """A cell's value, nan where it is empty or says ``nan`` as MATLAB and pandas write it, None where it is bad."""
+    try:
+        number = float(cell)
+    except ValueError:
+        return np.nan if not cell.strip() else None
+    if number != number:
+        return np.nan if cell.strip().lower() in _MISSING else None
+    # Python's float also reads 1_000 and inf; no instrument writes the one, no angle is the other.
+    return number if math.isfinite(number) and "_" not in cell else None

@@ -1,0 +1,262 @@
+"""Check a YAML document against its model and report every mistake at once, in the user's words."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
+
+from synth import units
+from synth.errors import Problem, UserError
+from synth.files.yaml_lines import Document, Key
+
+# What each kind of file is for: the command that reads it, or the key by which other files name it.
+COMMANDS = {
+    "fit": '"synth fit"',
+    "gap": '"synth gap"',
+    "leg-design": '"synth leg"',
+    "hopper": '"synth hopper"',
+    "leg": None,
+}
+
+
+class FileModel(BaseModel):
+    """A mapping of a user's file: unknown keys are mistakes, nothing is coerced."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+Model = TypeVar("Model", bound=FileModel)
+
+
+def refusal(text: str) -> PydanticCustomError:
+    """A mistake with a message of our own, to raise inside a pydantic validator."""
+    return PydanticCustomError("user", "{text}", {"text": text})
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Marks a float field as written with a unit: ``length: Annotated[float, Quantity("m", above=0)]``.
+
+    ``unit`` is the SI unit in which the model holds it; ``above`` is an exclusive lower limit in it, ``least``
+    and ``most`` inclusive ones.
+    """
+
+    unit: str
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
+
+    def __get_pydantic_core_schema__(self, source: object, handler: object) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    @property
+    def example(self) -> str:
+        return units.MEANINGS[self.unit][1]
+
+    def read(self, value: object) -> float:
+        """The value in ``unit``, or a refusal."""
+        try:
+            number = units.parse(value, self.unit)
+        except UserError as error:
+            raise refusal(error.problems[0].text) from None
+        if self.above is not None and not number > self.above:
+            raise refusal(f"{value} is not allowed: it must be more than {units.write(self.above, self.unit)}")
+        if self.least is not None and number < self.least:
+            raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.unit)}")
+        if self.most is not None and number > self.most:
+            raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.unit)}")
+        return number
+
+
+@contextmanager
+def gathering(problems: list[Problem], document: Document | None = None, key: Key = ()) -> Iterator[None]:
+    """Go on after a mistake: a ``UserError`` in the block is added to ``problems``.
+
+    Problems without a file get the place ``key`` of ``document``, where the thing at fault was named.
+    """
+    try:
+        yield
+    except UserError as error:
+        for problem in error.problems:
+            placed = document.problem(problem.text, key) if document and problem.file is None else problem
+            problems.append(placed)
+
+
+def raise_if_any(problems: Sequence[Problem]) -> None:
+    """Raise one ``UserError`` with all problems, each said once, in the order of the file."""
+    if problems:
+        raise UserError(list(dict.fromkeys(problems)))
+
+
+def check_kind(document: Document, kind: str) -> None:
+    """Refuse a file of another kind, and name the command that reads it.
+
+    Raises
+    ------
+    UserError
+        If ``kind:`` is missing, unknown, or not ``kind``.
+    """
+    found = document.value.get("kind")
+    if found == kind:
+        return
+    wanted = f"kind: {kind}"
+    if found is None:
+        raise UserError(document.problem(f'"kind" is missing: write "{wanted}" as the first line'))
+    if not isinstance(found, str) or found not in COMMANDS:
+        raise UserError(document.problem(f"{found!r} is no kind of file{near(found, COMMANDS)}", ("kind",)))
+    if kind == "leg":
+        text = f'this is a project (kind: {found}) where a leg file ("{wanted}") is needed'
+    elif found == "leg":
+        text = f'a leg file is named by a project under "leg:"; {COMMANDS[kind]} reads a project with "{wanted}"'
+    else:
+        text = f'a file of kind {found} is read by {COMMANDS[found]}; {COMMANDS[kind]} reads "{wanted}"'
+    raise UserError(document.problem(text, ("kind",)))
+
+
+def check(model: type[Model], document: Document) -> Model:
+    """Validate a document.
+
+    Raises
+    ------
+    UserError
+        With a problem for every mistake, in the order of their lines.
+    """
+    problems: list[Problem] = []
+    checked = check_part(model, document, document.value, (), problems)
+    raise_if_any(problems)
+    assert checked is not None  # no problem means that it was built
+    return checked
+
+
+def check_part(model: type[Model], document: Document, value: Any, key: Key, problems: list[Problem]) -> Model | None:
+    """Validate one part of a document; mistakes go to ``problems`` and the result is then None."""
+    try:
+        return model.model_validate(value)
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+        found = [_problem(model, document, key, detail) for detail in details]
+        problems.extend(sorted(found, key=lambda problem: problem.line or 0))
+        return None
+
+
+def near(value: object, names: Sequence[str] | dict[str, Any]) -> str:
+    """``; did you mean knee?`` where one is near, else the list of what is allowed."""
+    known = list(names)
+    if isinstance(value, str):
+        lower = {name.lower(): name for name in known}
+        close = get_close_matches(value.lower(), list(lower), n=1, cutoff=0.6)
+        if close:
+            return f"; did you mean {lower[close[0]]}?"
+    if not known:
+        return ""
+    return f"; allowed here: {', '.join(known[:30])}{' ...' if len(known) > 30 else ''}"
+
+
+def _problem(model: type[BaseModel], document: Document, key: Key, detail: ErrorDetails) -> Problem:
+    """One pydantic error in the user's words."""
+    where: Key = tuple(detail["loc"])
+    # "[key]" is pydantic's own mark for a mapping's key.
+    where = where[:-1] if where and where[-1] == "[key]" else where
+    kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
+    owner, field = _field(model, where)
+    name = str(where[-1]) if where else "the file"
+    if kind == "user":
+        text = str(context["text"])
+    elif kind == "missing":
+        text = f'"{name}" is missing: write it{_example(name, field)}'
+    elif kind == "extra_forbidden":
+        known = list(owner.model_fields) if owner else []
+        text = f'"{name}" is not a key here{near(name, known)}'
+    elif kind == "literal_error":
+        allowed = [str(item) for item in _choices(field)]
+        text = f"{_shown(value)} is not allowed{near(value, allowed)}"
+    elif value is None:
+        text = f"has no value: write one{_example(name, field)}, or leave the key out"
+    elif kind in ("too_short", "too_long"):
+        text = f"{_shown(value)} has {context['actual_length']} items; {_length(context)} are allowed"
+    else:
+        text = f"{_shown(value)} is not allowed: {_EXPECTED.get(kind, detail['msg'])}"
+    return document.problem(text, (*key, *where))
+
+
+_EXPECTED = {
+    "model_type": "a mapping {key: value, ...} is needed",
+    "model_attributes_type": "a mapping {key: value, ...} is needed",
+    "dict_type": "a mapping {key: value, ...} is needed",
+    "list_type": "a list [..., ...] is needed",
+    "tuple_type": "a list [..., ...] is needed",
+    "string_type": "text is needed; put it in quotes if it looks like a number or like yes/no",
+    "bool_type": "write true or false",
+    "int_type": "a whole number is needed",
+}
+
+
+def _field(model: type[BaseModel], where: Key) -> tuple[type[BaseModel] | None, FieldInfo | None]:
+    """The model that owns the key at ``where`` and its field, as far as the path can be followed."""
+    current: type[BaseModel] | None = model
+    owner: type[BaseModel] | None = model
+    field: FieldInfo | None = None
+    for part in where:
+        if isinstance(part, int) or current is None:
+            continue
+        if field is not None and _is_mapping(field):
+            owner, field = None, None  # a free name, such as a joint's, not a key of a model
+            continue
+        owner = current
+        field = current.model_fields.get(part)
+        current = _inner_model(field.annotation) if field else None
+    return owner, field
+
+
+def _is_mapping(field: FieldInfo) -> bool:
+    return any(get_origin(option) is dict for option in _options(field.annotation))
+
+
+def _options(annotation: Any) -> tuple[Any, ...]:
+    """The members of a union, or the annotation alone."""
+    if get_origin(annotation) in (Union, types.UnionType):
+        return get_args(annotation)
+    return (annotation,)
+
+
+def _inner_model(annotation: Any) -> type[BaseModel] | None:
+    """The model inside ``Model | None``, ``list[Model]``, ``dict[str, Model]``."""
+    for option in (annotation, *get_args(annotation)):
+        if isinstance(option, type) and issubclass(option, BaseModel):
+            return option
+        inner = _inner_model(option) if option is not annotation and get_args(option) else None
+        if inner is not None:
+            return inner
+    return None
+
+
+def _example(name: str, field: FieldInfo | None) -> str:
+    """How the key could be written, where that is known."""
+    marks = [mark.example for mark in field.metadata if isinstance(mark, Quantity)] if field else []
+    examples = marks or list(field.examples or () if field else ())
+    return f", for example {name}: {examples[0]}" if examples else ""
+
+
+def _length(context: dict[str, Any]) -> str:
+    least, most = context.get("min_length"), context.get("max_length")
+    return f"at least {least}" if most is None else f"at most {most}"
+
+
+def _choices(field: FieldInfo | None) -> tuple[Any, ...]:
+    for option in _options(field.annotation) if field else ():
+        if get_origin(option) is Literal:
+            return get_args(option)
+    return ()
+
+
+def _shown(value: object) -> str:
+    text = f'"{value}"' if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."
