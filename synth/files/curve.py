@@ -1,0 +1,70 @@
+"""A damper's torque-speed table: ``speed [rpm],torque [N*m]``, any units of these."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.table import read_table
+from synth.files.validate import near
+from synth.model.leg import DamperCurve
+from synth.units import factor
+
+UNITS = {"speed": "rad/s", "torque": "N*m"}
+POINT_LIMIT = 10_000
+
+
+def read_curve(path: Path) -> DamperCurve:
+    """Read a torque-speed curve.
+
+    Raises
+    ------
+    UserError
+        If a column is missing or unknown, a cell is empty, speeds do not increase, or a torque is negative. A first
+        point at standstill must have no torque: the curve is odd, so a torque there would be dry friction.
+    """
+    table = read_table(path)
+    problems: list[Problem] = []
+    scaled: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]] = {}
+    for index, column in enumerate(table.columns):
+        if column.name not in UNITS:
+            text = f'column "{column.title}" is not read{near(column.name, UNITS)}'
+            problems.append(Problem(text, table.name, 1))
+            continue
+        try:
+            scaled[column.name] = table.values[:, index] * factor(column.unit, UNITS[column.name])
+        except UserError as error:
+            problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
+    problems += [
+        Problem(f'column "{name} [{unit}]" is missing', table.name, 1)
+        for name, unit in UNITS.items()
+        if name not in [column.name for column in table.columns]
+    ]
+    if problems:
+        raise UserError(problems)
+    speed, torque = scaled["speed"], scaled["torque"]
+
+    def refuse(bad: np.ndarray[tuple[int], np.dtype[np.bool_]], text: str) -> None:
+        if bad.any():
+            raise UserError(Problem(text, table.name, table.line(int(bad.argmax()))))
+
+    refuse(np.isnan(speed) | np.isnan(torque), "has an empty cell; every point needs its speed and torque")
+    refuse(np.diff(speed, prepend=-np.inf) <= 0, "speeds must increase from line to line")
+    refuse(speed < 0, "speeds must not be negative: the curve is taken to be the same in both directions")
+    refuse(torque < 0, "torques must not be negative: they are the size of the resistance")
+    refuse((speed == 0) & (torque != 0), "a torque at standstill is friction: leave this point out, give the joint "
+           "effects: [coulomb_friction: {torque: ...}]")  # fmt: skip
+    moving = speed > 0
+    if not moving.any():
+        raise UserError(Problem("has no point with a speed above zero", table.name))
+    if len(speed) > POINT_LIMIT:
+        raise UserError(Problem(f"has {len(speed)} points; at most {POINT_LIMIT}", table.name))
+    return DamperCurve(tuple(map(float, speed[moving])), tuple(map(float, torque[moving])))
+
+
+def write_curve(curve: DamperCurve, path: Path) -> None:
+    """Write the curve in SI at full precision; ``read_curve`` gives back the same numbers."""
+    rows = [f"{speed!r},{torque!r}\n" for speed, torque in zip(curve.speed, curve.torque, strict=True)]
+    path.write_text("speed [rad/s],torque [N*m]\n" + "".join(rows), encoding="utf-8")
