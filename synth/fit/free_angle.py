@@ -1,0 +1,54 @@
+"""One free angle for all trials, or one a trial about a common one: what do the data ask for?
+
+An animal's rest angle drifts from trial to trial (fatigue, preload); a spring's does not. Shifts a trial are random
+effects about the common angle; their spread is DerSimonian and Laird's (Controlled Clinical Trials 7, 1986), and
+Cochran's Q (Biometrics 10, 1954) tells whether there is any.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.model.leg import Array
+
+WIDE = np.radians(10.0)  # spread under which shifts are first estimated: nearly free
+LEAST_SPREAD = np.radians(0.01)
+SIGNIFICANCE = 0.01  # of Cochran's Q, over all joints together
+
+
+@dataclass(frozen=True)
+class Heterogeneity:
+    """Spread (n,) rad of the free angle over trials, and the probability (n,) of such shifts with no spread at all."""
+
+    spread: Array
+    probability: Array
+
+
+def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
+    """From shifts (n_trial, n) rad and their variances (n_trial, n); nan where a trial says nothing of a joint."""
+    n = shift.shape[1]
+    spread, probability = np.zeros(n), np.ones(n)
+    for j in range(n):
+        known = np.isfinite(variance[:, j])
+        # Shrinkage towards zero under the wide spread is undone, so that estimate and variance belong together.
+        shrink = 1.0 - variance[known, j] / WIDE**2
+        usable = shrink > 0.05
+        value = shift[known, j][usable] / shrink[usable]
+        weight = shrink[usable] / variance[known, j][usable]
+        m = len(value)
+        if m < 2:
+            continue
+        mean = float(np.sum(weight * value) / weight.sum())
+        q = float(np.sum(weight * (value - mean) ** 2))
+        spread[j] = np.sqrt(max(0.0, (q - (m - 1)) / float(weight.sum() - np.sum(weight**2) / weight.sum())))
+        probability[j] = chi_squared_tail(q, m - 1)
+    return Heterogeneity(spread, probability)
+
+
+def chi_squared_tail(value: float, degrees: int) -> float:
+    """P(chi-squared with ``degrees`` > value)."""
+    from scipy.special import gammaincc  # here: scipy takes a third of a second to import
+
+    return float(gammaincc(degrees / 2, value / 2))

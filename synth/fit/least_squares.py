@@ -1,0 +1,227 @@
+"""Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
+
+Cost: Huber's function of the residuals over their noise, plus the shifts of the rest angles over their spread. The
+normal equations are arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is
+linear in the number of trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999
+(IMM-REP-1999-05).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import Evaluation, Local, TrajectoryModel
+from synth.model.leg import Array
+
+HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
+LARGEST_STEP = 1.0  # of a log rate, rad
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Noise (n_trial, n_joint) rad that residuals are divided by, and spread (n_joint,) rad of the rest shifts.
+
+    A spread of zero holds the shifts at zero.
+    """
+
+    noise: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
+class Information:
+    """Arrow-shaped normal matrix: ``common`` (p, p), and a trial's ``cross`` (p, l) and ``own`` (l, l)."""
+
+    common: Array
+    cross: tuple[Array, ...]
+    own: tuple[Array, ...]
+
+    def schur(self) -> Array:
+        """(p, p) information on the common unknowns once every trial's own are estimated too."""
+        reduced = self.common.copy()
+        for cross, own in zip(self.cross, self.own, strict=True):
+            reduced -= cross @ np.linalg.solve(own, cross.T)
+        return 0.5 * (reduced + reduced.T)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where the iteration ended: unknowns, each trial's own, predictions (m, n) a trial, cost, steps, and why."""
+
+    values: Array
+    locals: tuple[Local, ...]
+    predictions: tuple[Array, ...]
+    cost: float
+    iterations: int
+    reason: str
+    information: Information
+
+
+@dataclass(frozen=True)
+class _State:
+    values: Array
+    locals: tuple[Local, ...]
+    predictions: tuple[Array, ...]
+    cost: float
+    information: Information
+    gradient: Array
+    own_gradient: tuple[Array, ...]
+
+
+def solve(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    values: Array,
+    locals_: Sequence[Local],
+    weights: Weights,
+    *,
+    max_iterations: int = 40,
+    tolerance: float = 1e-9,
+    fixed: bool = False,
+) -> Solution:
+    """Minimise the cost from the given start.
+
+    Parameters
+    ----------
+    fixed : hold the common unknowns and estimate only what belongs to each trial (to score a given leg).
+
+    Returns
+    -------
+    Solution ; its ``cost`` is inf if even the start diverges.
+    """
+    state = _assess(model, recordings, values, tuple(locals_), weights, fixed)
+    damping, growth, reason, iteration = 1e-3, 2.0, "the iteration limit was reached", 0
+    scale: tuple[Array, list[Array]] | None = None
+    for iteration in range(1, max_iterations + 1):
+        if not np.isfinite(state.cost):
+            reason = "the motion diverges at the start"
+            break
+        diagonal = np.diag(state.information.common)
+        owns = [np.diag(own) for own in state.information.own]
+        if scale is None:
+            scale = (diagonal.copy(), [own.copy() for own in owns])
+        scale = (
+            np.maximum(0.5 * scale[0], diagonal),
+            [np.maximum(0.5 * a, b) for a, b in zip(scale[1], owns, strict=True)],
+        )
+        step, own_steps, predicted = _step(state, damping, scale, fixed)
+        moved = np.clip(state.values + np.clip(step, -LARGEST_STEP, LARGEST_STEP), model.unknowns.lower, model.unknowns.upper)
+        moved_locals = tuple(
+            model.step_local(r, local, own) for r, local, own in zip(recordings, state.locals, own_steps, strict=True)
+        )
+        trial = _assess(model, recordings, moved, moved_locals, weights, fixed)
+        if np.isfinite(trial.cost) and trial.cost <= state.cost:
+            gain = state.cost - trial.cost
+            ratio = gain / max(predicted, 1e-300)
+            damping = max(damping * max(1 / 3, 1 - (2 * min(ratio, 1.5) - 1) ** 3), 1e-12)
+            growth = 2.0
+            small = gain <= tolerance * state.cost
+            state = trial
+            if small:
+                reason = "converged"
+                break
+        else:
+            damping *= growth
+            growth *= 2.0
+            if damping > 1e10:
+                reason = "converged"  # no step lowers the cost any more
+                break
+    return Solution(state.values, state.locals, state.predictions, state.cost, iteration, reason, state.information)
+
+
+def assess_information(
+    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
+) -> Information:
+    """Information at a solution under other weights."""
+    return _assess(model, recordings, solution.values, solution.locals, weights, False).information
+
+
+def _assess(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    values: Array,
+    locals_: tuple[Local, ...],
+    weights: Weights,
+    fixed: bool,
+) -> _State:
+    """Cost, gradient and information at one point."""
+    size = len(values)
+    common, gradient = np.zeros((size, size)), np.zeros(size)
+    cross, own, own_gradient, predictions = [], [], [], []
+    cost = 0.0
+    for t, (recording, local) in enumerate(zip(recordings, locals_, strict=True)):
+        found = model.evaluate(recording, values, local)
+        predictions.append(found.prediction)
+        part = _normal(recording, found, weights.noise[t])
+        shifted = model.shifted(recording)
+        first = 2 * len(recording.free)
+        for k, j in enumerate(shifted):
+            precision = 1.0 / max(weights.spread[j], 1e-9) ** 2
+            part.own[first + k, first + k] += precision
+            part.own_gradient[first + k] += precision * local.shift[j]
+            part.cost += 0.5 * precision * local.shift[j] ** 2
+        common += part.common
+        gradient += part.gradient
+        cross.append(np.zeros_like(part.cross) if fixed else part.cross)
+        own.append(part.own)
+        own_gradient.append(part.own_gradient)
+        cost += part.cost
+    if not np.isfinite(cost):
+        cost = np.inf
+    information = Information(common, tuple(cross), tuple(own))
+    return _State(values, locals_, tuple(predictions), cost, information, gradient, tuple(own_gradient))
+
+
+@dataclass
+class _Part:
+    cost: float
+    common: Array
+    gradient: Array
+    cross: Array
+    own: Array
+    own_gradient: Array
+
+
+def _normal(recording: Recording, found: Evaluation, noise: Array) -> _Part:
+    """One trial's contribution to the normal equations, Huber-weighted."""
+    assert found.common is not None
+    assert found.local is not None
+    counts = recording.counts
+    residual = ((found.prediction - recording.rotation) / noise)[counts]
+    size = np.abs(residual)
+    inside = size <= HUBER
+    cost = float(np.sum(np.where(inside, 0.5 * residual**2, HUBER * (size - 0.5 * HUBER))))
+    weight = np.where(inside, 1.0, HUBER / np.maximum(size, HUBER))
+    scaled = (np.ones_like(recording.rotation) / noise)[counts][:, None]
+    jacobian = np.concatenate([found.common[counts], found.local[counts]], axis=1) * scaled
+    weighted = jacobian * weight[:, None]
+    normal, gradient = weighted.T @ jacobian, weighted.T @ residual
+    p = found.common.shape[2]
+    return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
+
+
+def _step(
+    state: _State, damping: float, scale: tuple[Array, list[Array]], fixed: bool
+) -> tuple[Array, list[Array], float]:
+    """Damped Gauss-Newton step (p,), each trial's own (l,), and the predicted fall of the cost."""
+    information = state.information
+    reduced = information.common + np.diag((damping + 1e-13) * scale[0] + 1e-300)
+    side = -state.gradient
+    solved = []
+    for cross, own, own_scale, g in zip(
+        information.cross, information.own, scale[1], state.own_gradient, strict=True
+    ):
+        damped = own + np.diag((damping + 1e-13) * own_scale + 1e-300)
+        both = np.linalg.solve(damped, np.column_stack([cross.T, g]))
+        reduced = reduced - cross @ both[:, :-1]
+        side = side + cross @ both[:, -1]
+        solved.append(both)
+    step = np.zeros_like(side) if fixed or not len(side) else np.linalg.solve(reduced, side)
+    owns = [-both[:, -1] - both[:, :-1] @ step for both in solved]
+    predicted = -0.5 * (float(state.gradient @ step) * (not fixed))
+    predicted += sum(-0.5 * float(g @ own) for g, own in zip(state.own_gradient, owns, strict=True))
+    return step, owns, predicted

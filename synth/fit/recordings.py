@@ -1,0 +1,109 @@
+"""Trials as the fit wants them: rotations, which samples count, and what was done to the leg."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.model.chain import Conditions
+from synth.model.leg import Array, Leg
+from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+
+if TYPE_CHECKING:
+    from synth.files.trials import Trial
+
+SHORTEST = 0.08  # s, of motion that a trial must hold: the weak form's shortest window
+LEAST_MOTION = np.radians(0.5)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One trial in the chain's coordinates.
+
+    ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True where
+    the sample takes part in the fit; ``known_torque`` as for ``Chain.run`` or None.
+    """
+
+    name: str
+    time: Array
+    rotation: Array
+    counts: Mask
+    conditions: Conditions
+    smoothed: Smoothed
+    known_torque: tuple[Array, Array] | None = None
+    n_lost: int = 0
+
+    @property
+    def free(self) -> list[int]:
+        """Joints that are not locked."""
+        return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
+
+    def stretched(self, factor: float) -> Recording:
+        """The same motion ``factor`` times slower: amplitudes stay, rates fall with it."""
+        smoothed = replace(self.smoothed, time=self.smoothed.time * factor, rate=self.smoothed.rate / factor)
+        return replace(self, time=self.time * factor, smoothed=smoothed)
+
+
+def recordings(leg: Leg, trials: Sequence[Trial]) -> list[Recording]:
+    """Trials of a leg as recordings.
+
+    Raises
+    ------
+    UserError : a trial is too short, a joint has too few samples, or a free joint never moves in any trial.
+    """
+    made, problems = [], []
+    for trial in trials:
+        try:
+            made.append(_recording(leg, trial))
+        except UserError as error:
+            problems += error.problems
+    problems += [] if problems else _unmoved(leg, made)
+    if problems:
+        raise UserError(problems)
+    return made
+
+
+def _recording(leg: Leg, trial: Trial) -> Recording:
+    time = trial.time - trial.time[0]
+    names = leg.joint_names
+    if time[-1] < SHORTEST or len(time) < 12:
+        text = f"{len(time)} samples over {time[-1] * 1e3:.0f} ms; a trial needs at least 12 samples and"
+        raise UserError(Problem(f"{text} {SHORTEST * 1e3:.0f} ms, the weak form's window", file=trial.name))
+    rotation = leg.to_rotation(trial.angles)
+    lost = lost_samples(rotation)
+    few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < 12]
+    if few:
+        text = f"fewer than 12 usable samples of {', '.join(few)}"
+        raise UserError(Problem(text, file=trial.name))
+    locked = tuple(names.index(name) for name in trial.locked)
+    counts = ~lost
+    smoothed = smooth(time, rotation, lost)
+    for j in locked:
+        held = float(np.median(rotation[~lost[:, j], j]))
+        rotation[:, j], smoothed.angle[:, j], smoothed.rate[:, j] = held, held, 0.0
+        counts[:, j] = False
+    rotation = np.where(np.isfinite(rotation), rotation, 0.0)
+    known = None
+    if trial.torques is not None:
+        known = (time, np.ascontiguousarray(leg.sign * np.nan_to_num(trial.torques)))
+    conditions = Conditions(locked, trial.tip_mass, trial.tilt)
+    return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, int(lost.sum()))
+
+
+def _unmoved(leg: Leg, made: Sequence[Recording]) -> list[Problem]:
+    problems = []
+    for j, name in enumerate(leg.joint_names):
+        free = [r for r in made if j in r.free]
+        if not free:
+            text = "locked in every trial: its spring and damper cannot be found from these"
+            problems.append(Problem(text, key=name))
+            continue
+        motion = max(float(np.ptp(r.smoothed.angle[:, j])) for r in free)
+        if motion < LEAST_MOTION:
+            text = f"never moves by more than {np.degrees(motion):.2g} deg in any trial; its spring and damper cannot be"
+            problems.append(Problem(f"{text} found. Give a trial in which it does, or list it under `locked`", key=name))
+    return problems

@@ -1,0 +1,141 @@
+"""How well the trials fix what was found, and what they do not fix at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from synth.fit.least_squares import Solution, Weights, assess_information
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.unknowns import SpringsAndDampers
+from synth.model.leg import Array
+
+NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations
+LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as not fixed (+-20 % at 90 %)
+
+
+def residuals(recording: Recording, prediction: Array) -> Array:
+    """(m, n) rad, nan where no sample counts."""
+    return np.where(recording.counts, prediction - recording.rotation, np.nan)
+
+
+def root_mean_square(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
+    """(n,) rad over all trials' counted samples, nan for a joint without any; lone lost samples weigh as Huber says."""
+    stacked = np.concatenate([residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
+    return np.array([_robust_rms(column[np.isfinite(column)]) for column in stacked.T])
+
+
+def _robust_rms(values: Array) -> float:
+    """RMS with residuals beyond 4 robust standard deviations cut to that: glitches do not set the noise."""
+    if not len(values):
+        return float("nan")
+    scale = 1.4826 * float(np.median(np.abs(values))) + 1e-12
+    return float(np.sqrt(np.mean(np.clip(values, -6 * scale, 6 * scale) ** 2)))
+
+
+def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
+    """(n,) factor >= 1 by which correlated residuals carry less than their number says: 1 + 2 sum of autocorrelations.
+
+    Summed while pairs of neighbouring lags stay positive (Geyer, Statistical Science 7, 1992, initial positive
+    sequence). White noise gives 1; a model error that swings with the leg gives tens.
+    """
+    n = recordings[0].rotation.shape[1]
+    factors = np.ones(n)
+    for j in range(n):
+        longest = max(len(r.time) for r in recordings) // 2
+        summed, count = np.zeros(longest), np.zeros(longest)
+        for recording, prediction in zip(recordings, predictions, strict=True):
+            value = np.nan_to_num(residuals(recording, prediction)[:, j])
+            size = 1 << (2 * len(value) - 1).bit_length()
+            spectrum = np.abs(np.fft.rfft(value, size)) ** 2
+            lags = np.fft.irfft(spectrum, size)[: min(longest, len(value))]
+            summed[: len(lags)] += lags
+            count[: len(lags)] += recording.counts[:, j].any()
+        if summed[0] <= 0.0:
+            continue
+        rho = summed / summed[0]
+        pairs = rho[1:-1:2] + rho[2::2]
+        stop = int(np.argmax(pairs <= 0)) if np.any(pairs <= 0) else len(pairs)
+        factors[j] = max(1.0, 1.0 + 2.0 * float(pairs[:stop].sum()))
+    return factors
+
+
+def covariance(
+    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
+) -> tuple[Array, tuple[Array, ...]]:
+    """Covariance (p, p) of the common unknowns, and each trial's rest-shift variances (n,) given the rest.
+
+    The information of the residuals, weighted down by their correlation times. Null directions come out with a huge
+    variance instead of an error.
+    """
+    inflated = weights.noise * np.sqrt(correlation_times(recordings, solution.predictions))
+    information = assess_information(model, recordings, solution, Weights(inflated, weights.spread))
+    schur = information.schur()
+    root = np.sqrt(np.maximum(np.diag(schur), 1e-300))
+    value, vector = np.linalg.eigh(schur / np.outer(root, root))
+    inverse = (vector / np.maximum(value, 1e-12)) @ vector.T / np.outer(root, root)
+    shifts = []
+    for recording, own in zip(recordings, information.own, strict=True):
+        first = 2 * len(recording.free)
+        variance = np.full(recording.rotation.shape[1], np.nan)
+        variance[model.shifted(recording)] = np.diag(np.linalg.inv(own))[first:]
+        shifts.append(variance)
+    return inverse, tuple(shifts)
+
+
+def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array, noise_limited: bool = True) -> list[str]:
+    """Sentences on what the trials leave open, each with the measurement that would settle it."""
+    leg, sentences = unknowns.leg, []
+    deviation = np.sqrt(np.diag(cov))
+    joints = leg.joint_names
+    n_rate = len(unknowns.rates)
+    first_damper = n_rate + len(unknowns.rests)
+    for position, j in enumerate(unknowns.rates):
+        loose_k = deviation[position] > LOOSE
+        if j not in unknowns.dampers:
+            if loose_k:
+                sentences.append(
+                    f"{joints[j]}: these trials fix the spring rate only to {_percent(deviation[position])}. "
+                    "A static torque-angle point at this joint would fix it."
+                )
+            continue
+        other = first_damper + unknowns.dampers.index(j)
+        ratio = np.sqrt(max(0.0, cov[position, position] + cov[other, other] - 2 * cov[position, other]))
+        seconds = float(np.exp(values[other] - values[position]))
+        if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
+            sentences.append(
+                f"{joints[j]}: not separable: spring rate and damper rate. The trials fix b/k = {seconds:.3g} s to "
+                f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to {_percent(deviation[other])}. "
+                "A static torque-angle point at this joint would separate them."
+            )
+        else:
+            for place, what in ((position, "spring rate"), (other, "damper rate")):
+                if deviation[place] > LOOSE:
+                    sentences.append(
+                        f"{joints[j]}: these trials fix the {what} only to {_percent(deviation[place])}. "
+                        "More trials, or releases in which this joint moves more, would fix it better."
+                    )
+    for position, j in enumerate(unknowns.rests):
+        sd = deviation[n_rate + position]
+        if sd > np.radians(1.5):
+            sentences.append(f"{joints[j]}: the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg.")
+    return sentences
+
+
+def mass_scale_sentence(recordings: Sequence[Recording]) -> str | None:
+    """Whether the trials could tell a common factor on masses, spring and damper rates; a sentence if not."""
+    told = any(r.known_torque is not None for r in recordings)
+    told = told or len({r.conditions.tip_mass for r in recordings}) > 1
+    if told:
+        return None
+    return (
+        "not separable: mass scale, from free swings alone. Spring and damper rates are in proportion to the link masses "
+        "as the leg file gives them. A trial with a known mass at the tip (`tip_mass:`) would tell."
+    )
+
+
+def _percent(deviation: float) -> str:
+    high = 100 * (np.exp(min(NORMAL90 * deviation, 20.0)) - 1)
+    return f"+-{high:.2g} %" if high < 300 else "no better than a factor of four"

@@ -1,0 +1,122 @@
+"""What a fit looks for: numbers that are written into the lanes of the compiled chain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from synth.model.chain import Chain
+from synth.model.leg import Array, Leg
+from synth.model.mechanics import outboard_inertia
+
+# The search box in natural units: k/I between 0.02 and 60 Hz, b/I between 0.001 and 5000 1/s.
+FREQUENCY_BOX = (0.02, 60.0)
+DECAY_BOX = (1e-3, 5e3)
+
+
+class Unknowns(Protocol):
+    """A vector of unknowns common to all trials, and how it changes the leg."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """One name an unknown."""
+
+    @property
+    def lower(self) -> Array:
+        """(n_unknown,) least values."""
+
+    @property
+    def upper(self) -> Array:
+        """(n_unknown,) greatest values."""
+
+    @property
+    def rest_index(self) -> tuple[int | None, ...]:
+        """For each joint, which unknown is its rest angle, or None."""
+
+    def write(self, lanes: Array, values: Array) -> None:
+        """Write ``values`` (n_unknown, n_lane) into ``lanes`` (n_row, n_lane)."""
+
+
+@dataclass(frozen=True)
+class SpringsAndDampers:
+    """Log spring rate, rest and log damper rate, in that order, of the joints where each is sought.
+
+    ``rates``, ``rests``, ``dampers`` : joint indices.
+    """
+
+    chain: Chain
+    leg: Leg
+    rates: tuple[int, ...]
+    rests: tuple[int, ...]
+    dampers: tuple[int, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """``spring_rate hip`` and so on."""
+        joint = self.leg.joint_names
+        named = [f"spring_rate {joint[j]}" for j in self.rates] + [f"free_angle {joint[j]}" for j in self.rests]
+        return tuple(named + [f"damper_rate {joint[j]}" for j in self.dampers])
+
+    @cached_property
+    def _rows(self) -> Array:
+        row = self.chain.layout.row
+        rows = [row("spring_rate", j) for j in self.rates] + [row("rest", j) for j in self.rests]
+        return np.array(rows + [row("damper_rate", j) for j in self.dampers], dtype=int)
+
+    @cached_property
+    def logarithmic(self) -> Array:
+        """(n_unknown,) True where the unknown is a logarithm."""
+        return np.array([True] * len(self.rates) + [False] * len(self.rests) + [True] * len(self.dampers))
+
+    @cached_property
+    def _box(self) -> tuple[Array, Array]:
+        inertia = outboard_inertia(self.leg)
+        stiff = [np.log(inertia * (2 * np.pi * f) ** 2) for f in FREQUENCY_BOX]
+        damp = [np.log(inertia * decay) for decay in DECAY_BOX]
+        sides = [
+            np.concatenate([s[list(self.rates)], np.full(len(self.rests), r), d[list(self.dampers)]])
+            for s, r, d in zip(stiff, (-4 * np.pi, 4 * np.pi), damp, strict=True)
+        ]
+        return sides[0], sides[1]
+
+    @property
+    def lower(self) -> Array:
+        """(n_unknown,) least values."""
+        return self._box[0]
+
+    @property
+    def upper(self) -> Array:
+        """(n_unknown,) greatest values."""
+        return self._box[1]
+
+    @property
+    def rest_index(self) -> tuple[int | None, ...]:
+        """Position of each joint's rest among the unknowns."""
+        n = len(self.leg.joints)
+        return tuple(len(self.rates) + self.rests.index(j) if j in self.rests else None for j in range(n))
+
+    def write(self, lanes: Array, values: Array) -> None:
+        """Write values into lanes, exponentials of those that are logarithms."""
+        lanes[self._rows] = np.where(self.logarithmic[:, None], np.exp(np.minimum(values, 80.0)), values)
+
+    def pack(self, spring_rate: Array, rest: Array, damper_rate: Array) -> Array:
+        """(n_unknown,) from natural values by joint, clipped into the box; non-positive rates go to its lower side."""
+        tiny = 1e-300
+        rates = np.log(np.maximum(spring_rate, tiny))[list(self.rates)]
+        dampers = np.log(np.maximum(damper_rate, tiny))[list(self.dampers)]
+        packed = np.concatenate([rates, rest[list(self.rests)], dampers])
+        return np.clip(packed, self.lower, self.upper)
+
+    def natural(self, values: Array) -> Array:
+        """(n_unknown,) N m/rad, rad and N m s/rad."""
+        return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, values, 0.0)), values)
+
+
+def all_of(chain: Chain, leg: Leg, *, damper_known: Sequence[int] = ()) -> SpringsAndDampers:
+    """Unknowns for a whole leg: every spring rate and rest, and the damper rates that are not already known."""
+    joints = tuple(range(len(leg.joints)))
+    return SpringsAndDampers(chain, leg, joints, joints, tuple(j for j in joints if j not in damper_known))
