@@ -279,7 +279,10 @@ class _Reader:
             self.refuse(f'no catalogue is at hand to look up "{part}": write its {rate} beside it', key)
             return None
         with gathering(self.problems, self.document, key):
-            return self.resolve_part(kind, part)
+            found = self.resolve_part(kind, part)
+            if not isinstance(found, float if kind == "spring" else Damper):
+                raise TypeError(f"the catalogue gave {found!r} for the {kind} {part!r}")
+            return found
         return None
 
     def effects(self, items: object, key: Key) -> dict[str, dict[str, float]]:

@@ -1,0 +1,210 @@
+"""One recording: a CSV of time and a leg's measured angles, brought to SI and checked for what is often wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees, pi, radians
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.errors import Problem, UserError
+from synth.files.table import Column, Table, read_table
+from synth.files.validate import near
+from synth.model.leg import Array, Leg
+from synth.units import factor
+
+SHORTEST = 8  # samples
+WIDEST = radians(400)  # beyond any joint's travel; a joint that really turns on says so by its range
+SUFFIXES = {" velocity": "rad/s", " torque": "N*m"}
+EXAMPLES = {"rad": "deg", "rad/s": "deg/s", "N*m": "N*m", "s": "s"}
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """The columns of a recording, as in ``Trial``."""
+
+    time: Array
+    angles: Array
+    velocities: Array | None
+    torques: Array | None
+    sha256: str
+
+
+def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded:
+    """Read one recording of ``leg``.
+
+    Parameters
+    ----------
+    path
+        the CSV: ``time [s]``, then ``NAME [deg]`` for each joint, in any order; ``NAME velocity [deg/s]`` and
+        ``NAME torque [N*m]`` are optional.
+    leg
+        whose joints the columns are; its ranges and zeros tell a wrong angle unit.
+    name
+        the file in messages.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the file: columns, units, time that does not increase, angles that no joint reaches.
+    """
+    table = read_table(path, name)
+    values = _scaled(table, leg)
+    time = values["time"]
+    problems = _time_problems(table, time)
+    problems += _empty_columns(table, values)
+    angles = np.column_stack([values[joint] for joint in leg.joint_names])
+    if not problems:
+        problems += _angle_problems(table, leg, angles)
+    velocities = _optional(values, leg, " velocity", np.nan)
+    torques = _optional(values, leg, " torque", 0.0)
+    if torques is not None and np.isnan(torques).any():
+        row = int(np.isnan(torques).any(axis=1).argmax())
+        problems.append(
+            Problem("a known torque has an empty cell; write 0 where none acts", table.name, table.line(row))
+        )
+    if problems:
+        raise UserError(problems)
+    for array in (time, angles, velocities, torques):
+        if array is not None:
+            array.flags.writeable = False
+    return Recorded(time, angles, velocities, torques, table.sha256)
+
+
+def _scaled(table: Table, leg: Leg) -> dict[str, Array]:
+    """Columns by name, in SI; raises where one is missing, unknown, or in a unit of another dimension."""
+    wanted = {"time": "s", **dict.fromkeys(leg.joint_names, "rad")}
+    for suffix, unit in SUFFIXES.items():
+        wanted |= {joint + suffix: unit for joint in leg.joint_names}
+    problems: list[Problem] = []
+    values: dict[str, Array] = {}
+    for index, column in enumerate(table.columns):
+        if column.name not in wanted:
+            text = f'column "{column.title}" is not of this leg{near(column.name, list(wanted))}'
+            problems.append(Problem(text, table.name, 1))
+            continue
+        try:
+            values[column.name] = table.values[:, index] * factor(column.unit, wanted[column.name])
+        except UserError as error:
+            problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
+    present = [column.name for column in table.columns]
+    for required in ("time", *leg.joint_names):
+        if required not in present:
+            unknown = [column for column in present if column not in wanted]
+            hint = near(required, unknown) if unknown else ""
+            hint = hint if hint.startswith("; did you mean") else ""
+            text = f'column "{required} [{EXAMPLES[wanted[required]]}]" is missing'
+            problems.append(Problem(text + hint.replace("did you mean", "is it"), table.name, 1))
+    if problems:
+        raise UserError(problems)
+    return values
+
+
+def _time_problems(table: Table, time: Array) -> list[Problem]:
+    if len(time) < SHORTEST:
+        return [Problem(f"has {len(time)} samples; a trial needs at least {SHORTEST}", table.name)]
+    missing = np.isnan(time)
+    if missing.any():
+        row = int(missing.argmax())
+        return [Problem("has no time; every line needs one", table.name, table.line(row), "time")]
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if not len(back):
+        return []
+    row = int(back[0]) + 1
+    title = next(column.title for column in table.columns if column.name == "time")
+    before, after = (table.values[r, [c.name for c in table.columns].index("time")] for r in (row - 1, row))
+    what = "repeats" if after == before else "runs backwards"
+    more = f" (and in {len(back) - 1} more lines)" if len(back) > 1 else ""
+    return [Problem(f"time {what}: {before:g}, then {after:g}{more}", table.name, table.line(row), title)]
+
+
+def _empty_columns(table: Table, values: dict[str, Array]) -> list[Problem]:
+    return [
+        Problem("is empty from top to bottom; leave the column out or record it", table.name, 1, column.title)
+        for column in table.columns
+        if column.name != "time" and np.isnan(values[column.name]).all()
+    ]
+
+
+def _angle_problems(table: Table, leg: Leg, angles: Array) -> list[Problem]:
+    """Angles that no joint reaches, the sign of degrees labelled radians or of radians labelled degrees."""
+    by_name = {column.name: column for column in table.columns}
+    problems: list[Problem] = []
+    for index, joint in enumerate(leg.joints):
+        size = np.abs(angles[:, index])
+        limit = max([WIDEST, *(abs(end) + radians(30) for end in joint.range or ())])
+        if np.nanmax(size) > limit:
+            row = int(np.nanargmax(size > limit))
+            column = by_name[joint.name]
+            problems.append(_too_wide(table, column, angles[row, index], row))
+    if problems:
+        return problems
+    in_degrees = all(_is_degrees(by_name[joint.name]) for joint in leg.joints)
+    return _radians_as_degrees(table, leg, angles) if in_degrees else []
+
+
+def _is_degrees(column: Column) -> bool:
+    return abs(factor(column.unit, "rad") / radians(1.0) - 1.0) < 1e-9
+
+
+def _too_wide(table: Table, column: Column, angle: float, row: int) -> Problem:
+    shown = f"{angle / factor(column.unit, 'rad'):g} {column.unit}"
+    if _is_degrees(column):
+        text = f"{shown} is beyond any joint's travel; if the joint does turn so far, give it a range in the leg file"
+    else:
+        text = f"{shown} is {degrees(angle):.0f} deg, beyond any joint's travel; are these degrees? Then write "
+        text += f"{column.name} [deg] in the header"
+    return Problem(text, table.name, table.line(row), column.title)
+
+
+def _radians_as_degrees(table: Table, leg: Leg, angles: Array) -> list[Problem]:
+    """Refuse numbers under 2 pi that make sense for this leg as radians only.
+
+    The yardstick is where the leg file puts each joint: the middle of its range, else its spring's free angle, else
+    its straight position. Read as degrees the numbers must lie far from there (60 degrees and more in the root mean
+    square of the joints, and outside a given range), and read as radians less than half as far.
+    """
+    numbers = angles / radians(1.0)
+    if np.nanmax(np.abs(numbers)) > 2 * pi:
+        return []
+    if any(joint.range and _inside(angles[:, j], joint.range) for j, joint in enumerate(leg.joints)):
+        return []
+    expected = np.array([_expected(leg, index) for index in range(len(leg.joints))])
+    as_degrees = _distance(np.nanmedian(angles, axis=0), expected)
+    as_radians = _distance(np.nanmedian(numbers, axis=0), expected)
+    if as_degrees < radians(60) or as_radians > as_degrees / 2:
+        return []
+    low, high = float(np.nanmin(numbers)), float(np.nanmax(numbers))
+    text = (
+        f"the angles are labelled degrees and lie between {low:.3g} and {high:.3g}: the leg file puts its joints "
+        f"{degrees(as_degrees):.0f} deg from there, while radians would fit. If they are radians, write "
+        f"{leg.joints[0].name} [rad] in the header; if they are degrees, give the joints a range in the leg file"
+    )
+    return [Problem(text, table.name, 1)]
+
+
+def _inside(angle: Array, span: tuple[float, float]) -> bool:
+    margin = radians(15)
+    return bool(span[0] - margin <= np.nanmin(angle) and np.nanmax(angle) <= span[1] + margin)
+
+
+def _expected(leg: Leg, index: int) -> float:
+    joint = leg.joints[index]
+    if joint.range is not None:
+        return sum(joint.range) / 2
+    return joint.spring.free_angle if joint.spring is not None else joint.zero
+
+
+def _distance(angle: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+    """Root mean square over the joints, rad."""
+    return float(np.sqrt(np.mean((angle - expected) ** 2)))
+
+
+def _optional(values: dict[str, Array], leg: Leg, suffix: str, absent: float) -> Array | None:
+    """Columns ``NAME velocity`` or ``NAME torque`` of all joints, ``absent`` where a joint has none."""
+    if not any(joint + suffix in values for joint in leg.joint_names):
+        return None
+    time = values["time"]
+    return np.column_stack([values.get(joint + suffix, np.full(len(time), absent)) for joint in leg.joint_names])
