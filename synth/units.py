@@ -285,6 +285,8 @@ def _near_units(name: str) -> str:
 
 def _near_dimension(written: str, wanted: _Unit) -> str:
     """The two slips that are met most: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``."""
+    if not wanted.dimension:
+        return ""
     forces = re.sub(r"\b(oz|lb|kg|g)\b", r"\1f", written)
     for candidate in (f"{written}/rad", forces, f"{forces}/rad"):
         try:

@@ -114,6 +114,7 @@ def read_trials(
     *,
     document: Document | None = None,
     key: Key = ("trials",),
+    locked: Sequence[str] = (),
 ) -> list[Trial]:
     """Read the recordings that a project lists.
 
@@ -127,6 +128,8 @@ def read_trials(
         whose joints the columns are.
     document, key
         the project and where in it the entries stand, so that a message can name the line.
+    locked
+        joints that are locked in all of them, besides what an entry says.
 
     Raises
     ------
@@ -134,7 +137,7 @@ def read_trials(
         With every mistake of the list and of all files.
     """
     source = _Source(document, key)
-    listing = _listing(entries, Path(base_folder), leg, source)
+    listing = _listing(entries, Path(base_folder), leg, source, frozenset(locked))
     problems = list(listing.problems)
     trials: list[Trial] = []
     for listed in listing.files:
@@ -163,16 +166,24 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg) -> Trial:
 
 
 def _listing(
-    entries: Sequence[str | Mapping[str, Any] | TrialEntry], folder: Path, leg: Leg, source: _Source
+    entries: Sequence[str | Mapping[str, Any] | TrialEntry],
+    folder: Path,
+    leg: Leg,
+    source: _Source,
+    locked: frozenset[str],
 ) -> _Listing:
     """All files that the entries stand for; a file that is listed twice is a mistake."""
     listing = _Listing()
     first: dict[Path, int] = {}
     for index, raw in enumerate(entries):
         entry = _entry(raw, source, index, listing.problems)
+        held = raw.get("locked") if isinstance(raw, Mapping) else getattr(raw, "locked", None)
+        names = {name for name in held or () if isinstance(name, str)} if isinstance(held, list) else set()
+        names |= locked
+        listing.problems += _locked_problems(names, leg, source, index)
         if entry is None:
             continue
-        listing.problems += _locked_problems(entry, leg, source, index)
+        entry = entry.model_copy(update={"locked": sorted(names)})
         try:
             paths = matching(folder, entry.file)
         except UserError as error:
@@ -207,13 +218,12 @@ def _entry(raw: object, source: _Source, index: int, problems: list[Problem]) ->
     return entry
 
 
-def _locked_problems(entry: TrialEntry, leg: Leg, source: _Source, index: int) -> list[Problem]:
+def _locked_problems(locked: set[str], leg: Leg, source: _Source, index: int) -> list[Problem]:
     names = leg.joint_names
     problems = [
         source.problem(f'"{name}" is no joint of the leg{near(name, names)}', index, "locked")
-        for name in entry.locked
-        if name not in names
+        for name in sorted(locked - set(names))
     ]
-    if set(names) <= set(entry.locked):
+    if set(names) <= locked:
         problems.append(source.problem("every joint is locked: nothing moves in this trial", index, "locked"))
     return problems

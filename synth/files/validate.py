@@ -181,7 +181,7 @@ def _problem(model: type[BaseModel], document: Document, key: Key, detail: Error
     elif value is None:
         text = f"has no value: write one{_example(name, field)}, or leave the key out"
     elif kind in ("too_short", "too_long"):
-        text = f"{_shown(value)} has {context['actual_length']} items; {_length(context)} are allowed"
+        text = f"{_shown(value)} has {context['actual_length']} items; {_length(context)} needed"
     else:
         text = f"{_shown(value)} is not allowed: {_EXPECTED.get(kind, detail['msg'])}"
     return document.problem(text, (*key, *where))
@@ -247,7 +247,7 @@ def _example(name: str, field: FieldInfo | None) -> str:
 
 def _length(context: dict[str, Any]) -> str:
     least, most = context.get("min_length"), context.get("max_length")
-    return f"at least {least}" if most is None else f"at most {most}"
+    return f"at least {least} are" if most is None else f"no more than {most} are"
 
 
 def _choices(field: FieldInfo | None) -> tuple[Any, ...]:

@@ -1,0 +1,102 @@
+"""The project file of ``synth fit``, read whole with the leg and the trials that it names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from synth.files.leg import PartResolver
+from synth.files.leg_project import LegProject, read_leg_project
+from synth.files.options import FitOptions, FreeAngle, Prior
+from synth.files.reading import InputFile, ProjectReader
+from synth.files.schema import Because, Default, read_section
+from synth.files.trials import Trial
+from synth.files.validate import check_kind
+from synth.files.yaml_lines import load
+from synth.model.leg import Leg
+
+__all__ = ["FitProject", "LegProject", "read_fit_project", "read_leg_project"]
+
+
+@dataclass(frozen=True)
+class _FitFile:
+    kind: str
+    leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
+    trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
+    free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
+    name: str | None = None
+    fit: Any = None
+    prior: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class FitProject:
+    """What ``synth fit`` is to do.
+
+    ``prior`` None: values in the leg file are starting points at most. ``defaults``: what the file leaves out.
+    """
+
+    path: Path
+    name: str
+    leg: Leg
+    trials: tuple[Trial, ...]
+    free_angle: FreeAngle
+    fit: FitOptions
+    prior: Prior | None
+    defaults: tuple[Default, ...]
+    inputs: tuple[InputFile, ...]
+
+
+def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
+    """Read a project of kind ``fit`` with its leg and trials.
+
+    Parameters
+    ----------
+    path
+        the YAML file; everything that it names lies in its folder's tree.
+    resolve_part
+        looks up catalogue parts that the leg file names, see ``read_leg``.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, the leg and the trials.
+    """
+    document = load(path)
+    check_kind(document, "fit")
+    reader = ProjectReader(document, resolve_part)
+    file = read_section(_FitFile, document, (), reader.problems, reader.defaults, document.value)
+    written = document.value
+    fit = read_section(FitOptions, document, ("fit",), reader.problems, reader.defaults, written.get("fit"))
+    prior = None
+    if written.get("prior") is not None:
+        prior = read_section(Prior, document, ("prior",), reader.problems, value=written["prior"])
+    leg_name, entries = written.get("leg"), written.get("trials")
+    leg = reader.leg(leg_name, ("leg",)) if isinstance(leg_name, str) else None
+    trials: tuple[Trial, ...] = ()
+    if leg is not None and isinstance(entries, list) and entries:
+        trials = reader.trials(entries, leg, ("trials",))
+    if leg is not None and prior is not None:
+        _check_prior(reader, prior, leg)
+    reader.finish()
+    assert file is not None
+    assert leg is not None
+    assert fit is not None
+    defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
+    return FitProject(document.path, file.name or leg.name, leg, trials, file.free_angle, fit, prior, defaults, inputs)
+
+
+def _check_prior(reader: ProjectReader, prior: Prior, leg: Leg) -> None:
+    """A prior around a value needs the value."""
+    has_spring = any(joint.spring is not None for joint in leg.joints)
+    has_damper = any(joint.damper is not None and joint.damper.rate is not None for joint in leg.joints)
+    for key, asked, given, what in (
+        ("spring", prior.spring, has_spring, "spring"),
+        ("free_angle", prior.free_angle, has_spring, "spring"),
+        ("damper", prior.damper, has_damper, "damper rate"),
+    ):
+        if asked is not None and not given:
+            reader.refuse(f"no joint of {leg.name} has a {what} in its file that a prior could rest on", ("prior", key))
