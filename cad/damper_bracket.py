@@ -1,0 +1,80 @@
+"""The bracket that holds a rotary damper coaxial with the joint, and the bought damper's envelope.
+
+A sleeve closed by a base plate. The base lies on ear A, the damper's body hangs in the sleeve, its flange
+seats on the sleeve's open end, and the same screws go through flange and sleeve into the ear, so flange and
+hinge share one screw circle. Own frame, mm: the base's face on the ear is z = 0, the bracket grows along -z.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cad.arm_shaft import build_d_bore, d_section_area
+from cad.dimensions import DamperDimensions
+from cad.layout import Point, unit
+
+FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none
+ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in
+PILOT = 0.8  # of the clearance hole's diameter: a screw cuts its thread in print
+
+
+def screw_centres(damper: DamperDimensions) -> list[Point]:
+    """Screw axes (mm) on the damper's circle, turned so that none lies on the link's centre line."""
+    turn = 180.0 / damper.bolt_count
+    corners = [unit(90.0 + turn + 360.0 * index / damper.bolt_count) for index in range(damper.bolt_count)]
+    return [(damper.bolt_circle / 2 * x, damper.bolt_circle / 2 * y) for x, y in corners]
+
+
+def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
+    import cadquery as cq
+
+    return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
+
+
+def build_bracket(
+    damper: DamperDimensions, radius: float, height: float, wall: float, clearance: float, shaft_diameter: float
+) -> Any:
+    """The bracket as one cadquery Solid: outer ``radius`` and ``height``, base of thickness ``wall``, mm."""
+    body = _cylinder(radius, -height, 0.0)
+    cuts = [
+        _cylinder(damper.outer_diameter / 2 + clearance, -height - 1.0, -wall),
+        _cylinder(shaft_diameter / 2 + 2 * clearance, -wall - 1.0, 1.0),
+        *(_cylinder(damper.bolt_diameter / 2, -height - 1.0, 1.0, at) for at in screw_centres(damper)),
+    ]
+    return body.cut(*cuts)
+
+
+def bracket_volume(
+    damper: DamperDimensions, radius: float, height: float, wall: float, clearance: float, shaft_diameter: float
+) -> float:
+    """Volume of :func:`build_bracket`, mm^3, in closed form."""
+    area = radius**2 - damper.bolt_count * (damper.bolt_diameter / 2) ** 2
+    sleeve = area - (damper.outer_diameter / 2 + clearance) ** 2
+    base = area - (shaft_diameter / 2 + 2 * clearance) ** 2
+    return math.pi * (sleeve * (height - wall) + base * wall)
+
+
+def build_damper(damper: DamperDimensions, radius: float, height: float, shaft_diameter: float) -> Any:
+    """Envelope of the bought damper seated on the bracket: body, flange, and the rotor's D bore."""
+    flange = _cylinder(radius, -height - FLANGE_THICKNESS, -height)
+    body = _cylinder(damper.outer_diameter / 2, -height, -height + damper.body_length)
+    holes = [
+        _cylinder(damper.bolt_diameter / 2, -height - FLANGE_THICKNESS - 1.0, -height + 0.5, at)
+        for at in screw_centres(damper)
+    ]
+    bore = build_d_bore(shaft_diameter, 0.0, rotor_bottom(damper, height), -height + damper.body_length + 1.0)
+    return flange.fuse(body).cut(*holes, bore)
+
+
+def rotor_bottom(damper: DamperDimensions, height: float) -> float:
+    """z (mm) of the shaft's end in the damper."""
+    return -height + (1.0 - ROTOR_GRIP) * damper.body_length
+
+
+def damper_volume(damper: DamperDimensions, radius: float, shaft_diameter: float) -> float:
+    """Volume of :func:`build_damper`, mm^3, in closed form."""
+    flange = radius**2 - damper.bolt_count * (damper.bolt_diameter / 2) ** 2
+    body = math.pi * (damper.outer_diameter / 2) ** 2 * damper.body_length
+    bore = d_section_area(shaft_diameter) * ROTOR_GRIP * damper.body_length
+    return math.pi * flange * FLANGE_THICKNESS + body - bore

@@ -1,0 +1,257 @@
+"""The numbers from which a joint and a leg are drawn, in mm and degrees.
+
+The drawings of the thesis' leg are lost, so every default here is our own choice; the reason stands
+beside it as the reason of its range.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import MISSING, dataclass, field
+
+from cad.limits import DimensionError, DimensionProblem, dimension, range_problems
+
+COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
+CLOSE_WOUND_PITCH = 1.03  # of the wire diameter: neighbouring coils just do not touch, whatever the index
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 _-]{0,39}")
+
+
+@dataclass(frozen=True)
+class SpringDimensions:
+    """A helical torsion spring of round wire with two straight arms tangent to the coil.
+
+    ``coils`` is the catalogue's count; what is drawn is ``drawn_coils``, moved so that the solid has exactly
+    ``included_angle`` (a catalogue's 7.17 coils at "120 deg" would make 118.8 deg).
+    """
+
+    wire_diameter: float = dimension(MISSING, 0.2, 12.0, "mm", "wire that is sold and that a hand winder bends")
+    mean_diameter: float = dimension(MISSING, 1.0, 150.0, "mm", "a coil that fits on a leg's joint")
+    coils: float = dimension(MISSING, 0.6, 60.0, "turns", "under 0.6 turns it is a bent wire, not a coil")
+    included_angle: float = dimension(
+        MISSING, 5.0, 355.0, "deg", "the arms of an unloaded spring must not lie on each other"
+    )
+    pitch: float | None = dimension(
+        None, 0.2, 60.0, "mm", "axial advance per turn; left out it is 1.03 wire diameters, close wound"
+    )
+    arm_length: float | None = dimension(
+        None, 2.0, 300.0, "mm", "along the wire from the tangent point; left out it is as short as the joint allows"
+    )
+    hand: str = "right"
+
+    @property
+    def radius(self) -> float:
+        """Mean coil radius, mm."""
+        return self.mean_diameter / 2
+
+    @property
+    def drawn_pitch(self) -> float:
+        """Axial advance per turn, mm."""
+        return CLOSE_WOUND_PITCH * self.wire_diameter if self.pitch is None else self.pitch
+
+    @property
+    def drawn_coils(self) -> float:
+        """Coils that give exactly the included angle, nearest to the catalogue's count."""
+        fraction = coil_fraction(self.included_angle)
+        return round(self.coils - fraction) + fraction
+
+    @property
+    def hand_sign(self) -> int:
+        """+1 for a right-hand helix, -1 for a left-hand one."""
+        return 1 if self.hand == "right" else -1
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every reason why this spring cannot be drawn."""
+        found = range_problems(self, prefix)
+        if self.hand not in ("right", "left"):
+            found.append(DimensionProblem(prefix + "hand", self.hand, "'right' or 'left'", "the helix needs a sense"))
+        if found:
+            return found
+        index = self.mean_diameter / self.wire_diameter
+        if not 3.0 <= index <= 25.0:
+            found.append(
+                DimensionProblem(
+                    prefix + "mean_diameter",
+                    self.mean_diameter,
+                    f"{3 * self.wire_diameter:.4g} to {25 * self.wire_diameter:.4g} mm",
+                    "a spring index D/d under 3 cracks in winding, over 25 the coil does not hold its shape",
+                )
+            )
+        angle = math.atan(self.drawn_pitch / (math.pi * self.mean_diameter))
+        if self.drawn_pitch * math.cos(angle) < self.wire_diameter:
+            found.append(
+                DimensionProblem(
+                    prefix + "pitch",
+                    self.drawn_pitch,
+                    f"at least {self.wire_diameter / math.cos(angle):.5g} mm",
+                    "neighbouring coils would run through each other, which no solid check sees",
+                )
+            )
+        if abs(self.drawn_coils - self.coils) > COIL_TOLERANCE:
+            found.append(
+                DimensionProblem(
+                    prefix + "coils",
+                    self.coils,
+                    f"within {COIL_TOLERANCE:g} turns of {self.drawn_coils:.4f}",
+                    f"tangent arms at {self.included_angle:g} deg need a whole number plus "
+                    f"{coil_fraction(self.included_angle):.4f} turns",
+                )
+            )
+        return found
+
+
+def coil_fraction(included_angle: float) -> float:
+    """Fraction of a turn beyond whole coils that tangent arms at ``included_angle`` deg need, in [0, 1).
+
+    The arms leave at opposite ends of a whole turn, 180 deg apart; every further turn of the coil closes
+    the angle between them: ``included = 180 - 360 * fraction`` (modulo 360).
+    """
+    return ((180.0 - included_angle) / 360.0) % 1.0
+
+
+def included_angle_of(coils: float) -> float:
+    """Included angle, deg in [0, 360), of two tangent arms on ``coils`` turns."""
+    return (180.0 - 360.0 * (coils % 1.0)) % 360.0
+
+
+@dataclass(frozen=True)
+class DamperDimensions:
+    """The envelope of a bought rotary damper: round body, two or more screws on a circle outside the body."""
+
+    outer_diameter: float = dimension(40.0, 6.0, 150.0, "mm", "round body; 40 is a common oil damper")
+    body_length: float = dimension(16.0, 3.0, 100.0, "mm", "from its flange to its end")
+    bolt_circle: float = dimension(50.0, 9.0, 200.0, "mm", "screw centres, outside the body")
+    bolt_count: int = dimension(4, 2, 12, "", "two screws at least hold a torque")
+    bolt_diameter: float = dimension(3.4, 1.6, 9.0, "mm", "clearance hole, M3 unless told")
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every reason why this damper cannot be mounted."""
+        found = range_problems(self, prefix)
+        if not found and not isinstance(self.bolt_count, int):
+            found.append(DimensionProblem(prefix + "bolt_count", self.bolt_count, "a whole number", "it counts"))
+        if not found:
+            smallest = self.outer_diameter + self.bolt_diameter + 2.0
+            if self.bolt_circle < smallest:
+                found.append(
+                    DimensionProblem(
+                        prefix + "bolt_circle",
+                        self.bolt_circle,
+                        f"at least {smallest:.4g} mm",
+                        "the screws pass outside the damper's body and its sleeve needs 1 mm between",
+                    )
+                )
+        return found
+
+
+@dataclass(frozen=True)
+class JointDimensions:
+    """One joint with the link that hangs from it.
+
+    Angles are those of the leg file, in degrees: measured angle ``a``; the lower link lies at the rotation
+    ``sign * (a - zero_angle)`` from the upper link's continuation, counter-clockwise seen from +z.
+    """
+
+    name: str
+    spring: SpringDimensions
+    free_angle: float = dimension(MISSING, -360.0, 360.0, "deg", "measured angle at which the spring is unloaded")
+    rest_angle: float = dimension(MISSING, -360.0, 360.0, "deg", "measured angle of the drawn pose")
+    range: tuple[float, float] = (60.0, 160.0)
+    zero_angle: float = dimension(180.0, -360.0, 360.0, "deg", "measured angle of the straight joint")
+    sign: int = 1
+    damper: DamperDimensions = field(default_factory=DamperDimensions)
+    link_length: float = dimension(200.0, 20.0, 1500.0, "mm", "hinge axis to hinge axis")
+    link_width: float = dimension(20.0, 6.0, 80.0, "mm", "outer diameter of the link's tube; 20 x 1.5 is stock")
+    tube_wall: float = dimension(1.5, 0.5, 10.0, "mm", "of the link's tube")
+    shaft_diameter: float = dimension(8.0, 3.0, 30.0, "mm", "printed bores under 3 mm close up; 8 carries a dog's leg")
+    pin_diameter: float = dimension(4.0, 1.5, 16.0, "mm", "steel dowel that an arm bears on; 4 mm is stock")
+    clearance: float = dimension(0.4, 0.1, 2.0, "mm", "per side between printed faces that move on each other")
+    fit: float = dimension(0.1, 0.0, 0.5, "mm", "per side of a part that is pushed in and stays; printed holes shrink")
+    wall: float = dimension(3.0, 1.2, 12.0, "mm", "printed wall; under 1.2 it is two lines wide")
+    plate: float = dimension(6.0, 2.0, 25.0, "mm", "ears and floor plate; two walls, so the shaft has a seat")
+    keeper_gap: float = dimension(
+        0.1, 0.0, 2.0, "mm", "arm to the shaft on its other side, which makes the spring work both ways"
+    )
+    upper_arm_angle: float = dimension(
+        0.0, -360.0, 360.0, "deg", "measured-angle direction of the upper arm; 0: where the angle is measured from"
+    )
+
+    @property
+    def arm_offset(self) -> float:
+        """Offset of the lower half's arm shafts, deg; see :func:`arm_offset`."""
+        return arm_offset(self.free_angle, self.spring.included_angle, self.upper_arm_angle)
+
+    def rotation(self, measured_angle: float) -> float:
+        """Rotation of the lower half from straight, deg, counter-clockwise positive seen from +z."""
+        return self.sign * (measured_angle - self.zero_angle)
+
+    def problems(self) -> list[DimensionProblem]:
+        """Every range that is broken in this joint, its spring and its damper."""
+        prefix = f"{self.name}."
+        found = range_problems(self, prefix)
+        if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
+            found.append(
+                DimensionProblem("name", self.name, "a letter, then letters, digits, space, _ or -", "it names files")
+            )
+        if self.sign not in (1, -1):
+            found.append(DimensionProblem(prefix + "sign", self.sign, "+1 or -1", "the sense of the measured angle"))
+        found += self.spring.problems(prefix + "spring.") + self.damper.problems(prefix + "damper.")
+        low, high = self.range
+        if not (math.isfinite(low) and math.isfinite(high) and low < high <= low + 300.0):
+            found.append(
+                DimensionProblem(
+                    prefix + "range", self.range, "low < high, at most 300 deg apart", "the joint's travel, deg"
+                )
+            )
+        elif not low <= self.rest_angle <= high:
+            found.append(
+                DimensionProblem(
+                    prefix + "rest_angle", self.rest_angle, f"{low:g} to {high:g} deg", "it lies in the joint's range"
+                )
+            )
+        if not found and 2 * self.tube_wall >= self.link_width:
+            found.append(
+                DimensionProblem(
+                    prefix + "tube_wall", self.tube_wall, f"under {self.link_width / 2:g} mm", "a tube is hollow"
+                )
+            )
+        return found
+
+
+@dataclass(frozen=True)
+class LegDimensions:
+    """A chain of joints, proximal to distal; the first upper half is the mount on the body."""
+
+    name: str
+    joints: tuple[JointDimensions, ...]
+    tilt: float = dimension(0.0, -360.0, 360.0, "deg", "rotation of the whole base, counter-clockwise positive")
+
+    def problems(self) -> list[DimensionProblem]:
+        """Every range that is broken in any joint, and names that repeat."""
+        found = range_problems(self)
+        if not 1 <= len(self.joints) <= 6:
+            found.append(DimensionProblem("joints", len(self.joints), "1 to 6", "a leg is a chain of 1 to 6 links"))
+        names = [joint.name for joint in self.joints]
+        for name in sorted({name for name in names if names.count(name) > 1}):
+            found.append(DimensionProblem("name", name, "a name used once", "each joint's files carry its name"))
+        for joint in self.joints:
+            found += joint.problems()
+        return found
+
+
+def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float = 0.0) -> float:
+    """Where the lower half carries its arm shafts, deg from its link's centre line, so that the spring is free there.
+
+    The upper arm runs along ``upper_arm_angle`` (0: the line from which the joint's angle is measured). At
+    the free angle the lower arm must stand at the spring's included angle from it, so the lower arm's line
+    is turned from its link's centre line, towards smaller joint angles when positive, by
+    ``free_angle - included_angle - upper_arm_angle``. Thesis section 4.2: ankle 139 - 120 = +19 deg,
+    knee 111 - 120 = -9 deg.
+    """
+    return free_angle - included_angle - upper_arm_angle
+
+
+def check(dimensions: SpringDimensions | DamperDimensions | JointDimensions | LegDimensions) -> None:
+    """Raise :class:`DimensionError` with everything that is out of range; return when all is well."""
+    found = dimensions.problems()
+    if found:
+        raise DimensionError(found)

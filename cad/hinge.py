@@ -1,0 +1,164 @@
+"""The two printed halves of a hinge, in the canonical frame of ``cad.layout``.
+
+Upper half: a clevis of two ears with round bores in which the shaft turns; ear B carries the upper arm's
+shafts, ear A the damper bracket. Lower half: a tongue whose D bore is keyed on the shaft; its cup is the
+spring's pocket, its floor plate carries the lower arm's shafts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cad.arm_shaft import build_d_bore
+from cad.damper_bracket import PILOT, screw_centres
+from cad.dimensions import JointDimensions
+from cad.layout import ArmLayout, JointLayout, Point
+from cad.outline import Disc, Hull, hull_of
+
+CORNER = 3.0  # mm, radius of the ears' upper corners
+CROSS_SCREW = 3.4  # mm, M3 through socket and tube
+
+
+def bore_radius(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the ears' bores: a sliding fit, half of the moving clearance per side."""
+    return (dimensions.shaft_diameter + dimensions.clearance) / 2
+
+
+def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
+    import cadquery as cq
+
+    return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
+
+
+def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Any:
+    import cadquery as cq
+
+    return cq.Solid.makeBox(x[1] - x[0], y[1] - y[0], z[1] - z[0], cq.Vector(x[0], y[0], z[0]))
+
+
+def _lobes(dimensions: JointDimensions, arm: ArmLayout) -> list[Disc]:
+    """Material round an arm's two shafts."""
+    radius = dimensions.pin_diameter / 2 + dimensions.wall
+    return [Disc(x, y, radius) for x, y in (arm.bearing, arm.keeper)]
+
+
+def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way: int) -> tuple[Any, list[Any]]:
+    """A round socket for the link's tube from y = way * start outwards: its body, and what is cut from it."""
+    import cadquery as cq
+
+    direction = cq.Vector(0, way, 0)
+    origin = cq.Vector(0, way * start, 0)
+    body = cq.Solid.makeCylinder(layout.socket_outer, layout.socket_depth, origin, direction)
+    bore = cq.Solid.makeCylinder(dimensions.link_width / 2 + dimensions.fit, layout.socket_depth + 1, origin, direction)
+    at = way * (start + layout.socket_depth / 2)
+    screw = _cylinder(CROSS_SCREW / 2, -layout.socket_outer - 1, layout.socket_outer + 1, (0.0, at))
+    return body, [bore, screw]
+
+
+def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
+    """Outlines of ear A (bracket side) and ear B (arm shaft side)."""
+    hub = dimensions.shaft_diameter / 2 + dimensions.clearance + 2 * dimensions.wall
+    top = layout.upper_bottom - CORNER
+    corners = [Disc(x, top, CORNER) for x in (CORNER - layout.socket_outer, layout.socket_outer - CORNER)]
+    ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius)), *corners])
+    ear_b = hull_of([Disc(0.0, 0.0, hub), *corners, *_lobes(dimensions, layout.upper)])
+    return ear_a, ear_b
+
+
+def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
+    """The clevis as a cadquery Solid; the upper link points along +y."""
+    gap, outside = layout.gap, layout.gap + dimensions.plate
+    ear_a, ear_b = ear_outlines(dimensions, layout)
+    web = _box(
+        (-layout.socket_outer, layout.socket_outer), (layout.web_radius, layout.upper_bottom - CORNER), (-gap, gap)
+    )
+    cap = _box(
+        (CORNER - layout.socket_outer, layout.socket_outer - CORNER),
+        (layout.upper_bottom - CORNER, layout.upper_bottom),
+        (-gap, gap),
+    )
+    socket, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
+    cuts.append(_cylinder(bore_radius(dimensions), -outside - 1, outside + 1))
+    pin = dimensions.pin_diameter / 2 + dimensions.fit
+    cuts += [_cylinder(pin, gap - 1, outside + 1, at) for at in (layout.upper.bearing, layout.upper.keeper)]
+    pilot = PILOT * dimensions.damper.bolt_diameter / 2
+    cuts += [_cylinder(pilot, -outside - 1, -gap + 1, at) for at in screw_centres(dimensions.damper)]
+    body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, cap, socket)
+    return body.clean().cut(*cuts)
+
+
+def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
+    """The tongue as a cadquery Solid; the lower link points along -y."""
+    half, outer = layout.half_width, layout.socket_outer
+    floor = hull_of([Disc(0.0, 0.0, layout.tongue_radius), *_lobes(dimensions, layout.lower)])
+    stem = _box((-outer, outer), (-layout.lower_bottom, 0.0), (-half, half))
+    socket, cuts = _socket(dimensions, layout, layout.lower_bottom, -1)
+    body = floor.extrude(-half, layout.floor_top).fuse(
+        _cylinder(layout.tongue_radius, -half, half), stem, socket
+    )
+    pocket = _cylinder(layout.pocket_radius, layout.floor_top, half + 1)
+    if layout.arbor_radius:
+        pocket = pocket.cut(_cylinder(layout.arbor_radius, layout.floor_top, half + 1))
+    cuts += [pocket, _lower_slot(dimensions, layout), _upper_notch(layout, dimensions)]
+    cuts.append(build_d_bore(dimensions.shaft_diameter, dimensions.fit, -half - 1, half + 1))
+    pin = dimensions.pin_diameter / 2 + dimensions.fit
+    cuts += [_cylinder(pin, -half - 1, half + 1, at) for at in (layout.lower.bearing, layout.lower.keeper)]
+    return body.clean().cut(*cuts)
+
+
+def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
+    """The way of the lower arm out of the pocket, open to the top so that the spring drops in."""
+    arm, spring = layout.lower, dimensions.spring
+    width = spring.wire_diameter / 2 + dimensions.clearance
+    # The coil's radius, and with it the arm's line near the coil, moves over the joint's travel.
+    slot = _box(
+        (0.0, layout.arm_reach + 2 * dimensions.clearance),
+        (layout.radius_closed - spring.radius - width, layout.radius_open - spring.radius + width),
+        (layout.floor_top, layout.half_width + 1),
+    )
+    return slot.rotate((0, 0, 0), (0, 0, 1), arm.direction).translate((*arm.tangent, 0))
+
+
+def _upper_notch(layout: JointLayout, dimensions: JointDimensions) -> Any:
+    """The sector that the upper arm and its shafts sweep, cut out of the pocket's wall."""
+    import cadquery as cq
+
+    start, end = layout.notch
+    outside = layout.web_radius
+    ring = cq.Solid.makeCylinder(
+        outside,
+        layout.half_width + 1 - layout.notch_bottom,
+        cq.Vector(0, 0, layout.notch_bottom),
+        cq.Vector(0, 0, 1),
+        end - start,
+    ).rotate((0, 0, 0), (0, 0, 1), start)
+    kept = _cylinder(layout.pocket_radius - dimensions.clearance, layout.notch_bottom - 1, layout.half_width + 2)
+    return ring.cut(kept)
+
+
+def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
+    """Volume of :func:`build_upper`, mm^3, in closed form but for the cross screw's one integral."""
+    ear_a, ear_b = ear_outlines(dimensions, layout)
+    plate, damper = dimensions.plate, dimensions.damper
+    bore = math.pi * bore_radius(dimensions) ** 2
+    pins = 2 * math.pi * (dimensions.pin_diameter / 2 + dimensions.fit) ** 2
+    pilots = damper.bolt_count * math.pi * (PILOT * damper.bolt_diameter / 2) ** 2
+    ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - pins) * plate
+    outer = layout.socket_outer
+    web = 2 * layout.gap * (2 * outer * (layout.web_thickness - CORNER) + 2 * (outer - CORNER) * CORNER)
+    inner = dimensions.link_width / 2 + dimensions.fit
+    socket = math.pi * (outer**2 - inner**2) * layout.socket_depth
+    return ears + web + socket - _cross_hole(outer, inner)
+
+
+def _cross_hole(outer: float, inner: float) -> float:
+    """Volume (mm^3) that a radial screw hole takes from a tube: the integral of the chords over the hole."""
+    import numpy as np
+
+    # x = a sin t turns the disc's edge into a smooth periodic integrand, on which the trapezoid rule is exact.
+    t = (np.arange(400) + 0.5) / 400 * math.pi - math.pi / 2
+    a = CROSS_SCREW / 2
+    x, width = a * np.sin(t), 2 * a * np.cos(t)
+    chord = 2 * (np.sqrt(outer**2 - x**2) - np.sqrt(inner**2 - x**2))
+    return float(np.sum(chord * width * a * np.cos(t)) * math.pi / 400)

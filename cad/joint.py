@@ -1,0 +1,190 @@
+"""One joint: its parts built in the canonical frame, mirrored to its hand and sign, and put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from cad import arm_shaft, damper_bracket, hinge, torsion_spring
+from cad.dimensions import JointDimensions
+from cad.layout import JointLayout, lay_out
+from cad.parts import BuiltPart, Group, Mesh, file_name, mesh_of
+from cad.pose import SpringPose, pose_spring
+
+
+@dataclass(frozen=True)
+class BuiltJoint:
+    """All parts of a joint. Upper half along +y; lower half's parts drawn straight (q = 0); the spring unloaded."""
+
+    dimensions: JointDimensions
+    layout: JointLayout
+    parts: tuple[BuiltPart, ...]
+
+    def part(self, suffix: str) -> BuiltPart:
+        """The part named ``<joint>_<suffix>``."""
+        wanted = f"{file_name(self.dimensions.name)}_{suffix}"
+        return next(part for part in self.parts if part.name == wanted)
+
+    def turn(self, group: Group, angle: float) -> float:
+        """Rotation (deg) of a group of parts at the measured joint ``angle``: only the lower half turns."""
+        return self.dimensions.rotation(angle) if group == "lower" else 0.0
+
+    def mesh_at(self, part: BuiltPart, angle: float) -> Mesh:
+        """A part's mesh at the measured joint ``angle`` (deg), the spring loaded as it then is."""
+        if part.group == "spring":
+            return spring_mesh_at(self.dimensions, self.layout, angle)
+        return part.mesh.turned(self.turn(part.group, angle))
+
+    def solid_at(self, part: BuiltPart, angle: float) -> Any:
+        """A part's solid at the measured joint ``angle`` (deg), the spring loaded as it then is."""
+        if part.group == "spring":
+            pose = pose_spring(self.dimensions, self.layout, angle)
+            solid = torsion_spring.build_spring(pose.spring, self.layout.arm_length)
+            turn, height = spring_placement(self.dimensions, self.layout, pose)
+            return solid.rotate((0, 0, 0), (0, 0, 1), turn).translate((0, 0, height))
+        return part.solid.rotate((0, 0, 0), (0, 0, 1), self.turn(part.group, angle))
+
+
+def build_joint(dimensions: JointDimensions) -> BuiltJoint:
+    """Build every part of a joint.
+
+    Raises
+    ------
+    DimensionError
+        naming every dimension that does not fit.
+    """
+    return assemble(dimensions, lay_out(dimensions))
+
+
+def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
+    """Build the parts of a joint that is laid out already."""
+    name = file_name(dimensions.name)
+    parts = [
+        _printed(f"{name}_upper", "upper", "upper", dimensions, layout),
+        _printed(f"{name}_lower", "lower", "lower", dimensions, layout),
+        _printed(f"{name}_damper_bracket", "damper_bracket", "upper", dimensions, layout),
+        _damper(f"{name}_damper", dimensions, layout),
+        _shaft(f"{name}_shaft", dimensions, layout),
+        *_arm_shafts(name, dimensions, layout),
+        _spring(f"{name}_spring", dimensions, layout),
+    ]
+    return BuiltJoint(dimensions, layout, tuple(parts))
+
+
+def orient(shape: Any, flips: tuple[int, int]) -> Any:
+    """A canonical shape mirrored in x and/or z; both at once are half a turn about y."""
+    if flips == (-1, -1):
+        return shape.rotate((0, 0, 0), (0, 1, 0), 180)
+    if flips == (-1, 1):
+        return shape.mirror("YZ")
+    return shape.mirror("XY") if flips == (1, -1) else shape
+
+
+def _printed(
+    name: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout
+) -> BuiltPart:
+    exact: float | None = None
+    if family == "upper":
+        solid, exact = hinge.build_upper(dimensions, layout), hinge.upper_volume(dimensions, layout)
+    elif family == "lower":
+        solid = hinge.build_lower(dimensions, layout)
+    else:
+        arguments = (
+            dimensions.damper,
+            layout.bracket_radius,
+            layout.bracket_height,
+            dimensions.wall,
+            dimensions.clearance,
+            dimensions.shaft_diameter,
+        )
+        solid = damper_bracket.build_bracket(*arguments).translate((0, 0, -layout.gap - dimensions.plate))
+        exact = damper_bracket.bracket_volume(*arguments)
+    return _part(name, family, group, solid, layout, exact, printed=True, made="print")
+
+
+def _part(
+    name: str,
+    family: str,
+    group: Group,
+    canonical: Any,
+    layout: JointLayout,
+    exact: float | None,
+    *,
+    printed: bool,
+    made: str,
+) -> BuiltPart:
+    flips = layout.flips
+    mesh = mesh_of(canonical).scaled((flips[0], 1, flips[1]))
+    return BuiltPart(name, family, group, orient(canonical, flips), mesh, printed, exact, made)
+
+
+def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
+    arguments = (layout.bracket_radius, layout.bracket_height, dimensions.shaft_diameter)
+    solid = damper_bracket.build_damper(dimensions.damper, *arguments)
+    solid = solid.translate((0, 0, -layout.gap - dimensions.plate))
+    exact = damper_bracket.damper_volume(dimensions.damper, layout.bracket_radius, dimensions.shaft_diameter)
+    return _part(name, "damper", "upper", solid, layout, exact, printed=False, made="buy (envelope only)")
+
+
+def _shaft(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
+    outside = layout.gap + dimensions.plate
+    bottom = damper_bracket.rotor_bottom(dimensions.damper, layout.bracket_height) - outside
+    solid = arm_shaft.build_d_shaft(dimensions.shaft_diameter, bottom, layout.half_width, outside)
+    exact = arm_shaft.d_shaft_volume(
+        dimensions.shaft_diameter, layout.half_width - bottom, outside - layout.half_width
+    )
+    return _part(name, "shaft", "lower", solid, layout, exact, printed=False, made="cut from a ground D-shaft")
+
+
+def _arm_shafts(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+    parts = []
+    sides: tuple[tuple[Group, Any], ...] = (("upper", layout.upper), ("lower", layout.lower))
+    for group, arm in sides:
+        for role, at in (("arm_shaft", arm.bearing), ("keeper", arm.keeper)):
+            solid = arm_shaft.build_arm_shaft(dimensions.pin_diameter, arm.bottom, arm.top, at)
+            exact = arm_shaft.arm_shaft_volume(dimensions.pin_diameter, arm.top - arm.bottom)
+            title = f"{name}_{group}_{role}"
+            parts.append(
+                _part(title, "arm_shaft", group, solid, layout, exact, printed=False, made="cut from a steel dowel")
+            )
+    return parts
+
+
+def spring_placement(dimensions: JointDimensions, layout: JointLayout, pose: SpringPose) -> tuple[float, float]:
+    """Turn (deg about z) and height (mm) that bring a spring from its own frame into the joint's.
+
+    The joint's x flip takes an arm's direction a to 180 - a; its z flip puts the canonical top, where the
+    upper arm leaves, at the bottom.
+    """
+    flip_x, flip_z = layout.flips
+    wanted = pose.upper_direction if flip_x > 0 else 180.0 - pose.upper_direction
+    top = layout.coil_start + layout.coil_height  # canonical z of the upper arm: it stays at its shafts
+    height = pose.spring.drawn_coils * pose.spring.drawn_pitch
+    if flip_z > 0:
+        return wanted - torsion_spring.top_arm_direction(pose.spring), top - height
+    return wanted - torsion_spring.bottom_arm_direction(pose.spring), -top
+
+
+def spring_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float) -> Mesh:
+    """The spring's mesh in the joint's frame at the measured ``angle``, deg."""
+    pose = pose_spring(dimensions, layout, angle)
+    turn, height = spring_placement(dimensions, layout, pose)
+    vertices, faces = torsion_spring.spring_mesh(pose.spring, layout.arm_length)
+    return Mesh(vertices, faces).turned(turn, (0.0, 0.0, height))
+
+
+def _spring(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
+    pose = pose_spring(dimensions, layout, dimensions.free_angle)
+    turn, height = spring_placement(dimensions, layout, pose)
+    solid = torsion_spring.build_spring(dimensions.spring, layout.arm_length)
+    solid = solid.rotate((0, 0, 0), (0, 0, 1), turn).translate((0, 0, height))
+    return BuiltPart(
+        name=name,
+        family="spring",
+        group="spring",
+        solid=solid,
+        mesh=spring_mesh_at(dimensions, layout, dimensions.free_angle),
+        printed=False,
+        exact_volume=torsion_spring.spring_volume(dimensions.spring, layout.arm_length),
+        made="buy or wind",
+    )

@@ -1,0 +1,96 @@
+"""A whole leg: its joints, the tubes between them, and where each stands in the rest pose."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from cad.dimensions import JointDimensions, LegDimensions
+from cad.joint import BuiltJoint, assemble
+from cad.layout import JointLayout, lay_out_leg, tube_length
+from cad.parts import BuiltPart, Mesh, file_name, mesh_of
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A joint's frame in the leg: turn about z, then shift. x to the right, y up, z towards the viewer."""
+
+    x: float  # mm
+    y: float  # mm
+    turn: float  # deg
+
+
+@dataclass(frozen=True)
+class BuiltLeg:
+    """Joints proximal to distal with the link tube that each carries (drawn in the joint's frame, q = 0)."""
+
+    dimensions: LegDimensions
+    joints: tuple[BuiltJoint, ...]
+    links: tuple[BuiltPart, ...]
+
+    @property
+    def parts(self) -> tuple[BuiltPart, ...]:
+        """Every part, joint by joint, each joint's link tube last."""
+        return tuple(
+            part
+            for joint, link in zip(self.joints, self.links, strict=True)
+            for part in (*joint.parts, link)
+        )
+
+    def placements(self) -> tuple[Placement, ...]:
+        """Where each joint stands with every joint at its rest angle; the first hangs at the origin."""
+        x = y = 0.0
+        turn, result = self.dimensions.tilt, []
+        for joint in self.dimensions.joints:
+            result.append(Placement(x, y, turn))
+            turn += joint.rotation(joint.rest_angle)
+            x += joint.link_length * math.sin(math.radians(turn))
+            y -= joint.link_length * math.cos(math.radians(turn))
+        return tuple(result)
+
+    def rest_meshes(self) -> list[tuple[BuiltPart, Mesh]]:
+        """Every part's mesh in the leg's rest pose."""
+        result = []
+        for joint, link, place in zip(self.joints, self.links, self.placements(), strict=True):
+            for part in (*joint.parts, link):
+                mesh = joint.mesh_at(part, joint.dimensions.rest_angle)
+                result.append((part, mesh.turned(place.turn, (place.x, place.y, 0.0))))
+        return result
+
+
+def build_leg(dimensions: LegDimensions) -> BuiltLeg:
+    """Build all parts of a leg. Nothing is checked beyond the dimensions; see ``cad.checks.check_leg``.
+
+    Raises
+    ------
+    DimensionError
+        with everything that does not fit, in all joints.
+    """
+    layouts = lay_out_leg(dimensions)
+    joints = tuple(
+        assemble(joint, layout) for joint, layout in zip(dimensions.joints, layouts, strict=True)
+    )
+    links = tuple(
+        _link(joint, layout, tube_length(dimensions, layouts, index))
+        for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True))
+    )
+    return BuiltLeg(dimensions, joints, links)
+
+
+def _link(dimensions: JointDimensions, layout: JointLayout, length: float) -> BuiltPart:
+    """The tube that hangs from a joint's lower socket."""
+    import cadquery as cq
+
+    origin, down = cq.Vector(0, -layout.lower_bottom, 0), cq.Vector(0, -1, 0)
+    outer, inner = dimensions.link_width / 2, dimensions.link_width / 2 - dimensions.tube_wall
+    tube = cq.Solid.makeCylinder(outer, length, origin, down).cut(cq.Solid.makeCylinder(inner, length, origin, down))
+    return BuiltPart(
+        name=f"{file_name(dimensions.name)}_link",
+        family="link",
+        group="lower",
+        solid=tube,
+        mesh=mesh_of(tube),
+        printed=False,
+        exact_volume=math.pi * (outer**2 - inner**2) * length,
+        made="cut from tube",
+    )

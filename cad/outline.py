@@ -1,0 +1,132 @@
+"""Flat outlines: the convex hull of discs, as exact arcs and lines, with its area in closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+_TINY = 1e-9
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc in the plane, mm."""
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class _Tangent:
+    """A straight hull edge from disc ``start`` to disc ``end`` with its outward normal at ``angle`` rad."""
+
+    start: int
+    end: int
+    angle: float
+
+
+@dataclass(frozen=True)
+class Hull:
+    """Convex hull of discs: arcs on discs between straight tangents, counter-clockwise."""
+
+    discs: tuple[Disc, ...]
+    tangents: tuple[_Tangent, ...]
+
+    @property
+    def arcs(self) -> list[tuple[Disc, float, float]]:
+        """(disc, from, to) rad for each arc; with a single disc the whole circle."""
+        if not self.tangents:
+            return [(self.discs[0], 0.0, 2 * math.pi)]
+        result = []
+        for tangent, following in zip(self.tangents, self.tangents[1:] + self.tangents[:1], strict=True):
+            sweep = (following.angle - tangent.angle) % (2 * math.pi)
+            result.append((self.discs[tangent.end], tangent.angle, tangent.angle + sweep))
+        return result
+
+    @property
+    def area(self) -> float:
+        """Enclosed area, mm^2, by Green's theorem over arcs and lines."""
+        double, points = 0.0, []
+        for disc, start, end in self.arcs:
+            double += disc.radius**2 * (end - start) + disc.radius * (
+                disc.x * (math.sin(end) - math.sin(start)) - disc.y * (math.cos(end) - math.cos(start))
+            )
+            points.append((_on(disc, start), _on(disc, end)))
+        for (_, (x0, y0)), ((x1, y1), _) in zip(points, points[1:] + points[:1], strict=True):
+            double += x0 * y1 - x1 * y0
+        return double / 2
+
+    def extrude(self, bottom: float, top: float) -> Any:
+        """A cadquery Solid between two heights, mm."""
+        import cadquery as cq
+
+        if not self.tangents:
+            disc = self.discs[0]
+            return cq.Solid.makeCylinder(disc.radius, top - bottom, cq.Vector(disc.x, disc.y, bottom))
+        edges, last = [], _on(self.arcs[-1][0], self.arcs[-1][2])
+        for disc, start, end in self.arcs:
+            first, middle, final = (_on(disc, angle) for angle in (start, (start + end) / 2, end))
+            edges.append(cq.Edge.makeLine(cq.Vector(*last, bottom), cq.Vector(*first, bottom)))
+            edges.append(cq.Edge.makeThreePointArc(*(cq.Vector(*point, bottom) for point in (first, middle, final))))
+            last = final
+        face = cq.Face.makeFromWires(cq.Wire.assembleEdges(edges))
+        return cq.Solid.extrudeLinear(face, cq.Vector(0, 0, top - bottom))
+
+
+def _on(disc: Disc, angle: float) -> tuple[float, float]:
+    return disc.x + disc.radius * math.cos(angle), disc.y + disc.radius * math.sin(angle)
+
+
+def hull_of(discs: list[Disc]) -> Hull:
+    """Convex hull of one or more discs.
+
+    A directed tangent between two discs is an edge when no disc reaches beyond it; discs are few, so each
+    pair is tried against all.
+    """
+    kept = _outermost(discs)
+    tangents: list[_Tangent] = []
+    for i, a in enumerate(kept):
+        for j, b in enumerate(kept):
+            if i == j:
+                continue
+            distance = math.hypot(b.x - a.x, b.y - a.y)
+            along = math.atan2(b.y - a.y, b.x - a.x)
+            # The normal n of a common tangent keeps n . (b - a) = ra - rb; on the right of the way from a to b.
+            angle = along - math.acos((a.radius - b.radius) / distance)
+            normal = (math.cos(angle), math.sin(angle))
+            height = normal[0] * a.x + normal[1] * a.y + a.radius
+            if all(normal[0] * c.x + normal[1] * c.y + c.radius <= height + _TINY for c in kept):
+                tangents.append(_Tangent(i, j, angle % (2 * math.pi)))
+    return Hull(tuple(kept), tuple(_without_short_cuts(kept, tangents)))
+
+
+def _outermost(discs: list[Disc]) -> list[Disc]:
+    """Drop discs that lie within another one, and repeats."""
+    kept: list[Disc] = []
+    for disc in sorted(discs, key=lambda item: -item.radius):
+        inside = any(math.hypot(disc.x - o.x, disc.y - o.y) <= o.radius - disc.radius + _TINY for o in kept)
+        if not inside:
+            kept.append(disc)
+    return kept
+
+
+def _without_short_cuts(discs: list[Disc], tangents: list[_Tangent]) -> list[_Tangent]:
+    """Sorted by normal; of several edges on one line (three discs touch it) the longest."""
+    result: list[_Tangent] = []
+
+    def length(item: _Tangent) -> float:
+        a, b = discs[item.start], discs[item.end]
+        return math.hypot(a.x - b.x, a.y - b.y)
+
+    for tangent in sorted(tangents, key=lambda item: item.angle):
+        gap = (tangent.angle - result[-1].angle) if result else 1.0
+        if gap < 1e-7:
+            result[-1] = max(result[-1], tangent, key=length)
+        else:
+            result.append(tangent)
+    if len(result) > 1 and 2 * math.pi - result[-1].angle + result[0].angle < 1e-7:
+        longest = max(result[0], result[-1], key=length)
+        result = [longest, *result[1:-1]]
+    return sorted(result, key=lambda item: item.angle)

@@ -1,0 +1,87 @@
+"""A part as built: its solid, its mesh, and what is known of it in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Faces = NDArray[np.int64]
+Group = Literal["upper", "lower", "spring"]
+
+# Chord error of the meshes. The angular one dominates on small radii and is therefore always given.
+LINEAR_TOLERANCE = 0.05  # mm
+ANGULAR_TOLERANCE = 0.15  # rad
+
+COLOURS: dict[str, tuple[float, float, float]] = {
+    "upper": (0.30, 0.47, 0.66),
+    "lower": (0.95, 0.56, 0.17),
+    "damper_bracket": (0.35, 0.63, 0.31),
+    "damper": (0.25, 0.25, 0.28),
+    "spring": (0.72, 0.73, 0.76),
+    "shaft": (0.55, 0.56, 0.60),
+    "arm_shaft": (0.80, 0.30, 0.30),
+    "link": (0.86, 0.86, 0.84),
+}
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles: ``vertices`` (n, 3) mm, ``faces`` (m, 3), outward."""
+
+    vertices: Array
+    faces: Faces
+
+    def turned(self, angle: float, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+        """Turned by ``angle`` deg about z, then shifted by mm."""
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return Mesh(self.vertices @ rotation.T + np.array(shift), self.faces)
+
+    def scaled(self, signs: tuple[int, int, int]) -> Mesh:
+        """Mirrored in the axes whose sign is -1; faces stay outward."""
+        flipped = signs[0] * signs[1] * signs[2] < 0
+        return Mesh(self.vertices * np.array(signs, dtype=np.float64), self.faces[:, ::-1] if flipped else self.faces)
+
+    @property
+    def volume(self) -> float:
+        """Signed volume, mm^3, by the divergence theorem."""
+        a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
+        return float(np.sum(np.cross(a, b) * c) / 6.0)
+
+
+@dataclass(frozen=True)
+class BuiltPart:
+    """One part in its joint's frame, the lower half's parts with the joint straight (q = 0)."""
+
+    name: str
+    family: str  # key of COLOURS
+    group: Group  # what it moves with
+    solid: Any  # cadquery Shape
+    mesh: Mesh
+    printed: bool
+    exact_volume: float | None  # mm^3 in closed form, where there is one
+    made: str  # how one gets it, for people
+
+    @property
+    def colour(self) -> tuple[float, float, float]:
+        """Red, green, blue in 0-1."""
+        return COLOURS[self.family]
+
+
+def mesh_of(solid: Any) -> Mesh:
+    """Mesh of a solid whose faces share their edges' points, so that merging them closes it."""
+    import trimesh
+
+    points, triangles = solid.tessellate(LINEAR_TOLERANCE, ANGULAR_TOLERANCE)
+    vertices = np.array([(p.x, p.y, p.z) for p in points], dtype=np.float64)
+    merged = trimesh.Trimesh(vertices, np.array(triangles, dtype=np.int64), process=True)
+    return Mesh(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
+
+
+def file_name(name: str) -> str:
+    """A part's or joint's name as a file name: blanks become underscores (other characters are refused earlier)."""
+    return name.replace(" ", "_")

@@ -1,0 +1,139 @@
+"""Pictures of parts and assemblies, drawn off-screen from their meshes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cad.parts import Mesh
+
+Colour = tuple[float, float, float]
+VIEW = (0.55, 0.35, 0.76)  # direction from the part to the eye: from the front right, a little above
+FEATURE_ANGLE = 25.0  # deg; sharper edges are drawn
+
+
+class PreviewError(RuntimeError):
+    """No picture can be drawn on this machine; parts and checks are not touched by it."""
+
+
+class Camera:
+    """One off-screen window, kept open because opening it costs more than a picture."""
+
+    def __init__(self, width: int = 800, height: int = 600) -> None:
+        try:
+            import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  registers the off-screen window
+            from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+        except ImportError as error:
+            raise PreviewError(f"no pictures: vtk cannot be loaded ({error})") from error
+        self._renderer: Any = vtkRenderer()
+        self._renderer.SetBackground(1.0, 1.0, 1.0)
+        self._window: Any = vtkRenderWindow()
+        self._window.SetOffScreenRendering(1)
+        self._window.SetSize(width, height)
+        self._window.SetMultiSamples(4)
+        self._window.AddRenderer(self._renderer)
+
+    def draw(
+        self,
+        items: list[tuple[Mesh, Colour]],
+        path: Path,
+        view: tuple[float, float, float] = VIEW,
+        up: tuple[float, float, float] = (0.0, 1.0, 0.0),
+    ) -> None:
+        """Write a PNG of coloured meshes seen from ``view``.
+
+        Raises
+        ------
+        PreviewError
+            when the picture came out blank, as a broken graphics driver leaves it.
+        """
+        self._renderer.RemoveAllViewProps()
+        for mesh, colour in items:
+            for actor in _actors(mesh, colour):
+                self._renderer.AddActor(actor)
+        camera = self._renderer.GetActiveCamera()
+        camera.SetParallelProjection(True)
+        centre = np.mean([_middle(mesh) for mesh, _ in items], axis=0)
+        camera.SetFocalPoint(*centre)
+        camera.SetPosition(*(centre + np.array(view)))
+        camera.SetViewUp(*up)
+        self._renderer.ResetCamera()
+        camera.Zoom(1.25)
+        self._renderer.ResetCameraClippingRange()
+        self._window.Render()
+        self._write(path)
+
+    def _write(self, path: Path) -> None:
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkIOImage import vtkPNGWriter
+        from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+        grab = vtkWindowToImageFilter()
+        grab.SetInput(self._window)
+        grab.ReadFrontBufferOff()
+        grab.Update()
+        pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
+        if np.mean(np.any(pixels < 250, axis=1)) < 0.002:
+            raise PreviewError("no pictures: the off-screen window stays blank on this machine")
+        writer = vtkPNGWriter()
+        writer.SetFileName(str(path))
+        writer.SetInputConnection(grab.GetOutputPort())
+        writer.Write()
+
+    def close(self) -> None:
+        """Give the window's memory back."""
+        self._window.Finalize()
+
+
+def _middle(mesh: Mesh) -> Any:
+    return (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+
+
+def _actors(mesh: Mesh, colour: Colour) -> list[Any]:
+    """The shaded surface and its sharp edges."""
+    from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkPolyDataNormals
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+    data = _poly_data(mesh)
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(data)
+    normals.SetFeatureAngle(FEATURE_ANGLE)
+    normals.ConsistencyOff()
+    surface = vtkPolyDataMapper()
+    surface.SetInputConnection(normals.GetOutputPort())
+    body = vtkActor()
+    body.SetMapper(surface)
+    body.GetProperty().SetColor(*colour)
+    body.GetProperty().SetSpecular(0.15)
+    edges = vtkFeatureEdges()
+    edges.SetInputData(data)
+    edges.SetFeatureAngle(FEATURE_ANGLE)
+    edges.BoundaryEdgesOff()
+    edges.NonManifoldEdgesOff()
+    edges.ColoringOff()
+    lines = vtkPolyDataMapper()
+    lines.SetInputConnection(edges.GetOutputPort())
+    lines.SetResolveCoincidentTopologyToPolygonOffset()
+    outline = vtkActor()
+    outline.SetMapper(lines)
+    outline.GetProperty().SetColor(0.1, 0.1, 0.12)
+    outline.GetProperty().SetLineWidth(1.2)
+    return [body, outline]
+
+
+def _poly_data(mesh: Mesh) -> Any:
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+    points = vtkPoints()
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(mesh.vertices), deep=True))
+    cells = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.int64).ravel()
+    triangles = vtkCellArray()
+    triangles.SetCells(len(mesh.faces), numpy_to_vtkIdTypeArray(cells, deep=True))
+    data = vtkPolyData()
+    data.SetPoints(points)
+    data.SetPolys(triangles)
+    return data
