@@ -173,7 +173,7 @@ def factor(unit: str, canonical: str) -> float:
     found, wanted = _unit(unit), _unit(canonical)
     if found.dimension != wanted.dimension:
         raise UserError(
-            f"[{unit}] is the unit of {_article(_meaning(unit))}, where one of {_article(_meaning(canonical))} "
+            f"[{unit}] is the unit of {_article(_meaning(unit))}, where that of {_article(_meaning(canonical))} "
             f"is needed, such as [{_example(canonical).split(' ', 1)[1]}]{_near_dimension(unit, wanted)}"
         )
     return found.factor / wanted.factor
@@ -258,6 +258,10 @@ def _unit(text: str) -> _Unit:
     import pint
 
     registry = _registry()
+    for name in re.findall(_NAME, plain):
+        # pint takes "Ns" for several newtons, where N*s was meant.
+        if len(name) <= 4 and [found[2] for found in registry.parse_unit_name(name)][:1] == ["s"]:
+            raise UserError(f"unit {_shown(name)} in {_shown(text)} is not known{_near_units(name)}")
     try:
         unit = registry.parse_units(plain)
         root, _ = registry.get_root_units(unit)

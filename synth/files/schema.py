@@ -100,7 +100,7 @@ def _shown(value: object, hint: Any) -> str:
         return "[" + ", ".join(_shown(item, hint) for item in value) + "]"
     quantity = _quantity(hint)
     if isinstance(value, float) and quantity is not None:
-        return units.write(value, quantity.example.split(" ", 1)[1])
+        return units.write(value, quantity.shown)
     if isinstance(value, bool):
         return "true" if value else "false"
     return "none" if value is None else str(value)

@@ -61,6 +61,11 @@ class Quantity:
     def example(self) -> str:
         return units.MEANINGS[self.unit][1]
 
+    @property
+    def shown(self) -> str:
+        """The unit that a user would write."""
+        return self.example.split(" ", 1)[1]
+
     def read(self, value: object) -> float:
         """The value in ``unit``, or a refusal."""
         try:
@@ -68,11 +73,11 @@ class Quantity:
         except UserError as error:
             raise refusal(error.problems[0].text) from None
         if self.above is not None and not number > self.above:
-            raise refusal(f"{value} is not allowed: it must be more than {units.write(self.above, self.unit)}")
+            raise refusal(f"{value} is not allowed: it must be more than {units.write(self.above, self.shown)}")
         if self.least is not None and number < self.least:
-            raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.unit)}")
+            raise refusal(f"{value} is not allowed: it must be at least {units.write(self.least, self.shown)}")
         if self.most is not None and number > self.most:
-            raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.unit)}")
+            raise refusal(f"{value} is not allowed: it can be at most {units.write(self.most, self.shown)}")
         return number
 
 

@@ -137,6 +137,8 @@ class _Builder:
             line = node.start_mark.line + 1
             raise UserError(Problem("its aliases (*name) unfold to more than a project can hold", self.name, line))
         self.lines.setdefault(key, node.start_mark.line + 1)
+        if not isinstance(node, yaml.ScalarNode) and node.tag not in (f"{_TAG}map", f"{_TAG}seq"):
+            self._refuse_tag(node, key)
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, key, depth)
         if isinstance(node, yaml.SequenceNode):
@@ -172,7 +174,9 @@ class _Builder:
             return float(text)
         # Dates, sexagesimal and other special numbers stay as written: no file of ours has them.
         if tag not in ("str", "int", "float", "timestamp", "value", "merge"):
-            place = dotted(key, None) or None
-            found = f"the tag {node.tag!r} is not read; write a plain value"
-            self.problems.append(Problem(found, self.name, node.start_mark.line + 1, place))
+            self._refuse_tag(node, key)
         return text
+
+    def _refuse_tag(self, node: yaml.Node, key: Key) -> None:
+        text = f"the tag {node.tag!r} is not read; write a plain value"
+        self.problems.append(Problem(text, self.name, node.start_mark.line + 1, dotted(key, None) or None))

@@ -1,0 +1,158 @@
+"""Quantities: published conversion factors, angle as a dimension, and text that nobody means well by."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import subprocess
+import sys
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from synth import units
+from synth.errors import UserError
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        # NIST SP 811 (2008) appendix B.8 and exact definitions
+        ("200 mm", "m", 0.2),
+        ("1.25 in", "m", 0.03175),
+        ("31 ozf*in", "N*m", 31 * 7.061552e-3),
+        ("1 lbf", "N", 4.448222),
+        ("1 lb", "kg", 0.45359237),
+        ("1 kgf*cm", "N*m", 0.0980665),
+        ("1 psi", "Pa", 6894.757),
+        ("50 rpm", "rad/s", 50 * 2 * math.pi / 60),
+        ("0.39 N*m/deg", "N*m/rad", 0.39 * 180 / math.pi),
+        ("1 rev", "rad", 2 * math.pi),
+        ("5 %", "1", 0.05),
+        ("3.5e-3 kg*m^2", "kg*m^2", 3.5e-3),
+        ("35 kg cm²", "kg*m^2", 35e-4),
+        ("740g", "kg", 0.74),
+        ("−20 °", "rad", -math.radians(20)),
+        ("9.81 m/s**2", "m/s^2", 9.81),
+        ("1 N/(rad/s)", "N*s/rad", 1.0),
+        ("5 mN·m", "N*m", 5e-3),
+        (2, "1", 2.0),
+        (0.5, "1", 0.5),
+        ("90 deg", "deg", 90.0),
+    ],
+)
+def test_reads_quantities(text: object, unit: str, value: float) -> None:
+    assert units.parse(text, unit) == pytest.approx(value, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "words"),
+    [
+        (200, "m", ["200 has no unit", "200 mm", "length"]),
+        ("200", "m", ['"200" has no unit', "200 mm"]),
+        (0, "rad", ["0 has no unit"]),
+        ("5 kg", "m", ["mass", "length"]),
+        ("38 N*m", "N*m/rad", ["a torque", "torsional spring rate", "N*m/rad"]),
+        ("5 Hz", "rad/s", ["a frequency", "an angular speed"]),
+        ("31 oz*in", "N*m", ["did you mean ozf*in"]),
+        ("20 MM", "m", ['"MM"', "did you mean mm"]),
+        ("5 Ns/m", "N/m", ['"Ns"']),
+        ("2 lbs", "kg", ["did you mean lb?"]),
+        ("2 degg", "rad", ["did you mean deg"]),
+        ("0,39 m", "m", ["point, not a comma"]),
+        ("nan m", "m", ["not a number"]),
+        (math.nan, "1", ["not a number"]),
+        (math.inf, "1", ["not a number"]),
+        ("inf m", "m", ["not a number"]),
+        ("1e999 m", "m", ["too large"]),
+        ("1e308 km", "m", ["too large"]),
+        (True, "1", ["not a quantity"]),
+        (None, "m", ["not a quantity"]),
+        ("mm", "m", ["not a number"]),
+        ("1 1/4 in", "m", ["cannot be read as a unit"]),
+        ("5 m*", "m", ["cannot be read as a unit"]),
+        ("1.2.3 m", "m", ["not a number"]),
+    ],
+)
+def test_refuses_with_how_to_write_it(text: object, unit: str, words: list[str]) -> None:
+    with pytest.raises(UserError) as caught:
+        units.parse(text, unit)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "9**9**9 m",
+        "1 m**9**9",
+        "1 m^99999999",
+        "1 (m^9)^9",
+        "1 m" + "*m" * 500_000,
+        "1" * 1_000_000 + " m",
+        "x" * 1_000_000,
+        "1 __import__('os').system('true')",
+        "1 m if 1 else m",
+        "1 [m for m in (1,)]",
+        "1 m\x00",
+        "1 " + "(" * 90,
+    ],
+)
+def test_hostile_text_is_refused_quickly(text: str) -> None:
+    units.parse("1 mm", "m")  # pint's import is not what is timed
+    start = time.perf_counter()
+    with pytest.raises(UserError) as caught:
+        units.parse(text, "m")
+    assert time.perf_counter() - start < 1.0
+    assert len(str(caught.value)) < 300
+
+
+def test_header() -> None:
+    assert units.header("hip velocity [deg/s]") == ("hip velocity", "deg/s")
+    assert units.header(' "x" [ N*m ] ') == ('"x"', "N*m")
+    for text in ("hip", "hip (deg)", "hip []", "[deg]", "a [b] [c]", "", "x" * 10_000 + "[m]"):
+        with pytest.raises(UserError, match=r"\[deg\]"):
+            units.header(text)
+
+
+def test_factor() -> None:
+    assert units.factor("rpm", "rad/s") == pytest.approx(math.pi / 30)
+    assert units.factor("ms", "s") == pytest.approx(1e-3)
+    with pytest.raises(UserError, match="angle"):
+        units.factor("deg", "m")
+    with pytest.raises(UserError, match="did you mean deg"):
+        units.factor("degs", "rad")
+
+
+def test_quantity_shows_si_in_another_unit() -> None:
+    shown = units.quantity(0.1, "deg", (0.09, math.inf))
+    assert shown["value"] == pytest.approx(5.7296, abs=1e-4)
+    assert shown["unit"] == "deg"
+    assert shown["interval90"] == [pytest.approx(5.15662, abs=1e-5), None]
+    assert "interval90" not in units.quantity(1.0, "m")
+    with pytest.raises(ValueError, match="nan"):
+        units.quantity(math.nan, "m")
+    with pytest.raises(ValueError, match="interval"):
+        units.quantity(1.0, "m", (math.nan, 2.0))
+
+
+@given(
+    st.floats(-1e12, 1e12, allow_nan=False),
+    st.sampled_from(["mm", "deg", "kg*m^2", "N*m/rad", "N*m*s/rad", "rpm", "ozf*in", "%"]),
+)
+def test_written_quantity_reads_back(value: float, unit: str) -> None:
+    canonical = {"mm": "m", "deg": "rad", "rpm": "rad/s", "ozf*in": "N*m", "%": "1"}.get(unit, unit)
+    assert units.parse(units.write(value, unit), canonical) == pytest.approx(value, rel=1e-13, abs=1e-300)
+
+
+@given(st.text(max_size=30))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    with contextlib.suppress(UserError):
+        assert math.isfinite(units.parse(text, "m"))
+
+
+def test_import_alone_brings_no_pint() -> None:
+    code = "import sys, synth.units; assert 'pint' not in sys.modules and 'numpy' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
