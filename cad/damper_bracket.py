@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.arm_shaft import build_d_bore, d_section_area
 from cad.dimensions import DamperDimensions
 from cad.layout import Point, unit
 
@@ -55,16 +54,19 @@ def bracket_volume(
     return math.pi * (sleeve * (height - wall) + base * wall)
 
 
-def build_damper(damper: DamperDimensions, radius: float, height: float, shaft_diameter: float) -> Any:
-    """Envelope of the bought damper seated on the bracket: body, flange, and the rotor's D bore."""
+def build_damper(damper: DamperDimensions, radius: float, height: float, bore: float) -> Any:
+    """Envelope of the bought damper seated on the bracket: body and flange round a bore of radius ``bore``, mm.
+
+    The rotor, which is keyed on the shaft and turns with it, is not drawn.
+    """
+    top = -height + damper.body_length
     flange = _cylinder(radius, -height - FLANGE_THICKNESS, -height)
-    body = _cylinder(damper.outer_diameter / 2, -height, -height + damper.body_length)
+    body = _cylinder(damper.outer_diameter / 2, -height, top)
     holes = [
         _cylinder(damper.bolt_diameter / 2, -height - FLANGE_THICKNESS - 1.0, -height + 0.5, at)
         for at in screw_centres(damper)
     ]
-    bore = build_d_bore(shaft_diameter, 0.0, rotor_bottom(damper, height), -height + damper.body_length + 1.0)
-    return flange.fuse(body).cut(*holes, bore)
+    return flange.fuse(body).cut(*holes, _cylinder(bore, -height - FLANGE_THICKNESS - 1.0, top + 1.0))
 
 
 def rotor_bottom(damper: DamperDimensions, height: float) -> float:
@@ -72,9 +74,8 @@ def rotor_bottom(damper: DamperDimensions, height: float) -> float:
     return -height + (1.0 - ROTOR_GRIP) * damper.body_length
 
 
-def damper_volume(damper: DamperDimensions, radius: float, shaft_diameter: float) -> float:
+def damper_volume(damper: DamperDimensions, radius: float, bore: float) -> float:
     """Volume of :func:`build_damper`, mm^3, in closed form."""
-    flange = radius**2 - damper.bolt_count * (damper.bolt_diameter / 2) ** 2
-    body = math.pi * (damper.outer_diameter / 2) ** 2 * damper.body_length
-    bore = d_section_area(shaft_diameter) * ROTOR_GRIP * damper.body_length
-    return math.pi * flange * FLANGE_THICKNESS + body - bore
+    flange = radius**2 - damper.bolt_count * (damper.bolt_diameter / 2) ** 2 - bore**2
+    body = (damper.outer_diameter / 2) ** 2 - bore**2
+    return math.pi * (flange * FLANGE_THICKNESS + body * damper.body_length)

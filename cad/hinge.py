@@ -16,7 +16,6 @@ from cad.dimensions import JointDimensions
 from cad.layout import ArmLayout, JointLayout, Point
 from cad.outline import Disc, Hull, hull_of
 
-CORNER = 3.0  # mm, radius of the ears' upper corners
 CROSS_SCREW = 3.4  # mm, M3 through socket and tube
 
 
@@ -59,32 +58,33 @@ def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way:
 def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
     """Outlines of ear A (bracket side) and ear B (arm shaft side)."""
     hub = dimensions.shaft_diameter / 2 + dimensions.clearance + 2 * dimensions.wall
-    top = layout.upper_bottom - CORNER
-    corners = [Disc(x, top, CORNER) for x in (CORNER - layout.socket_outer, layout.socket_outer - CORNER)]
+    radius = layout.web_thickness / 2
+    side = layout.socket_outer - radius
+    corners = [Disc(x, layout.upper_bottom - radius, radius) for x in (-side, side)]
     ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius)), *corners])
     ear_b = hull_of([Disc(0.0, 0.0, hub), *corners, *_lobes(dimensions, layout.upper)])
     return ear_a, ear_b
+
+
+def _web_outline(layout: JointLayout) -> Hull:
+    """The web between the ears seen along z, its corners as round as it is thick."""
+    radius = layout.web_thickness / 2
+    side = layout.socket_outer - radius
+    return hull_of([Disc(x, layout.upper_bottom - radius, radius) for x in (-side, side)])
 
 
 def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The clevis as a cadquery Solid; the upper link points along +y."""
     gap, outside = layout.gap, layout.gap + dimensions.plate
     ear_a, ear_b = ear_outlines(dimensions, layout)
-    web = _box(
-        (-layout.socket_outer, layout.socket_outer), (layout.web_radius, layout.upper_bottom - CORNER), (-gap, gap)
-    )
-    cap = _box(
-        (CORNER - layout.socket_outer, layout.socket_outer - CORNER),
-        (layout.upper_bottom - CORNER, layout.upper_bottom),
-        (-gap, gap),
-    )
+    web = _web_outline(layout).extrude(-gap, gap)
     socket, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
     cuts.append(_cylinder(bore_radius(dimensions), -outside - 1, outside + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
     cuts += [_cylinder(pin, gap - 1, outside + 1, at) for at in (layout.upper.bearing, layout.upper.keeper)]
     pilot = PILOT * dimensions.damper.bolt_diameter / 2
     cuts += [_cylinder(pilot, -outside - 1, -gap + 1, at) for at in screw_centres(dimensions.damper)]
-    body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, cap, socket)
+    body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, socket)
     return body.clean().cut(*cuts)
 
 
@@ -100,7 +100,8 @@ def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
     pocket = _cylinder(layout.pocket_radius, layout.floor_top, half + 1)
     if layout.arbor_radius:
         pocket = pocket.cut(_cylinder(layout.arbor_radius, layout.floor_top, half + 1))
-    cuts += [pocket, _lower_slot(dimensions, layout), _upper_notch(layout, dimensions)]
+    cuts += [pocket, _lower_slot(dimensions, layout), _lower_mouth(dimensions, layout)]
+    cuts.append(_upper_notch(dimensions, layout))
     cuts.append(build_d_bore(dimensions.shaft_diameter, dimensions.fit, -half - 1, half + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
     cuts += [_cylinder(pin, -half - 1, half + 1, at) for at in (layout.lower.bearing, layout.lower.keeper)]
@@ -120,21 +121,30 @@ def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
     return slot.rotate((0, 0, 0), (0, 0, 1), arm.direction).translate((*arm.tangent, 0))
 
 
-def _upper_notch(layout: JointLayout, dimensions: JointDimensions) -> Any:
+def _lower_mouth(dimensions: JointDimensions, layout: JointLayout) -> Any:
+    """The pocket's wall where the slot leaves it at a grazing angle: cut away, it would be a feather edge."""
+    width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
+    near = math.degrees(math.asin((layout.radius_closed - width) / layout.tongue_radius))
+    sector = (layout.lower.direction + near, layout.lower.direction + 90.0)
+    return _ring_sector(layout, dimensions.clearance, sector, layout.tongue_radius, layout.floor_top)
+
+
+def _upper_notch(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The sector that the upper arm and its shafts sweep, cut out of the pocket's wall."""
+    return _ring_sector(layout, dimensions.clearance, layout.notch, layout.web_radius, layout.notch_bottom)
+
+
+def _ring_sector(
+    layout: JointLayout, clearance: float, sector: tuple[float, float], outside: float, bottom: float
+) -> Any:
+    """A cut from inside the pocket to radius ``outside``, between two angles (deg), from ``bottom`` upwards."""
     import cadquery as cq
 
-    start, end = layout.notch
-    outside = layout.web_radius
-    ring = cq.Solid.makeCylinder(
-        outside,
-        layout.half_width + 1 - layout.notch_bottom,
-        cq.Vector(0, 0, layout.notch_bottom),
-        cq.Vector(0, 0, 1),
-        end - start,
-    ).rotate((0, 0, 0), (0, 0, 1), start)
-    kept = _cylinder(layout.pocket_radius - dimensions.clearance, layout.notch_bottom - 1, layout.half_width + 2)
-    return ring.cut(kept)
+    height = layout.half_width + 1 - bottom
+    whole = cq.Solid.makeCylinder(
+        outside, height, cq.Vector(0, 0, bottom), cq.Vector(0, 0, 1), sector[1] - sector[0]
+    ).rotate((0, 0, 0), (0, 0, 1), sector[0])
+    return whole.cut(_cylinder(layout.pocket_radius - clearance / 2, bottom - 1, bottom + height + 1))
 
 
 def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
@@ -146,7 +156,7 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     pilots = damper.bolt_count * math.pi * (PILOT * damper.bolt_diameter / 2) ** 2
     ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - pins) * plate
     outer = layout.socket_outer
-    web = 2 * layout.gap * (2 * outer * (layout.web_thickness - CORNER) + 2 * (outer - CORNER) * CORNER)
+    web = 2 * layout.gap * _web_outline(layout).area
     inner = dimensions.link_width / 2 + dimensions.fit
     socket = math.pi * (outer**2 - inner**2) * layout.socket_depth
     return ears + web + socket - _cross_hole(outer, inner)

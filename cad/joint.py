@@ -119,10 +119,10 @@ def _part(
 
 
 def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
-    arguments = (layout.bracket_radius, layout.bracket_height, dimensions.shaft_diameter)
-    solid = damper_bracket.build_damper(dimensions.damper, *arguments)
+    bore = dimensions.shaft_diameter / 2 + dimensions.clearance
+    solid = damper_bracket.build_damper(dimensions.damper, layout.bracket_radius, layout.bracket_height, bore)
     solid = solid.translate((0, 0, -layout.gap - dimensions.plate))
-    exact = damper_bracket.damper_volume(dimensions.damper, layout.bracket_radius, dimensions.shaft_diameter)
+    exact = damper_bracket.damper_volume(dimensions.damper, layout.bracket_radius, bore)
     return _part(name, "damper", "upper", solid, layout, exact, printed=False, made="buy (envelope only)")
 
 
@@ -158,11 +158,10 @@ def spring_placement(dimensions: JointDimensions, layout: JointLayout, pose: Spr
     """
     flip_x, flip_z = layout.flips
     wanted = pose.upper_direction if flip_x > 0 else 180.0 - pose.upper_direction
-    top = layout.coil_start + layout.coil_height  # canonical z of the upper arm: it stays at its shafts
-    height = pose.spring.drawn_coils * pose.spring.drawn_pitch
+    height = pose.spring.drawn_coils * pose.spring.drawn_pitch  # the coil rests on the floor; closed, it grows upwards
     if flip_z > 0:
-        return wanted - torsion_spring.top_arm_direction(pose.spring), top - height
-    return wanted - torsion_spring.bottom_arm_direction(pose.spring), -top
+        return wanted - torsion_spring.top_arm_direction(pose.spring), layout.coil_start
+    return wanted - torsion_spring.bottom_arm_direction(pose.spring), -layout.coil_start - height
 
 
 def spring_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float) -> Mesh:

@@ -53,17 +53,27 @@ class Camera:
         for mesh, colour in items:
             for actor in _actors(mesh, colour):
                 self._renderer.AddActor(actor)
-        camera = self._renderer.GetActiveCamera()
-        camera.SetParallelProjection(True)
-        centre = np.mean([_middle(mesh) for mesh, _ in items], axis=0)
-        camera.SetFocalPoint(*centre)
-        camera.SetPosition(*(centre + np.array(view)))
-        camera.SetViewUp(*up)
-        self._renderer.ResetCamera()
-        camera.Zoom(1.25)
+        self._frame([mesh for mesh, _ in items], view, up)
         self._renderer.ResetCameraClippingRange()
         self._window.Render()
         self._write(path)
+
+    def _frame(self, meshes: list[Mesh], view: tuple[float, float, float], up: tuple[float, float, float]) -> None:
+        """Parallel projection that just holds every vertex."""
+        towards = np.array(view) / np.linalg.norm(view)
+        right = np.cross(up, towards)
+        right /= np.linalg.norm(right)
+        axes = np.array([right, np.cross(towards, right), towards])
+        seen = np.vstack([mesh.vertices for mesh in meshes]) @ axes.T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        centre = (low + high) / 2 @ axes
+        width, height = self._window.GetSize()
+        camera = self._renderer.GetActiveCamera()
+        camera.SetParallelProjection(True)
+        camera.SetFocalPoint(*centre)
+        camera.SetPosition(*(centre + towards * (high[2] - low[2] + 1.0)))
+        camera.SetViewUp(*up)
+        camera.SetParallelScale(0.53 * max(high[1] - low[1], (high[0] - low[0]) * height / width))
 
     def _write(self, path: Path) -> None:
         from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -85,10 +95,6 @@ class Camera:
     def close(self) -> None:
         """Give the window's memory back."""
         self._window.Finalize()
-
-
-def _middle(mesh: Mesh) -> Any:
-    return (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
 
 
 def _actors(mesh: Mesh, colour: Colour) -> list[Any]:
