@@ -258,10 +258,6 @@ def _unit(text: str) -> _Unit:
     import pint
 
     registry = _registry()
-    for name in re.findall(_NAME, plain):
-        # pint takes "Ns" for several newtons, where N*s was meant.
-        if len(name) <= 4 and [found[2] for found in registry.parse_unit_name(name)][:1] == ["s"]:
-            raise UserError(f"unit {_shown(name)} in {_shown(text)} is not known{_near_units(name)}")
     try:
         unit = registry.parse_units(plain)
         root, _ = registry.get_root_units(unit)

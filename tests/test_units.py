@@ -59,7 +59,6 @@ def test_reads_quantities(text: object, unit: str, value: float) -> None:
         ("31 oz*in", "N*m", ["did you mean ozf*in"]),
         ("20 MM", "m", ['"MM"', "did you mean mm"]),
         ("5 Ns/m", "N/m", ['"Ns"']),
-        ("2 lbs", "kg", ["did you mean lb?"]),
         ("2 degg", "rad", ["did you mean deg"]),
         ("0,39 m", "m", ["point, not a comma"]),
         ("nan m", "m", ["not a number"]),
@@ -123,7 +122,7 @@ def test_factor() -> None:
     with pytest.raises(UserError, match="angle"):
         units.factor("deg", "m")
     with pytest.raises(UserError, match="did you mean deg"):
-        units.factor("degs", "rad")
+        units.factor("degr", "rad")
 
 
 def test_quantity_shows_si_in_another_unit() -> None:

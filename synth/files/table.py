@@ -91,11 +91,6 @@ def read_table(path: Path, name: str | None = None) -> Table:
         values = _slow(data, name, columns, width)
     if not len(values):
         raise UserError(Problem("has a header and no rows", name))
-    extra = values[:, width:]
-    if np.isfinite(extra).any():
-        row = int(np.isfinite(extra).any(axis=1).argmax())
-        line = Table(name, columns, values, data).line(row)
-        raise UserError(Problem(f"has more cells than the header's {width} columns", name, line))
     return Table(name, columns, np.ascontiguousarray(values[:, [column.index for column in columns]]), data)
 
 
@@ -175,7 +170,7 @@ def _fast(data: bytes, width: int) -> Array | None:
         values = np.loadtxt(io.BytesIO(body), delimiter=",", comments=None, ndmin=2, encoding="utf-8")
     except (ValueError, OverflowError):
         return None
-    usable = values.shape[1] >= width and not np.isinf(values).any()
+    usable = values.shape[1] >= width and np.isnan(values[:, width:]).all() and not np.isinf(values).any()
     return np.asarray(values, dtype=np.float64) if usable else None
 
 

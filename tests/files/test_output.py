@@ -1,0 +1,301 @@
+"""Results: written whole or not at all, the same bytes again, nothing of the user's lost."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from synth.errors import UserError
+from synth.files import output
+from synth.files.output import output_folder, sha256_file, write_csv, write_json
+from synth.files.results import read_design, read_fit, read_result, value_in_si
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def run(target: Path, text: str = "{}", name: str = "fit.json") -> None:
+    with output_folder(target) as folder:
+        assert folder.parent == target.parent
+        (folder / name).write_text(text)
+        (folder / "parts").mkdir(exist_ok=True)
+        (folder / "parts" / "a.step").write_text("x")
+
+
+def broken_run(target: Path, error: type[BaseException]) -> None:
+    with output_folder(target) as folder:
+        (folder / "half").write_text("x")
+        raise error
+
+
+def overtaken_run(target: Path) -> None:
+    with output_folder(target) as folder:
+        (folder / "fit.json").write_text("{}")
+        target.mkdir()
+        (target / "mine.txt").write_text("mine")
+
+
+def test_appears_whole_and_is_replaced_whole(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    run(target, "1", "old.json")
+    assert names(tmp_path) == ["out"]
+    assert (target / "old.json").read_text() == "1"
+    run(target, "2")
+    assert names(tmp_path) == ["out"]
+    assert [name for name in names(target) if not name.startswith(".")] == ["fit.json", "parts"]
+    assert target.stat().st_mode & 0o777 == 0o777 & ~_umask()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def test_missing_parents_are_made_and_an_empty_folder_is_taken(tmp_path: Path) -> None:
+    run(tmp_path / "a" / "b" / "out")
+    (tmp_path / "empty").mkdir()
+    run(tmp_path / "empty")
+    assert (tmp_path / "empty" / "fit.json").exists()
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
+def test_nothing_is_left_of_a_run_that_fails(tmp_path: Path, error: type[BaseException]) -> None:
+    run(tmp_path / "out", "1")
+    for target in (tmp_path / "out", tmp_path / "new" / "deep"):
+        with pytest.raises(error):
+            broken_run(target, error)
+    assert names(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "fit.json").read_text() == "1"
+
+
+def test_the_old_run_comes_back_if_the_rename_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "out"
+    run(target, "1")
+    rename = Path.rename
+
+    def failing(self: Path, to: Path) -> Path:
+        if ".partial-" in self.name:
+            raise PermissionError(13, "denied")
+        return rename(self, to)
+
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(PermissionError), output_folder(target) as folder:
+        (folder / "fit.json").write_text("2")
+    monkeypatch.undo()
+    assert names(tmp_path) == ["out"]
+    assert (target / "fit.json").read_text() == "1"
+
+
+def test_a_folder_with_other_files_is_refused(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    run(target)
+    (target / "notes.txt").write_text("mine")
+    with pytest.raises(UserError, match=r"notes\.txt"):
+        run(target)
+    assert (target / "notes.txt").read_text() == "mine"
+    (target / "notes.txt").unlink()
+    (target / ".DS_Store").write_text("")
+    run(target)  # what an operating system leaves is not the user's
+
+
+@pytest.mark.parametrize("content", ["fit.json", "a/b.txt"])
+def test_a_folder_that_no_run_wrote_is_refused(tmp_path: Path, content: str) -> None:
+    target = tmp_path / "out"
+    (target / content).parent.mkdir(parents=True)
+    (target / content).write_text('{"format": "synth/fit/1"}')
+    with pytest.raises(UserError, match="no earlier run wrote"):
+        run(target)
+    assert (target / content).exists()
+
+
+def test_a_file_that_comes_during_the_run_is_not_lost(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    with pytest.raises(UserError, match=r"mine\.txt"):
+        overtaken_run(target)
+    assert names(tmp_path) == ["out"]
+    assert names(target) == ["mine.txt"]
+
+
+def test_refused_targets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("x")
+    inside = tmp_path / "here"
+    inside.mkdir()
+    monkeypatch.chdir(inside)
+    refused = {
+        tmp_path / "file": "is a file",
+        Path(): "current folder",
+        tmp_path: "current folder",
+        Path("/proc/synth/out"): "cannot be written",
+        tmp_path / "file" / "x": "cannot be",
+    }
+    for target, words in refused.items():
+        with pytest.raises(UserError, match=words):
+            run(target)
+    run(inside / "out")
+    with pytest.raises(UserError, match="holds an earlier run"), output_folder(inside / "out", overwrite=False):
+        pass
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_parent_without_permission(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(UserError, match="cannot be written"):
+        run(tmp_path / "out")
+
+
+def test_a_full_disk_is_told_and_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="No space left"), output_folder(tmp_path / "out"):
+        raise OSError(28, "No space left on device")
+    assert names(tmp_path) == []
+
+
+def test_a_terminated_run_leaves_nothing(tmp_path: Path) -> None:
+    code = f"""
+        import time
+        from synth.files.output import output_folder
+        with output_folder({str(tmp_path / "out")!r}) as folder:
+            (folder / "half").write_text("x")
+            print("ready", flush=True)
+            time.sleep(60)
+    """
+    process = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    with process.stdout:
+        assert process.stdout.readline() == b"ready\n"
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=20) == 128 + signal.SIGTERM
+    assert names(tmp_path) == []
+
+
+def test_json_is_rounded_plain_and_stable(tmp_path: Path) -> None:
+    value = {
+        "format": "synth/fit/1",
+        "a": {"value": np.float64(1 / 3), "unit": "N*m/rad", "interval90": (0.1 + 0.2, None)},
+        "b": [np.int64(3), True, np.bool_(False), "é", -0.0],
+        "c": np.array([[1.0, 2.0], [3.0, 1e-320]]),
+        "d": {},
+        "e": [],
+    }
+    path = tmp_path / "x.json"
+    write_json(path, value)
+    text = path.read_text(encoding="utf-8")
+    assert text.endswith("}\n")
+    assert '"a": {"value": 0.3333333333, "unit": "N*m/rad", "interval90": [0.3, null]}' in text
+    back = json.loads(text)
+    assert list(back) == list(value)
+    assert back["b"] == [3, True, False, "é", 0.0]
+    assert "-0.0" not in text
+    assert back["c"][0] == [1.0, 2.0]
+    write_json(tmp_path / "y.json", json.loads(text))
+    assert (tmp_path / "y.json").read_text(encoding="utf-8") == text
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers(-(10**9), 10**9) | st.floats(-1e300, 1e300) | st.text(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+    max_leaves=20,
+)
+
+
+@given(json_values)
+def test_any_json_reads_back_to_ten_digits(value: object) -> None:
+    text = output._json(output._plain(value, ""), 0)
+    assert json.loads(text) == _rounded(value)
+
+
+def _rounded(value: object) -> object:
+    if isinstance(value, float):
+        return pytest.approx(value, rel=1e-9, abs=1e-300)
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return {k: _rounded(v) for k, v in value.items()} if isinstance(value, dict) else value
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, np.float64("-inf"), np.array([1.0, np.nan])])
+def test_json_refuses_what_is_not_finite(tmp_path: Path, bad: object) -> None:
+    with pytest.raises(ValueError, match=r"joints\.knee"):
+        write_json(tmp_path / "x.json", {"joints": {"knee": [bad]}})
+
+
+def test_json_refuses_what_has_no_form(tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="set"):
+        write_json(tmp_path / "x.json", {"a": {1}})
+    with pytest.raises(TypeError, match="no text"):
+        write_json(tmp_path / "x.json", {1: 2})
+
+
+def test_csv(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    write_csv(path, {"time [s]": np.array([0.1 + 0.2, np.nan]), "part": ['6597K21, "x"', None], "n": [1, 2]})
+    assert path.read_bytes() == b'time [s],part,n\n0.3,"6597K21, ""x""",1\n,,2\n'
+    with pytest.raises(ValueError, match="argument 2"):
+        write_csv(path, {"a": [1], "b": [1, 2]})
+    with pytest.raises(ValueError, match="inf"):
+        write_csv(path, {"a": [math.inf]})
+
+
+def test_sha256(tmp_path: Path) -> None:
+    (tmp_path / "x").write_bytes(b"abc")
+    assert sha256_file(tmp_path / "x") == hashlib.sha256(b"abc").hexdigest()
+
+
+def test_results_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "fit.json"
+    write_json(path, {"format": "synth/fit/1", "joints": {}, "rms": {}, "trials": []})
+    assert read_fit(path)["trials"] == []
+    with pytest.raises(UserError, match="of kind fit where leg-design is needed"):
+        read_design(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "not valid JSON"),
+        ("[]", "format is missing"),
+        ("{}", "its format is None"),
+        ('{"format": "synth/fit/2"}', "update it"),
+        ('{"format": "other/1"}', "not a result"),
+        ('{"format": "synth/fit/1"}', "joints: is missing"),
+        ('{"format": "synth/fit/1", "x": NaN}', "no number of JSON"),
+        ("[" * 100_000, "not a result"),
+        ("\ufffe", "not valid JSON"),
+        ('{"format": "synth/fit/1", "x": ' + "9" * 10_000 + "}", "too long"),
+    ],
+)
+def test_bad_results(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / "fit.json").write_text(text)
+    with pytest.raises(UserError) as caught:
+        read_fit(tmp_path / "fit.json")
+    assert words in str(caught.value)
+
+
+def test_values_come_back_in_si() -> None:
+    assert value_in_si({"value": 180, "unit": "deg"}, "rad") == pytest.approx(math.pi)
+    for bad in ({"value": 1}, {"value": "1", "unit": "m"}, {"value": 1, "unit": "kg"}, {"value": True, "unit": "m"}):
+        with pytest.raises(UserError):
+            value_in_si(bad, "m")
+
+
+def test_a_large_result_is_refused_by_size(tmp_path: Path) -> None:
+    path = tmp_path / "fit.json"
+    with path.open("wb") as stream:
+        stream.truncate(300_000_000)
+    start = time.perf_counter()
+    with pytest.raises(UserError, match="300 MB"):
+        read_result(path, "fit")
+    assert time.perf_counter() - start < 1.0

@@ -1,0 +1,276 @@
+"""Project files: everything that they name is read, every default is said, every mistake told at once."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from synth.errors import UserError
+from synth.files.leg import PartResolver
+from synth.files.projects import read_fit_project, read_leg_project
+
+SHARED = Path(__file__).parents[3] / "shared"
+ROWS = "".join(f"{i / 100},{90 + i},{150 - i}\n" for i in range(12))
+CSV = "time [s],hip [deg],knee [deg]\n" + ROWS
+
+
+def leg_text(length: str, extra: str = "") -> str:
+    link = f"link: {{length: {length}, mass: 0.7 kg, com: 9 mm, inertia: 3e-3 kg*m^2}}"
+    joint = f"zero: 90 deg\n    sign: +1\n    {link}\n{extra}"
+    return f"kind: leg\nname: leg of {length}\njoints:\n  - name: hip\n    {joint}  - name: knee\n    {joint}"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("animal", "robot", "drops"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "animal/a.leg.yaml").write_text(leg_text("50 mm"))
+    (tmp_path / "robot/r.leg.yaml").write_text(leg_text("200 mm"))
+    for name in ("animal/1.csv", "animal/2.csv", "drops/hip_1.csv"):
+        (tmp_path / name).write_text(CSV)
+    (tmp_path / "knee.csv").write_text("speed [rpm],torque [N*m]\n50,0.2\n")
+    return tmp_path
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "project.yaml"
+    path.write_text(text)
+    return path
+
+
+FIT = "kind: fit\nleg: animal/a.leg.yaml\ntrials: [animal/*.csv]\n"
+DESIGN = """kind: leg-design
+source: {leg: animal/a.leg.yaml, trials: [animal/*.csv]}
+target: robot/r.leg.yaml
+"""
+SPRING = DESIGN + "select: {joints: {hip: {spring: "
+
+
+def keys(error: UserError) -> list[str | None]:
+    return [problem.key for problem in error.problems]
+
+
+def test_fit_project_and_its_defaults(folder: Path) -> None:
+    project = read_fit_project(write(folder, FIT))
+    assert [trial.name for trial in project.trials] == ["animal/1.csv", "animal/2.csv"]
+    assert project.leg.joint_names == ("hip", "knee")
+    assert project.free_angle == "auto"
+    assert (project.fit.method, project.fit.cost, project.fit.weight) == ("least_squares", "trajectory", "amplitude")
+    assert project.prior is None
+    assert [(d.key, d.value) for d in project.defaults] == [
+        ("free_angle", "auto"),
+        ("fit.method", "least_squares"),
+        ("fit.cost", "trajectory"),
+        ("fit.weight", "amplitude"),
+    ]
+    assert [file.name for file in project.inputs] == ["project.yaml", "animal/a.leg.yaml"]
+    assert all(len(file.sha256) == 64 for file in project.inputs)
+
+
+def test_fit_options_and_prior(folder: Path) -> None:
+    spring = "    spring: {rate: 5 N*m/rad, free_angle: 90 deg}\n"
+    (folder / "animal/a.leg.yaml").write_text(leg_text("50 mm", spring))
+    text = FIT + "free_angle: per_trial\nfit: {method: swarm, seed: 3}\nprior: {spring: 20 %, free_angle: 5 deg}\n"
+    project = read_fit_project(write(folder, text))
+    assert (project.free_angle, project.fit.method, project.fit.seed) == ("per_trial", "swarm", 3)
+    assert project.prior is not None
+    assert project.prior.spring == pytest.approx(0.2)
+    assert project.prior.free_angle == pytest.approx(math.radians(5))
+    assert project.prior.damper is None
+    assert [d.key for d in project.defaults] == ["fit.cost", "fit.weight"]
+
+
+@pytest.mark.parametrize(
+    ("text", "found", "words"),
+    [
+        ("kind: fit\n", ["leg", "trials"], '"leg" is missing'),
+        (FIT.replace("[animal/*.csv]", "[]"), ["trials"], "at least 1"),
+        (FIT.replace("[animal/*.csv]", "animal/*.csv"), ["trials"], "a list"),
+        (FIT.replace("a.leg", "b.leg"), ["leg"], "did you mean a.leg.yaml"),
+        (FIT + "free_angle: automatic\n", ["free_angle"], "did you mean auto?"),
+        (FIT + "fit: {method: least_square}\n", ["fit.method"], "did you mean least_squares"),
+        (FIT + "fit: {seed: -1}\n", ["fit.seed"], "greater"),
+        (FIT + "fit: 5\n", ["fit"], "mapping"),
+        (FIT + "prior: {spring: 20 %}\n", ["prior.spring"], "has a spring in its file"),
+        (FIT + "prior: {spring: 5 deg}\n", ["prior.spring"], "a ratio"),
+        (FIT + "trails: []\n", ["trails"], "did you mean trials"),
+        (FIT.replace("[animal/*.csv]", "[{file: animal/1.csv, held_out: true}]"), ["trials"], "none is left to fit"),
+        (FIT.replace("[animal/*.csv]", "[animal/1.csv, drop/*.csv]"), ["trials[2]"], "matches no file"),
+        (FIT.replace("animal/a.leg.yaml", "../a.leg.yaml"), ["leg"], "leads out"),
+        (FIT.replace("animal/a.leg.yaml", "animal/1.csv"), [None], "key: value"),
+    ],
+)
+def test_bad_fit_projects(folder: Path, text: str, found: list[str], words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_fit_project(write(folder, text))
+    assert keys(caught.value) == found
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("leg-design", 'read by "synth leg"'), ("gap", 'read by "synth gap"'), ("leg", "named by a project"),
+     ("fitt", "did you mean fit?"), ("7", "is no kind")],
+)  # fmt: skip
+def test_wrong_kind_names_the_right_command(folder: Path, kind: str, words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_fit_project(write(folder, FIT.replace("kind: fit", f"kind: {kind}")))
+    assert words in str(caught.value)
+    assert caught.value.problems[0].line == 1
+
+
+def test_mistakes_of_leg_and_project_together(folder: Path) -> None:
+    (folder / "animal/a.leg.yaml").write_text(leg_text("-50 mm"))
+    with pytest.raises(UserError) as caught:
+        read_fit_project(write(folder, FIT + "free_angle: x\n"))
+    assert [(Path(p.file or "").name, p.line) for p in caught.value.problems] == [
+        ("project.yaml", 4),
+        ("a.leg.yaml", 7),
+        ("a.leg.yaml", 11),
+    ]
+
+
+def test_leg_project(folder: Path) -> None:
+    text = (
+        DESIGN
+        + """name: big
+scale: {time: froude}
+select:
+  joints:
+    hip: {spring: {make: true}, damper: {direction: one, travel: 180 deg}}
+    knee: {spring: {rate_tolerance: 5 %, included_angle: 120 deg, max_outer_diameter: 1.25 in}}
+dampers:
+  hip: {part: D1, leg: robot/r.leg.yaml, trials: [drops/*.csv], locked: [knee]}
+  knee: {curve: knee.csv}
+cad: {bed: [320 mm, 20 cm, 15 cm]}
+"""
+    )
+    project = read_leg_project(write(folder, text))
+    assert project.name == "big"
+    assert project.time_scale == pytest.approx(2.0)  # sqrt(200 mm / 50 mm)
+    assert project.dynamic_similarity
+    hip, knee = project.joints["hip"], project.joints["knee"]
+    assert (hip.spring.make, hip.spring.wire, hip.damper.direction) == (True, "music", "one")
+    assert hip.damper.travel == pytest.approx(math.pi)
+    assert knee.spring.rate_tolerance == pytest.approx(0.05)
+    assert knee.spring.max_outer_diameter == pytest.approx(0.03175)
+    assert project.dampers["hip"].part == "D1"
+    assert project.dampers["hip"].trials[0].locked == ("knee",)
+    assert project.dampers["knee"].curve is not None
+    assert project.dampers["knee"].curve.torque == (0.2,)
+    assert project.cad.bed == pytest.approx((0.32, 0.2, 0.15))
+    assert project.cad.shaft_diameter == pytest.approx(0.008)
+    defaults = {d.key: d.value for d in project.defaults}
+    assert defaults["cad.shaft_diameter"] == "8 mm"
+    assert defaults["cad.clearance"] == "0.4 mm"
+    assert defaults["select.joints.hip.spring.wire"] == "music"
+    assert defaults["select.joints.hip.spring.rate_tolerance"] == "10 %"
+    assert defaults["select.joints.knee.damper.direction"] == "both"
+    assert "cad.bed" not in defaults
+    assert "select.joints.knee.spring.rate_tolerance" not in defaults
+    assert [file.name for file in project.inputs] == [
+        "project.yaml", "animal/a.leg.yaml", "robot/r.leg.yaml", "knee.csv"
+    ]  # fmt: skip
+
+
+def test_leg_project_defaults(folder: Path) -> None:
+    project = read_leg_project(write(folder, DESIGN))
+    assert (project.time_scale, project.dynamic_similarity) == (1.0, False)
+    assert set(project.joints) == {"hip", "knee"}
+    assert project.dampers == {}
+    assert ("scale.time", "1.0") in [(d.key, d.value) for d in project.defaults]
+    assert all(d.reason for d in project.defaults)
+
+
+def test_catalogue_opens_with_the_users_files(folder: Path) -> None:
+    (folder / "parts").mkdir()
+    (folder / "parts/mine.csv").write_text("part\n")
+    (folder / "robot/r.leg.yaml").write_text(leg_text("200 mm", "    spring: {part: S9, free_angle: 10 deg}\n"))
+    seen: list[Path] = []
+
+    def open_catalogue(paths: object) -> PartResolver:
+        seen.extend(paths)  # type: ignore[call-overload]
+        return lambda kind, part: 7.5
+
+    text = DESIGN + "select: {catalogs: [parts/*.csv]}\n"
+    project = read_leg_project(write(folder, text), open_catalogue=open_catalogue)
+    assert [path.name for path in seen] == ["mine.csv"]
+    assert project.target.joints[0].spring is not None
+    assert project.target.joints[0].spring.rate == pytest.approx(7.5)
+    assert "parts/mine.csv" in [file.name for file in project.inputs]
+
+
+@pytest.mark.parametrize(
+    ("text", "found", "words"),
+    [
+        ("kind: leg-design\n", ["source", "target"], '"source" is missing'),
+        (DESIGN + "scale: {time: frode}\n", ["scale.time"], "froude"),
+        (DESIGN + "scale: {time: 2 s}\n", ["scale.time"], "a ratio"),
+        (DESIGN + "scale: {time: -2}\n", ["scale.time"], "between"),
+        (DESIGN + "scale: {tme: 2}\n", ["scale.tme"], "did you mean time"),
+        (DESIGN + "select: {catalogs: [my/*.csv]}\n", ["select.catalogs[1]"], "matches no file"),
+        (DESIGN + "select: {joints: {hipp: {}}}\n", ["select.joints.hipp"], "did you mean hip"),
+        (DESIGN + "select: {joints: {hip: {sprung: {}}}}\n", ["select.joints.hip.sprung"], "did you mean spring"),
+        (SPRING + "{wire: music}}}}\n", ["select.joints.hip.spring.wire"], "make: true"),
+        (SPRING + "{make: true, part: X}}}}\n", ["select.joints.hip.spring"], "keep one"),
+        (DESIGN + "select: {joints: {hip: {damper: {direction: bth}}}}\n", ["select.joints.hip.damper.direction"],
+         "did you mean both"),
+        (DESIGN + "select: {joints: {hip: {spring: {min_body_length: 2 in, max_body_length: 1 in}}}}\n",
+         ["select.joints.hip.spring.min_body_length"], "no spring fits"),
+        (DESIGN + "dampers: {ankle: {curve: knee.csv}}\n", ["dampers.ankle"], "is no joint"),
+        (DESIGN + "dampers: {hip: {part: D1}}\n", ["dampers.hip"], "curve"),
+        (DESIGN + "dampers: {hip: {leg: robot/r.leg.yaml}}\n", ["dampers.hip"], "trials"),
+        (DESIGN + "dampers: {hip: {curve: knee.csv, leg: robot/r.leg.yaml}}\n", ["dampers.hip"], "both given"),
+        (DESIGN + "dampers: {hip: {leg: robot/r.leg.yaml, trials: [drops/*.csv], locked: [hip]}}\n",
+         ["dampers.hip.locked"], "locked in its own drops"),
+        (DESIGN + "dampers: {hip: {leg: robot/r.leg.yaml, trials: [drops/*.csv], locked: [kne]}}\n",
+         ["dampers.hip.locked.kne"], "did you mean knee"),
+        (DESIGN + "cad: {wall: 3, bed: [1 mm, 2 mm]}\n", ["cad.wall", "cad.bed"], "at least 3"),
+    ],
+)  # fmt: skip
+def test_bad_leg_projects(folder: Path, text: str, found: list[str], words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_leg_project(write(folder, text))
+    assert keys(caught.value) == found
+    assert words in str(caught.value)
+
+
+def test_other_joints_in_source_and_target(folder: Path) -> None:
+    (folder / "robot/r.leg.yaml").write_text(leg_text("200 mm").replace("knee", "ankle"))
+    with pytest.raises(UserError, match="the target's joints are hip, ankle, the source's hip, knee"):
+        read_leg_project(write(folder, DESIGN))
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the lab's data lie outside the repository")
+def test_real_fit_projects() -> None:
+    for path in sorted((SHARED / "cases" / "fit").glob("*/fit.yaml")):
+        assert len(read_fit_project(path).trials) == 6
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the lab's data lie outside the repository")
+def test_real_leg_project(tmp_path: Path) -> None:
+    import shutil
+
+    shutil.copytree(SHARED / "aarl", tmp_path / "aarl", copy_function=shutil.copy)
+    path = tmp_path / "leg.yaml"
+    path.write_text(
+        """kind: leg-design
+name: rat dynamics in a dog-sized leg
+source: {leg: aarl/rat/rat.leg.yaml, trials: [aarl/rat/releases/*.csv]}
+scale: {time: 2}
+target: aarl/dog/dog.leg.yaml
+fit: {method: least_squares, cost: trajectory, weight: amplitude}
+select:
+  joints:
+    hip:   {spring: {make: true, wire: music}, damper: {direction: both, travel: 360 deg}}
+    ankle: {}
+dampers:
+  hip:
+    {part: 6597K21, leg: aarl/dog/dog_dampers.leg.yaml, trials: [aarl/dog/damper_drops/hip_*.csv], locked: [knee, ankle]}
+cad: {shaft_diameter: 8 mm, clearance: 0.4 mm, wall: 3 mm, bed: [320 mm, 132 mm, 154 mm]}
+"""
+    )
+    project = read_leg_project(path)
+    assert (len(project.trials), project.time_scale, len(project.dampers["hip"].trials)) == (30, 2.0, 8)

@@ -1,0 +1,312 @@
+"""Trials: what is listed, what a recording holds, and the mistakes that motion data are full of."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.errors import Problem, UserError
+from synth.files.leg import read_leg
+from synth.files.table import SIZE_LIMIT, read_table
+from synth.files.trials import Trial, read_trials
+from synth.model.leg import Joint, Leg, Link, Spring
+
+SHARED = Path(__file__).parents[3] / "shared"
+LINK = Link(0.2, 0.7, 0.09, 3e-3)
+LEG = Leg("test", (Joint("hip", LINK, math.radians(90)), Joint("knee", LINK, math.radians(180), -1)))
+HEADER = "time [s],hip [deg],knee [deg]"
+ROWS = [f"{i / 100:.2f},{90 + i},{150 - i}" for i in range(10)]
+
+
+def csv_text(header: str = HEADER, rows: list[str] = ROWS, end: str = "\n") -> str:
+    return end.join([header, *rows]) + end
+
+
+def put(folder: Path, text: str | bytes, name: str = "a.csv") -> None:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+
+
+def one(folder: Path, text: str | bytes, leg: Leg = LEG) -> Trial:
+    put(folder, text)
+    return read_trials(["a.csv"], folder, leg)[0]
+
+
+def refused(folder: Path, text: str | bytes, leg: Leg = LEG) -> list[Problem]:
+    with pytest.raises(UserError) as caught:
+        one(folder, text, leg)
+    assert all(problem.file == "a.csv" for problem in caught.value.problems)
+    return caught.value.problems
+
+
+def test_reads_degrees_into_radians(tmp_path: Path) -> None:
+    trial = one(tmp_path, csv_text())
+    assert trial.name == "a.csv"
+    assert trial.time == pytest.approx(np.arange(10) / 100)
+    assert np.degrees(trial.angles) == pytest.approx(np.column_stack([90 + np.arange(10), 150 - np.arange(10)]))
+    assert trial.velocities is None
+    assert trial.torques is None
+    assert len(trial.sha256) == 64
+    with pytest.raises(ValueError, match="read-only"):
+        trial.angles[0, 0] = 0.0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeff" + csv_text(),
+        csv_text(end="\r\n"),
+        csv_text('"time [s]","hip [deg]","knee [deg]"'),
+        csv_text(rows=[",".join(f'"{cell}"' for cell in row.split(",")) for row in ROWS]),
+        csv_text(HEADER + ",,", [row + ",," for row in ROWS]),
+        csv_text(HEADER, [row + "," for row in ROWS]),
+        csv_text(" time [s] , hip [deg] ,knee [ deg ]", [row.replace(",", " , ") for row in ROWS]),
+        csv_text("knee [deg],time [ms],hip [rad]", [
+            f"{150 - i},{10 * i},{math.radians(90 + i)!r}" for i in range(10)
+        ]),
+        "\n" + csv_text() + "\n\n",
+        csv_text(rows=[*ROWS[:5], "", *ROWS[5:]]),
+        csv_text().rstrip("\n"),
+    ],
+    ids=["bom", "crlf", "quoted header", "quoted", "trailing commas", "row commas", "blanks", "order and units",
+         "blank lines", "blank within", "no last newline"],
+)  # fmt: skip
+def test_spellings_of_the_same_file(tmp_path: Path, text: str) -> None:
+    trial = one(tmp_path, text)
+    assert trial.time == pytest.approx(np.arange(10) / 100)
+    assert np.degrees(trial.angles) == pytest.approx(np.column_stack([90 + np.arange(10), 150 - np.arange(10)]))
+
+
+def test_missing_samples_velocities_and_torques(tmp_path: Path) -> None:
+    rows = [f"{i / 100},{'' if i == 3 else 90 + i},{'NaN' if i == 0 else 150},{i},{0.1 * i}" for i in range(10)]
+    trial = one(tmp_path, csv_text(HEADER + ",knee velocity [deg/s],hip torque [N*mm]", rows))
+    assert np.argwhere(np.isnan(trial.angles)).tolist() == [[0, 1], [3, 0]]
+    assert trial.velocities is not None
+    assert np.isnan(trial.velocities[:, 0]).all()
+    assert trial.velocities[:, 1] == pytest.approx(np.radians(np.arange(10)))
+    assert trial.torques == pytest.approx(np.column_stack([1e-4 * np.arange(10), np.zeros(10)]))
+
+
+def changed(row: int, text: str) -> str:
+    rows = list(ROWS)
+    rows[row] = text
+    return csv_text(rows=rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        (csv_text("time [s],hip,knee [deg]"), 1, 'column "hip" has no unit'),
+        (csv_text("time [s],hip (deg),knee [deg]"), 1, "has no unit"),
+        (csv_text("time [s],hip [kg],knee [deg]"), 1, "mass"),
+        (csv_text("time [deg],hip [deg],knee [deg]"), 1, "time"),
+        (csv_text("time [s],hip [dge],knee [deg]"), 1, "did you mean deg"),
+        (csv_text("time [s],hip [deg],hip [rad]"), 1, "given twice"),
+        (csv_text("hip [deg],knee [deg],Time [s]"), 1, "did you mean time"),
+        (csv_text("time [s],hip [deg],kne [deg]"), 1, "did you mean knee"),
+        (csv_text("time [s],hip [deg],knee velocty [deg/s]"), 1, "did you mean knee velocity"),
+        ("time;hip;knee\n" + "1;2;3\n" * 9, 1, "semicolons"),
+        ("time\thip\tknee\n" + "1\t2\t3\n" * 9, 1, "tabs"),
+        ("# recorded today\n" + csv_text(), 1, "comment"),
+        (changed(4, "# paused"), 6, "comment"),
+        (changed(4, "0.04,abc,1"), 6, '"abc" is not a number'),
+        (changed(4, "0.04,1_000,1"), 6, "not a number"),
+        (changed(4, "0.04,inf,1"), 6, "not a number"),
+        (changed(4, "0.04,1e999,1"), 6, "not a number"),
+        (changed(4, "0.04,0x10,1"), 6, "not a number"),
+        (changed(4, "0.04,94"), 6, "has 2 cells"),
+        (changed(4, "0.04,94,146,7"), 6, "4 cells"),
+        (csv_text(rows=["0,1,90,5,150,0"] * 10), 2, "decimals take a point"),
+        (changed(4, "0.02,94,146"), 6, "runs backwards: 0.03, then 0.02"),
+        (changed(4, "0.03,94,146"), 6, "repeats"),
+        (changed(4, ",94,146"), 6, "no time"),
+        (csv_text(rows=ROWS[:7]), None, "has 7 samples"),
+        (csv_text(rows=[]), None, "no rows"),
+        ("", None, "is empty"),
+        (csv_text(rows=[row.rsplit(",", 1)[0] + "," for row in ROWS]), 1, "empty from top to bottom"),
+        (csv_text("time [s],hip [rad],knee [rad]"), 2, "are these degrees?"),
+        (changed(4, "0.04,940,146"), 6, "940 deg is beyond any joint's travel"),
+        (csv_text().encode("utf-16"), None, "UTF-16"),
+        (b"PK\x03\x04 something", None, "spreadsheet"),
+        (csv_text().encode() + b"\x00", 12, "zero byte"),
+        (csv_text().encode() + b"\xff,1,2\n", 12, "UTF-8"),
+        (csv_text(rows=[*ROWS, '"0.10,1,2']), 12, "1 cells"),
+        (
+            csv_text("time [s],hip [deg],knee [deg],hip torque [N*m]", [*(r + ",1" for r in ROWS), "0.2,1,2,"]),
+            12,
+            "torque",
+        ),
+    ],
+)
+def test_mistakes_with_their_line(tmp_path: Path, text: str | bytes, line: int | None, words: str) -> None:
+    found = refused(tmp_path, text)
+    assert found[0].line == line
+    assert any(words in problem.text for problem in found), found
+
+
+def test_missing_joint_names_the_column_that_may_be_meant(tmp_path: Path) -> None:
+    found = refused(tmp_path, csv_text("time [s],hip [deg],kneee [deg]"))
+    assert any('"knee [deg]" is missing; is it kneee?' in problem.text for problem in found)
+
+
+def test_all_bad_cells_are_told_up_to_a_limit(tmp_path: Path) -> None:
+    found = refused(tmp_path, csv_text(rows=[f"{i},x,y" for i in range(1000)]))
+    assert 20 <= len(found) <= 21
+    assert (found[0].line, found[0].key) == (2, "hip [deg]")
+    assert (found[1].line, found[1].key) == (2, "knee [deg]")
+
+
+def radians_as_degrees(leg: Leg = LEG, offset: float = 0.0) -> str:
+    time, move = np.arange(50) / 100, np.radians(20) * np.cos(np.arange(50) / 5)
+    angles = leg.zero + offset + move[:, None]
+    return csv_text(rows=[f"{t:.2f},{a:.5f},{b:.5f}" for t, (a, b) in zip(time, angles, strict=True)])
+
+
+def test_radians_labelled_degrees(tmp_path: Path) -> None:
+    found = refused(tmp_path, radians_as_degrees())
+    assert "write hip [rad]" in found[0].text
+    # the same numbers are small motions in degrees for a leg that hangs straight at zero
+    straight = replace(LEG, joints=tuple(replace(joint, zero=0.0) for joint in LEG.joints))
+    assert one(tmp_path, radians_as_degrees(), straight).angles.max() < 0.1
+    # and where the leg file says that a joint lives there
+    ranged = LEG.with_joints(hip={"range": (-0.1, 0.2)})
+    assert one(tmp_path, radians_as_degrees(), ranged).angles.max() < 0.1
+    # a spring's free angle is the better yardstick than the straight leg
+    sprung = LEG.with_joints(hip={"spring": Spring(1.0, 0.02)}, knee={"spring": Spring(1.0, 0.04)})
+    assert one(tmp_path, radians_as_degrees(), sprung).angles.max() < 0.1
+
+
+def test_a_range_allows_many_turns(tmp_path: Path) -> None:
+    ranged = LEG.with_joints(hip={"range": (-30.0, 30.0)})
+    assert one(tmp_path, changed(4, "0.04,940,146"), ranged).angles[4, 0] == pytest.approx(math.radians(940))
+
+
+def test_entries(tmp_path: Path) -> None:
+    for name in ("t/2.csv", "t/1.csv", "heavy.csv", "odd [1].csv"):
+        put(tmp_path, csv_text(), name)
+    entries = [
+        "t/*.csv",
+        {"file": "heavy.csv", "locked": ["knee"], "tip_mass": "50 g", "tilt": "20 deg", "held_out": True},
+        "odd [1].csv",
+    ]
+    trials = read_trials(entries, tmp_path, LEG)
+    assert [trial.name for trial in trials] == ["t/1.csv", "t/2.csv", "heavy.csv", "odd [1].csv"]
+    heavy = trials[2]
+    assert (heavy.locked, heavy.tip_mass, heavy.held_out) == (("knee",), pytest.approx(0.05), True)
+    assert heavy.tilt == pytest.approx(math.radians(20))
+    assert (trials[0].locked, trials[0].tip_mass, trials[0].held_out) == ((), 0.0, False)
+    assert [t.locked for t in read_trials(["t/*.csv"], tmp_path, LEG, locked=["hip"])] == [("hip",), ("hip",)]
+
+
+@pytest.mark.parametrize(
+    ("entries", "words"),
+    [
+        (["b.csv"], "did you mean a.csv"),
+        (["x/*.csv"], "matches no file"),
+        (["a.csv", "*.csv"], "listed twice (item 1 names it too)"),
+        (["a.csv", "./a.csv"], "listed twice"),
+        (["../a.csv"], "leads out"),
+        (["../*.csv"], ".."),
+        (["/etc/passwd"], "absolute"),
+        (["C:\\x.csv"], "absolute"),
+        (["~/x.csv"], "absolute"),
+        (["a\0.csv"], "file name"),
+        (["x" * 5000], "file name"),
+        ([""], "file"),
+        (["."], "folder"),
+        (["loop.csv"], ""),
+        ([5], "not a trial"),
+        ([{"locked": ["hip"]}], '"file" is missing'),
+        ([{"file": "a.csv", "lockd": ["hip"]}], "did you mean locked"),
+        ([{"file": "a.csv", "locked": ["hipp"]}], "did you mean hip"),
+        ([{"file": "a.csv", "locked": "hip"}], "a list"),
+        ([{"file": "a.csv", "locked": ["hip", "hip"]}], "locked twice"),
+        ([{"file": "a.csv", "locked": ["hip", "knee"]}], "every joint is locked"),
+        ([{"file": "a.csv", "tip_mass": 0.05}], "has no unit"),
+        ([{"file": "a.csv", "tip_mass": "-1 g"}], "at least 0"),
+        ([{"file": "a.csv", "held_out": 1}], "true or false"),
+    ],
+)
+def test_bad_entries(tmp_path: Path, entries: list[object], words: str) -> None:
+    put(tmp_path, csv_text())
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    with pytest.raises(UserError) as caught:
+        read_trials(entries, tmp_path, LEG)  # type: ignore[arg-type]
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("entry", ["in.csv", "*.csv", "sub/a.csv", "sub/*.csv"])
+def test_links_that_lead_out_are_refused(tmp_path: Path, entry: str) -> None:
+    put(tmp_path, csv_text(), "secret/a.csv")
+    project = tmp_path / "project"
+    project.mkdir()
+    (project / "in.csv").symlink_to(tmp_path / "secret" / "a.csv")
+    (project / "sub").symlink_to(tmp_path / "secret")
+    with pytest.raises(UserError, match="by a link"):
+        read_trials([entry], project, LEG)
+
+
+def test_a_link_inside_is_followed(tmp_path: Path) -> None:
+    put(tmp_path, csv_text(), "data/a.csv")
+    (tmp_path / "b.csv").symlink_to("data/a.csv")
+    assert read_trials(["b.csv"], tmp_path, LEG)[0].name == "b.csv"
+
+
+def test_mistakes_of_all_files_at_once(tmp_path: Path) -> None:
+    put(tmp_path, changed(4, "0.02,94,146"), "a.csv")
+    put(tmp_path, csv_text("time [s],hip,knee [deg]"), "b.csv")
+    put(tmp_path, csv_text(), "c.csv")
+    with pytest.raises(UserError) as caught:
+        read_trials(["*.csv", "d.csv"], tmp_path, LEG)
+    assert {problem.file for problem in caught.value.problems} == {"a.csv", "b.csv", None}
+
+
+def test_a_pipe_is_refused(tmp_path: Path, mkfifo: Callable[[Path], None]) -> None:
+    mkfifo(tmp_path / "a.csv")
+    with pytest.raises(UserError, match="not a regular file"):
+        read_trials(["a.csv"], tmp_path, LEG)
+
+
+@pytest.fixture
+def mkfifo() -> Callable[[Path], None]:
+    import os
+
+    return lambda path: os.mkfifo(path)
+
+
+def test_200_megabytes_are_refused_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    with path.open("wb") as stream:
+        stream.write(csv_text().encode())
+        stream.truncate(200_000_000)
+    start = time.perf_counter()
+    with pytest.raises(UserError, match="200 MB; at most 64 MB: keep every tenth row"):
+        read_trials(["a.csv"], tmp_path, LEG)
+    assert time.perf_counter() - start < 1.0
+
+
+def test_too_many_rows_are_refused(tmp_path: Path) -> None:
+    text = HEADER.encode() + b"\n" + b"1,2,3\n" * 2_000_100
+    assert len(text) < SIZE_LIMIT
+    put(tmp_path, text)
+    with pytest.raises(UserError, match="more than 2000000 rows"):
+        read_table(tmp_path / "a.csv")
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the lab's data lie outside the repository")
+def test_real_recordings() -> None:
+    rat = SHARED / "aarl" / "rat"
+    trials = read_trials(["releases/*.csv", "recordings/*.csv"], rat, read_leg(rat / "rat.leg.yaml"))
+    assert len(trials) == 65
+    dog = SHARED / "aarl" / "dog"
+    assert len(read_trials(["damper_drops/*.csv"], dog, read_leg(dog / "dog_dampers.leg.yaml"))) == 24
+    assert len(read_trials(["joint_tests/*.csv"], dog, read_leg(dog / "dog_built.leg.yaml"))) == 36
+    first = next(trial for trial in trials if trial.name == "releases/IP_5.csv")
+    assert np.degrees(first.angles[0]) == pytest.approx([94.2190, 140.3925, 150.4109])
