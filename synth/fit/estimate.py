@@ -9,22 +9,24 @@ import numpy as np
 
 from synth.errors import UserError
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.least_squares import Solution, Weights, solve
+from synth.fit.least_squares import Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording
-from synth.fit.report_fit import result_of
+from synth.fit.report_fit import MISFIT, result_of
 from synth.fit.result import FitResult
+from synth.fit.ridge import soften
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import covariance, residuals, root_mean_square
+from synth.fit.uncertainty import correlation_times, residuals, root_mean_square, shift_variances
 from synth.fit.unknowns import SpringsAndDampers, all_of
 from synth.fit.weak_form import weak_form
 from synth.model.chain import compiled_chain
 from synth.model.leg import Array, Damper, DamperCurve, Leg, Spring
-from synth.model.mechanics import outboard_inertia
+from synth.model.mechanics import coefficients, outboard_inertia, static_torque
 from synth.motion.smoothing import initial_state
 
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
-NOISE_ROUNDS = 6
-RANDOM_STARTS = 6
+NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
+NOISE_ROUNDS = 5
+SCREENED_STARTS, KEPT_STARTS = 24, 2
 POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
 
 
@@ -40,16 +42,6 @@ class FitOptions:
     weight: str = "noise"
     curves: Mapping[str, DamperCurve] = field(default_factory=dict)
     seed: int = 0
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A solution with the weights that it was found under, its covariance and rest-shift variances a trial."""
-
-    solution: Solution
-    weights: Weights
-    covariance: Array
-    shift_variance: tuple[Array, ...]
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = FitOptions()) -> FitResult:  # noqa: B008
@@ -71,22 +63,31 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
     known = [j for j, name in enumerate(leg.joint_names) if name in options.curves]
     unknowns = all_of(chain, leg, damper_known=known)
     model = TrajectoryModel(chain, leg, unknowns)
-    values = _start(model, recordings, options)
-    common = _refine(model, recordings, values, _first_locals(recordings), options, np.zeros(len(leg.joints)))
+    values, shifts = _start(model, recordings, options)
+    locals_ = _first_locals(recordings)
     scatter = _scatter(recordings)
-    if np.any(root_mean_square(recordings, common.solution.predictions) > POOR * scatter):
-        common = _other_starts(model, recordings, common, options)
-    if not np.isfinite(common.solution.cost):
-        raise UserError("no motion of this leg comes near the trials: check link masses, zero and sign of each joint")
-    per_trial, spread = None, np.zeros(len(leg.joints))
-    probability = np.ones(len(leg.joints))
+    stages: dict[str, tuple[Stage, Array]] = {}
+    spread, probability = np.zeros(len(leg.joints)), np.ones(len(leg.joints))
     if options.free_angle != "common" and len(recordings) > 1:
-        per_trial, spread, probability = _per_trial(model, recordings, common, options)
-    chosen, mode, why = _choose(leg, common, per_trial, spread, probability, options, len(recordings))
-    stages = {"common": (common, np.zeros_like(spread))}
-    if per_trial is not None:
-        stages["per_trial"] = (per_trial, spread)
-    return result_of(model, recordings, stages, mode, why, scatter)
+        shifted = [replace(local, shift=shift) for local, shift in zip(locals_, shifts, strict=True)]
+        stage, spread, probability = _per_trial(model, recordings, values, shifted, options, scatter)
+        stages["per_trial"] = (stage, spread)
+        values = stage.solution.values
+    stage = _refine(model, recordings, values, locals_, options, np.zeros_like(spread))
+    if not stages:
+        stage = _or_another_start(model, recordings, stage, options, scatter, np.zeros_like(spread))
+    stages["common"] = (stage, np.zeros_like(spread))
+    mode, why = _choose(leg, spread, probability, options, len(recordings))
+    if not np.isfinite(stages[mode][0].solution.cost):
+        raise UserError("no motion of this leg comes near the trials: check link masses, zero and sign of each joint")
+    stage, spread = stages[mode]
+    rms = root_mean_square(recordings, stage.solution.predictions)
+    softened: tuple[str, ...] = ()
+    if np.any(rms > MISFIT * scatter):
+        moved = soften(model, recordings, stage.solution, stage.weights)
+        stages[mode] = (Stage(moved.solution, stage.weights), spread)
+        softened = moved.sentences
+    return result_of(model, recordings, stages, mode, why, scatter, softened)
 
 
 def score(
@@ -137,23 +138,44 @@ def _scatter(recordings: Sequence[Recording]) -> Array:
     return np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9
 
 
-def _start(model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions) -> Array:
-    """The weak form's answer with the window whose trajectories lie nearest the trials."""
+def _start(model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions) -> tuple[Array, Array]:
+    """The weak form's answer with the window whose trajectories lie nearest the trials, and rest shifts a trial."""
     assert isinstance(model.unknowns, SpringsAndDampers)
     leg, inertia = model.leg, outboard_inertia(model.leg)
     curves = [options.curves.get(name) for name in leg.joint_names]
-    candidates = []
+    locals_ = _first_locals(recordings)
+    best: tuple[float, Array, Array] | None = None
     for window in WINDOWS:
         for per_trial in (False, True) if len(recordings) > 1 else (False,):
             found = weak_form(leg, recordings, curves, window=window, per_trial_rest=per_trial)
-            # A rate that noise turned negative starts from a slow, lightly damped swing: 1 Hz, 2 1/s.
-            rate = np.where(found.spring_rate > 0, found.spring_rate, inertia * (2 * np.pi) ** 2)
-            damping = np.where(found.damper_rate > 0, found.damper_rate, inertia * 2.0)
-            rest = np.where(found.spring_rate > 0, found.rest, _mean_end(recordings))
-            candidates.append(model.unknowns.pack(rate, np.clip(np.nan_to_num(rest), -np.pi, np.pi), damping))
-    locals_ = _first_locals(recordings)
-    costs = [_quick_cost(model, recordings, values, locals_) for values in candidates]
-    return candidates[int(np.argmin(costs))]
+            usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | np.array([c is not None for c in curves]))
+            # Noise, or a joint that moves as no passive one does, can turn a rate negative. Then the joint starts where
+            # limbs are: from springy to well damped.
+            for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
+                rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency) ** 2)
+                damping = np.where(usable, found.damper_rate, inertia * decay)
+                rest, by_trial = _rests(model, recordings, rate)
+                rest = np.where(usable, np.nan_to_num(found.rest), rest)
+                by_trial = np.where(usable & per_trial, found.rest_by_trial, by_trial)
+                shift = np.clip(np.nan_to_num(by_trial - rest), -2 * WIDE, 2 * WIDE) * (options.free_angle != "common")
+                values = model.unknowns.pack(rate, np.clip(rest, -np.pi, np.pi), damping)
+                shifted = [replace(local, shift=s) for local, s in zip(locals_, shift, strict=True)]
+                cost = _quick_cost(model, recordings, values, shifted)
+                if best is None or cost < best[0]:
+                    best = cost, values, shift
+    assert best is not None
+    return best[1], best[2]
+
+
+def _rests(model: TrajectoryModel, recordings: Sequence[Recording], rate: Array) -> tuple[Array, Array]:
+    """Rest angles (n,) and by trial (n_trial, n) that hold each trial's last pose in balance at these spring rates."""
+    by_trial = []
+    for recording in recordings:
+        end = recording.smoothed.angle[-max(2, len(recording.smoothed.angle) // 10) :].mean(axis=0)
+        found = coefficients(model.leg, recording.conditions.tip_mass)
+        by_trial.append(end + static_torque(found, end, model.leg.tilt + recording.conditions.tilt) / rate)
+    rests = np.array(by_trial)
+    return np.median(rests, axis=0), rests
 
 
 def _mean_end(recordings: Sequence[Recording]) -> Array:
@@ -163,9 +185,10 @@ def _mean_end(recordings: Sequence[Recording]) -> Array:
 def _quick_cost(
     model: TrajectoryModel, recordings: Sequence[Recording], values: Array, locals_: Sequence[Local]
 ) -> float:
+    found = model.evaluate_all(recordings, values, locals_, jacobian=False)
     total = 0.0
-    for recording, local in zip(recordings, locals_, strict=True):
-        prediction = model.evaluate(recording, values, local, jacobian=False).prediction
+    for recording, evaluation in zip(recordings, found, strict=True):
+        prediction = evaluation.prediction
         total += float(np.nansum(residuals(recording, prediction) ** 2)) if np.all(np.isfinite(prediction)) else np.inf
     return total
 
@@ -182,33 +205,28 @@ def _refine(
     noise: Array | None = None,
 ) -> Stage:
     """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes."""
-    n = len(model.leg.joints)
     relative = _relative_noise(recordings, options)
     if noise is None:
-        predictions = [
-            model.evaluate(r, values, local, jacobian=False).prediction
-            for r, local in zip(recordings, locals_, strict=True)
-        ]
+        found_at_start = model.evaluate_all(recordings, values, locals_, jacobian=False)
+        predictions = [evaluation.prediction for evaluation in found_at_start]
         noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=0.1, posinf=0.1) + 1e-6
-    solution: Solution | None = None
-    for round_ in range(rounds):
-        weights = Weights(relative * noise, spread)
-        start = (values, locals_) if solution is None else (solution.values, solution.locals)
-        solution = solve(model, recordings, *start, weights, max_iterations=40 if round_ else 25)
+    weights = Weights(relative * noise, spread)
+    solution = solve(model, recordings, values, locals_, weights, max_iterations=25, tolerance=0.1)
+    for _ in range(rounds):
         if not np.isfinite(solution.cost):
             break
         found = root_mean_square(recordings, solution.predictions)
+        # Correlated residuals say less than their number: their noise counts as larger, so that the cost stays a
+        # log-likelihood and weighs rightly against the spread of the shifts and the prior.
+        found = found * np.sqrt(correlation_times(recordings, solution.predictions))
         found = np.where(np.isfinite(found), found, 1.0) + 1e-7
         change = np.abs(np.log(found / noise)).max()
         noise = found
-        if change < 0.01:
+        weights = Weights(relative * noise, spread)
+        solution = solve(model, recordings, solution.values, solution.locals, weights)
+        if change < 0.02:
             break
-    assert solution is not None
-    weights = Weights(relative * noise, spread)
-    if not np.isfinite(solution.cost):
-        return Stage(solution, weights, np.full((len(values), len(values)), np.inf), ())
-    cov, shift_variance = covariance(model, recordings, solution, weights)
-    return Stage(solution, weights, cov, shift_variance if n else ())
+    return Stage(solution, weights)
 
 
 def _relative_noise(recordings: Sequence[Recording], options: FitOptions) -> Array:
@@ -220,59 +238,72 @@ def _relative_noise(recordings: Sequence[Recording], options: FitOptions) -> Arr
     return np.maximum(amplitude / mean, 0.2)
 
 
-def _other_starts(
-    model: TrajectoryModel, recordings: Sequence[Recording], best: Stage, options: FitOptions
+def _or_another_start(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    best: Stage,
+    options: FitOptions,
+    scatter: Array,
+    spread: Array,
 ) -> Stage:
-    """A few starts drawn in natural units, in case the weak form led into the wrong valley; the best is refined."""
+    """The given stage if it comes near the samples' scatter; else the best of it and of a few starts in natural units.
+
+    The weak form may have led into the wrong valley; a start is screened on a few trials before it is followed.
+    """
     assert isinstance(model.unknowns, SpringsAndDampers)
+    rms = root_mean_square(recordings, best.solution.predictions)
+    if np.all((rms < POOR * scatter) | ~np.isfinite(scatter)):
+        return best
     random = np.random.default_rng(options.seed)
     n, inertia = len(model.leg.joints), outboard_inertia(model.leg)
-    locals_ = _first_locals(recordings)
     rest = _mean_end(recordings)
-    for _ in range(RANDOM_STARTS):
+    drawn = []
+    for _ in range(SCREENED_STARTS):
         rate = inertia * (2 * np.pi * np.exp(random.uniform(np.log(1.0), np.log(10.0), n))) ** 2
         damping = inertia * np.exp(random.uniform(np.log(1.0), np.log(100.0), n))
-        values = model.unknowns.pack(rate, rest + random.uniform(-0.2, 0.2, n), damping)
-        found = solve(model, recordings, values, locals_, best.weights, max_iterations=15, tolerance=1e-4)
-        if found.cost < 0.98 * best.solution.cost:
-            refined = _refine(model, recordings, found.values, found.locals, options, np.zeros(n))
+        drawn.append(model.unknowns.pack(rate, rest + random.uniform(-0.2, 0.2, n), damping))
+    some = recordings[:: max(1, len(recordings) // 5)]
+    drawn.sort(key=lambda values: _quick_cost(model, some, values, _first_locals(some)))
+    locals_ = _first_locals(recordings)
+    for values in drawn[:KEPT_STARTS]:
+        found = solve(model, recordings, values, locals_, best.weights, max_iterations=12, tolerance=1.0)
+        if found.cost < best.solution.cost - 1.0:
+            refined = _refine(model, recordings, found.values, found.locals, options, spread)
             if np.isfinite(refined.solution.cost):
                 best = refined
     return best
 
 
 def _per_trial(
-    model: TrajectoryModel, recordings: Sequence[Recording], common: Stage, options: FitOptions
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    values: Array,
+    locals_: Sequence[Local],
+    options: FitOptions,
+    scatter: Array,
 ) -> tuple[Stage, Array, Array]:
     """Free angles a trial, first nearly free, then within the spread that this shows; spread (n,), probability (n,)."""
     n = len(model.leg.joints)
-    start, locals_ = common.solution.values, common.solution.locals
-    wide = _refine(model, recordings, start, locals_, options, np.full(n, WIDE))
+    wide = _refine(model, recordings, values, locals_, options, np.full(n, WIDE))
+    wide = _or_another_start(model, recordings, wide, options, scatter, np.full(n, WIDE))
     shift = np.array([local.shift for local in wide.solution.locals])
-    found = heterogeneity(shift, np.array(wide.shift_variance))
+    found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
     stage = _refine(model, recordings, wide.solution.values, wide.solution.locals, options, spread)
     return stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0), found.probability
 
 
 def _choose(
-    leg: Leg,
-    common: Stage,
-    per_trial: Stage | None,
-    spread: Array,
-    probability: Array,
-    options: FitOptions,
-    n_trial: int,
-) -> tuple[Stage, str, str]:
-    if per_trial is None:
-        why = "asked for" if options.free_angle == "common" else "one trial alone cannot show a spread"
-        return common, "common", why
-    if options.free_angle == "per_trial":
-        return per_trial, "per_trial", "asked for"
-    limit = SIGNIFICANCE / len(leg.joints)
-    shifted = [j for j in range(len(leg.joints)) if probability[j] < limit]
+    leg: Leg, spread: Array, probability: Array, options: FitOptions, n_trial: int
+) -> tuple[str, str]:
+    """Common or per_trial, and why."""
+    if options.free_angle != "auto":
+        return options.free_angle if n_trial > 1 else "common", "asked for"
+    if n_trial == 1:
+        return "common", "one trial alone cannot show a spread"
+    shifted = [j for j in range(len(leg.joints)) if probability[j] < SIGNIFICANCE / len(leg.joints)]
     if not shifted:
         least = float(np.min(probability))
-        return common, "common", f"the {n_trial} trials show no shift of any free angle (least p = {least:.2g})"
+        return "common", f"the {n_trial} trials show no shift of any free angle (least p = {least:.2g})"
     said = ", ".join(f"{leg.joint_names[j]} by {np.degrees(spread[j]):.2g} deg" for j in shifted)
-    return per_trial, "per_trial", f"the free angle shifts from trial to trial ({said}, one standard deviation)"
+    return "per_trial", f"the free angle shifts from trial to trial ({said}, one standard deviation)"

@@ -1,7 +1,7 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
-Cost: Huber's function of the residuals over their noise, plus the shifts of the rest angles over their spread. The
-normal equations are arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is
+Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
+their spread, and the weak prior of the common unknowns. The normal equations are arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is
 linear in the number of trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999
 (IMM-REP-1999-05).
 """
@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Evaluation, Local, TrajectoryModel
+from synth.fit.unknowns import Unknowns
 from synth.model.leg import Array
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
@@ -62,6 +64,14 @@ class Solution:
 
 
 @dataclass(frozen=True)
+class Stage:
+    """A solution with the weights that it was found under."""
+
+    solution: Solution
+    weights: Weights
+
+
+@dataclass(frozen=True)
 class _State:
     values: Array
     locals: tuple[Local, ...]
@@ -80,20 +90,21 @@ def solve(
     weights: Weights,
     *,
     max_iterations: int = 40,
-    tolerance: float = 1e-9,
+    tolerance: float = 1e-4,
     fixed: bool = False,
 ) -> Solution:
     """Minimise the cost from the given start.
 
     Parameters
     ----------
+    tolerance : fall of the cost (a log-likelihood) below which the iteration has converged.
     fixed : hold the common unknowns and estimate only what belongs to each trial (to score a given leg).
 
     Returns
     -------
     Solution ; its ``cost`` is inf if even the start diverges.
     """
-    state = _assess(model, recordings, values, tuple(locals_), weights, fixed)
+    state = _assess(model, recordings, values, tuple(locals_), weights)
     damping, growth, reason, iteration = 1e-3, 2.0, "the iteration limit was reached", 0
     scale: tuple[Array, list[Array]] | None = None
     for iteration in range(1, max_iterations + 1):
@@ -108,18 +119,18 @@ def solve(
             np.maximum(0.5 * scale[0], diagonal),
             [np.maximum(0.5 * a, b) for a, b in zip(scale[1], owns, strict=True)],
         )
-        step, own_steps, predicted = _step(state, damping, scale, fixed)
-        moved = np.clip(state.values + np.clip(step, -LARGEST_STEP, LARGEST_STEP), model.unknowns.lower, model.unknowns.upper)
+        step, own_steps, predicted = _bounded_step(model.unknowns, state, damping, scale, fixed)
+        moved = np.clip(state.values + step, model.unknowns.lower, model.unknowns.upper)
         moved_locals = tuple(
             model.step_local(r, local, own) for r, local, own in zip(recordings, state.locals, own_steps, strict=True)
         )
-        trial = _assess(model, recordings, moved, moved_locals, weights, fixed)
+        trial = _assess(model, recordings, moved, moved_locals, weights)
         if np.isfinite(trial.cost) and trial.cost <= state.cost:
             gain = state.cost - trial.cost
             ratio = gain / max(predicted, 1e-300)
             damping = max(damping * max(1 / 3, 1 - (2 * min(ratio, 1.5) - 1) ** 3), 1e-12)
             growth = 2.0
-            small = gain <= tolerance * state.cost
+            small = gain <= tolerance
             state = trial
             if small:
                 reason = "converged"
@@ -133,28 +144,20 @@ def solve(
     return Solution(state.values, state.locals, state.predictions, state.cost, iteration, reason, state.information)
 
 
-def assess_information(
-    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
-) -> Information:
-    """Information at a solution under other weights."""
-    return _assess(model, recordings, solution.values, solution.locals, weights, False).information
-
-
 def _assess(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
     values: Array,
     locals_: tuple[Local, ...],
     weights: Weights,
-    fixed: bool,
 ) -> _State:
     """Cost, gradient and information at one point."""
-    size = len(values)
-    common, gradient = np.zeros((size, size)), np.zeros(size)
+    mean, precision_common = model.unknowns.prior
+    common, gradient = np.diag(precision_common), precision_common * (values - mean)
     cross, own, own_gradient, predictions = [], [], [], []
-    cost = 0.0
-    for t, (recording, local) in enumerate(zip(recordings, locals_, strict=True)):
-        found = model.evaluate(recording, values, local)
+    cost = 0.5 * float(gradient @ (values - mean))
+    evaluations = model.evaluate_all(recordings, values, locals_)
+    for t, (recording, local, found) in enumerate(zip(recordings, locals_, evaluations, strict=True)):
         predictions.append(found.prediction)
         part = _normal(recording, found, weights.noise[t])
         shifted = model.shifted(recording)
@@ -166,7 +169,7 @@ def _assess(
             part.cost += 0.5 * precision * local.shift[j] ** 2
         common += part.common
         gradient += part.gradient
-        cross.append(np.zeros_like(part.cross) if fixed else part.cross)
+        cross.append(part.cross)
         own.append(part.own)
         own_gradient.append(part.own_gradient)
         cost += part.cost
@@ -204,8 +207,26 @@ def _normal(recording: Recording, found: Evaluation, noise: Array) -> _Part:
     return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
 
 
+def _bounded_step(
+    unknowns: Unknowns, state: _State, damping: float, scale: tuple[Array, list[Array]], fixed: bool
+) -> tuple[Array, list[Array], float]:
+    """A step that leaves out the unknowns that sit on a bound and push outwards, and shortens the rest as a whole."""
+    held = np.full(len(state.values), fixed)
+    for _ in range(3):
+        step, owns, predicted = _step(state, damping, scale, held)
+        outward = ((state.values <= unknowns.lower) & (step < 0)) | ((state.values >= unknowns.upper) & (step > 0))
+        if not np.any(outward & ~held):
+            break
+        held = held | outward
+    longest = float(np.max(np.abs(step), initial=0.0))
+    if longest > LARGEST_STEP:
+        share = LARGEST_STEP / longest
+        step, owns, predicted = step * share, [own * share for own in owns], predicted * share
+    return step, owns, predicted
+
+
 def _step(
-    state: _State, damping: float, scale: tuple[Array, list[Array]], fixed: bool
+    state: _State, damping: float, scale: tuple[Array, list[Array]], held: NDArray[np.bool_]
 ) -> tuple[Array, list[Array], float]:
     """Damped Gauss-Newton step (p,), each trial's own (l,), and the predicted fall of the cost."""
     information = state.information
@@ -220,8 +241,10 @@ def _step(
         reduced = reduced - cross @ both[:, :-1]
         side = side + cross @ both[:, -1]
         solved.append(both)
-    step = np.zeros_like(side) if fixed or not len(side) else np.linalg.solve(reduced, side)
+    step, moving = np.zeros_like(side), ~held
+    if np.any(moving):
+        step[moving] = np.linalg.solve(reduced[np.ix_(moving, moving)], side[moving])
     owns = [-both[:, -1] - both[:, :-1] @ step for both in solved]
-    predicted = -0.5 * (float(state.gradient @ step) * (not fixed))
-    predicted += sum(-0.5 * float(g @ own) for g, own in zip(state.own_gradient, owns, strict=True))
+    predicted = -0.5 * float(state.gradient @ step)
+    predicted -= sum(0.5 * float(g @ own) for g, own in zip(state.own_gradient, owns, strict=True))
     return step, owns, predicted

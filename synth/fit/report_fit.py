@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.fit.least_squares import Solution
+from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import NORMAL90, mass_scale_sentence, not_separable, residuals, root_mean_square
-from synth.fit.unknowns import SpringsAndDampers
+from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable, residuals, root_mean_square
+from synth.fit.unknowns import NORMAL90, SpringsAndDampers
 from synth.model.leg import Array, Damper, Leg, Spring
 from synth.motion.characteristics import characteristics
 
@@ -22,21 +22,19 @@ MISFIT = 3.0  # RMS over sample scatter from which the model itself is called in
 def result_of(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
-    stages: Mapping[str, tuple[object, Array]],
+    stages: Mapping[str, tuple[Stage, Array]],
     mode: str,
     why: str,
     scatter: Array,
+    softened: Sequence[str] = (),
 ) -> FitResult:
     """Assemble the result of the chosen ``mode`` out of the stages, name -> (Stage, spread (n,) rad)."""
-    from synth.fit.estimate import Stage
-
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
     leg, names = model.leg, model.leg.joint_names
     variants = []
     for name, (stage, spread) in stages.items():
-        assert isinstance(stage, Stage)
-        joints = _joints(unknowns, stage.solution, stage.covariance, spread, len(recordings))
+        joints = _joints(unknowns, stage.solution, covariance(model, stage.solution), spread, len(recordings))
         rms = dict(zip(names, root_mean_square(recordings, stage.solution.predictions).tolist(), strict=True))
         variants.append(
             Variant(
@@ -49,9 +47,9 @@ def result_of(
         )
         if name == mode:
             chosen, chosen_joints, chosen_rms = stage, joints, rms
-    said = not_separable(unknowns, chosen.covariance, chosen.solution.values)
+    said = not_separable(unknowns, covariance(model, chosen.solution, with_prior=False), chosen.solution.values)
     scale = mass_scale_sentence(recordings)
-    said += [scale] if scale else []
+    said += [*softened, *([scale] if scale else [])]
     warnings = [
         f"{name}: the fit leaves {np.degrees(chosen_rms[name]):.2g} deg where the samples scatter by only "
         f"{np.degrees(scatter[j]):.2g} deg: the model lacks something at this joint or beside it"

@@ -7,7 +7,11 @@ smoothly, so forward differences at rtol 1e-5 are good to 3e-5.
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -41,6 +45,11 @@ class Evaluation:
     prediction: Array
     common: Array | None = None
     local: Array | None = None
+
+
+@lru_cache(maxsize=1)
+def _workers() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-lanes")
 
 
 class TrajectoryModel:
@@ -92,6 +101,16 @@ class TrajectoryModel:
         rest = [self.unknowns.rest_index[j] for j in self.shifted(recording)]
         shift = full[:, :, [k for k in rest if k is not None]]
         return Evaluation(prediction, full[:, :, :n_common], np.concatenate([full[:, :, n_common:], shift], axis=2))
+
+    def evaluate_all(
+        self, recordings: Sequence[Recording], values: Array, locals_: Sequence[Local], *, jacobian: bool = True
+    ) -> list[Evaluation]:
+        """``evaluate`` for every trial, on all cores: the compiled code runs without the interpreter's lock."""
+
+        def one(pair: tuple[Recording, Local]) -> Evaluation:
+            return self.evaluate(pair[0], values, pair[1], jacobian=jacobian)
+
+        return list(_workers().map(one, zip(recordings, locals_, strict=True)))
 
     def _lane(self, conditions: Conditions) -> Array:
         if conditions not in self._base:

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from synth.fit.least_squares import Solution, Weights, assess_information
+from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.unknowns import SpringsAndDampers
+from synth.fit.unknowns import NORMAL90, SpringsAndDampers
 from synth.model.leg import Array
 
-NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations
 LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as not fixed (+-20 % at 90 %)
 
 
@@ -62,30 +61,28 @@ def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Arr
     return factors
 
 
-def covariance(
-    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
-) -> tuple[Array, tuple[Array, ...]]:
-    """Covariance (p, p) of the common unknowns, and each trial's rest-shift variances (n,) given the rest.
-
-    The information of the residuals, weighted down by their correlation times. Null directions come out with a huge
-    variance instead of an error.
-    """
-    inflated = weights.noise * np.sqrt(correlation_times(recordings, solution.predictions))
-    information = assess_information(model, recordings, solution, Weights(inflated, weights.spread))
-    schur = information.schur()
-    root = np.sqrt(np.maximum(np.diag(schur), 1e-300))
+def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:
+    """Covariance (p, p) of the common unknowns; null directions come out with a huge variance instead of an error."""
+    schur = solution.information.schur()
+    if not with_prior:
+        schur = schur - np.diag(model.unknowns.prior[1])
+    root = np.sqrt(np.maximum(np.diag(schur), 1e-12))
     value, vector = np.linalg.eigh(schur / np.outer(root, root))
-    inverse = (vector / np.maximum(value, 1e-12)) @ vector.T / np.outer(root, root)
+    return np.asarray((vector / np.maximum(value, 1e-12)) @ vector.T / np.outer(root, root))
+
+
+def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> Array:
+    """(n_trial, n) rad^2, variance of each trial's rest shift given the common unknowns; nan for locked joints."""
     shifts = []
-    for recording, own in zip(recordings, information.own, strict=True):
+    for recording, own in zip(recordings, solution.information.own, strict=True):
         first = 2 * len(recording.free)
         variance = np.full(recording.rotation.shape[1], np.nan)
         variance[model.shifted(recording)] = np.diag(np.linalg.inv(own))[first:]
         shifts.append(variance)
-    return inverse, tuple(shifts)
+    return np.array(shifts)
 
 
-def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array, noise_limited: bool = True) -> list[str]:
+def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> list[str]:
     """Sentences on what the trials leave open, each with the measurement that would settle it."""
     leg, sentences = unknowns.leg, []
     deviation = np.sqrt(np.diag(cov))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -13,9 +13,17 @@ from synth.model.chain import Chain
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import outboard_inertia
 
-# The search box in natural units: k/I between 0.02 and 60 Hz, b/I between 0.001 and 5000 1/s.
-FREQUENCY_BOX = (0.02, 60.0)
-DECAY_BOX = (1e-3, 5e3)
+# The search box in natural units, I the inertia outboard of the joint: beyond it a limb is no limb but a rod or a rag,
+# and the integration is stiff for nothing.
+FREQUENCY_BOX = (0.02, 30.0)  # Hz, sqrt(k/I) / 2 pi
+DECAY_BOX = (1e-3, 500.0)  # 1/s, b/I
+# What limbs and their models have: log-normal with these 90 % ranges. So weak (a factor of 15 on k, 30 on b) that it
+# moves nothing that the trials fix, and decides only where along a ridge that they leave open the answer lies.
+FREQUENCY_PRIOR = (1.0, 15.0)  # Hz
+DECAY_PRIOR = (0.5, 500.0)  # 1/s
+
+
+NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations
 
 
 class Unknowns(Protocol):
@@ -34,6 +42,10 @@ class Unknowns(Protocol):
         """(n_unknown,) greatest values."""
 
     @property
+    def prior(self) -> tuple[Array, Array]:
+        """(n_unknown,) mean and (n_unknown,) precision (1 / variance, 0 for none) of a weak normal prior."""
+
+    @property
     def rest_index(self) -> tuple[int | None, ...]:
         """For each joint, which unknown is its rest angle, or None."""
 
@@ -45,7 +57,7 @@ class Unknowns(Protocol):
 class SpringsAndDampers:
     """Log spring rate, rest and log damper rate, in that order, of the joints where each is sought.
 
-    ``rates``, ``rests``, ``dampers`` : joint indices.
+    ``rates``, ``rests``, ``dampers`` : joint indices. ``pinned`` : (unknown, value), held there by a sharp prior.
     """
 
     chain: Chain
@@ -53,6 +65,8 @@ class SpringsAndDampers:
     rates: tuple[int, ...]
     rests: tuple[int, ...]
     dampers: tuple[int, ...]
+    pinned: tuple[tuple[int, float], ...] = ()
+    PIN_PRECISION: ClassVar[float] = 1e8
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -82,6 +96,22 @@ class SpringsAndDampers:
             for s, r, d in zip(stiff, (-4 * np.pi, 4 * np.pi), damp, strict=True)
         ]
         return sides[0], sides[1]
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Log-normal in natural units for the rates, none for the rests."""
+        inertia = outboard_inertia(self.leg)
+        stiff = [np.log(inertia * (2 * np.pi * f) ** 2) for f in FREQUENCY_PRIOR]
+        damp = [np.log(inertia * decay) for decay in DECAY_PRIOR]
+        mean, precision = np.zeros(len(self.names)), np.zeros(len(self.names))
+        first_damper = len(self.rates) + len(self.rests)
+        for (low, high), joints, first in ((stiff, self.rates, 0), (damp, self.dampers, first_damper)):
+            for position, j in enumerate(joints):
+                mean[first + position] = 0.5 * (low[j] + high[j])
+                precision[first + position] = (2 * NORMAL90 / (high[j] - low[j])) ** 2
+        for place, value in self.pinned:
+            mean[place], precision[place] = value, self.PIN_PRECISION
+        return mean, precision
 
     @property
     def lower(self) -> Array:

@@ -1,0 +1,99 @@
+"""Where on a ridge that the trials leave open the answer lies: the softest joint that fits as well.
+
+When a joint is overdamped, trials fix b/k and little else, and a model that lacks something will "prefer" one end of
+the ridge for a hundredth of a degree. An engineer wants the other end: the softest spring and damper that move alike,
+for they can be wound and bought. So the damper rate is walked down, everything else fitted again, for as long as the
+overall RMS stays within ``ALLOWANCE`` of the best (the one-standard-error rule's idea, Hastie, Tibshirani & Friedman,
+*The Elements of Statistical Learning*, 2nd ed., section 7.10, with a fixed share because model error is no sampling
+error). Where the model explains the trials down to their noise nothing is moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.fit.least_squares import Solution, Weights, solve
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
+from synth.fit.unknowns import SpringsAndDampers
+from synth.model.leg import Array
+
+ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
+BISECTIONS = 5
+
+
+@dataclass(frozen=True)
+class Softened:
+    """A solution further down its ridges, and a sentence for each joint that was moved."""
+
+    solution: Solution
+    sentences: tuple[str, ...]
+
+
+def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights) -> Softened:
+    """Walk every joint whose spring and damper rate are not separable down to the softest that fits as well."""
+    unknowns = model.unknowns
+    assert isinstance(unknowns, SpringsAndDampers)
+    cov = covariance(model, solution, with_prior=False)
+    first_damper = len(unknowns.rates) + len(unknowns.rests)
+    loose = [
+        (float(cov[k, k]), j, k, first_damper + unknowns.dampers.index(j))
+        for k, j in enumerate(unknowns.rates)
+        if j in unknowns.dampers and _is_ridge(cov, k, first_damper + unknowns.dampers.index(j))
+    ]
+    best = _overall(recordings, solution)
+    sentences: list[str] = []
+    pinned: tuple[tuple[int, float], ...] = ()
+    for count, (_, j, k, place) in enumerate(sorted(loose, reverse=True)):
+        limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
+        high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
+        before = np.exp(solution.values[[k, place]])
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (high + low)
+            at = TrajectoryModel(model.chain, model.leg, replace(unknowns, pinned=(*pinned, (place, middle))))
+            values = solution.values.copy()
+            values[k] += middle - values[place]
+            values[place] = middle
+            found = solve(at, recordings, values, solution.locals, weights, max_iterations=12, tolerance=0.05)
+            if _overall(recordings, found) <= limit:
+                high, solution = middle, found
+            else:
+                low = middle
+        pinned = (*pinned, (place, high))
+        after = np.exp(solution.values[[k, place]])
+        if after[1] < 0.9 * before[1]:
+            name = model.leg.joint_names[j]
+            sentences.append(
+                f"{name}: of the springs and dampers that fit alike, the softest is given: {after[0]:.3g} N*m/rad and "
+                f"{after[1]:.3g} N*m*s/rad, where the least residual alone would take {before[0]:.3g} and "
+                f"{before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of {np.degrees(best):.3g} deg)."
+            )
+    return Softened(_without_pins(model, recordings, solution, weights), tuple(sentences))
+
+
+def _is_ridge(cov: Array, k: int, place: int) -> bool:
+    ratio = np.sqrt(max(0.0, cov[k, k] + cov[place, place] - 2 * cov[k, place]))
+    return bool(np.sqrt(cov[k, k]) > LOOSE and ratio < 0.4 * np.sqrt(cov[k, k]))
+
+
+def _overall(recordings: Sequence[Recording], solution: Solution) -> float:
+    if not np.isfinite(solution.cost):
+        return float("inf")
+    rms = root_mean_square(recordings, solution.predictions)
+    return float(np.sqrt(np.nanmean(rms**2)))
+
+
+def _degrees(recordings: Sequence[Recording], solution: Solution) -> str:
+    return f"{np.degrees(_overall(recordings, solution)):.3g}"
+
+
+def _without_pins(
+    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
+) -> Solution:
+    """The same point with the information of the unpinned problem, for honest intervals."""
+    here = solve(model, recordings, solution.values, solution.locals, weights, max_iterations=0)
+    return replace(solution, information=here.information, cost=here.cost)
