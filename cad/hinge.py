@@ -118,7 +118,15 @@ def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
         (layout.radius_closed - spring.radius - width, layout.radius_open - spring.radius + width),
         (layout.floor_top, layout.half_width + 1),
     )
-    return slot.rotate((0, 0, 0), (0, 0, 1), arm.direction).translate((*arm.tangent, 0))
+    # Round the shafts it widens, or thin horns of print would stand between slot and shaft holes.
+    pin, side = dimensions.pin_diameter, 2 * dimensions.clearance
+    lateral = (spring.wire_diameter + pin) / 2
+    well = _box(
+        (layout.pin_reach - pin / 2 - dimensions.clearance, layout.arm_reach + 2 * dimensions.clearance),
+        (-lateral - dimensions.keeper_gap - pin / 2 - side, lateral + pin / 2 + side),
+        (layout.floor_top, layout.half_width + 1),
+    )
+    return slot.fuse(well).rotate((0, 0, 0), (0, 0, 1), arm.direction).translate((*arm.tangent, 0))
 
 
 def _lower_mouth(dimensions: JointDimensions, layout: JointLayout) -> Any:

@@ -83,6 +83,7 @@ class Camera:
         grab = vtkWindowToImageFilter()
         grab.SetInput(self._window)
         grab.ReadFrontBufferOff()
+        grab.ShouldRerenderOff()
         grab.Update()
         pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
         if np.mean(np.any(pixels < 250, axis=1)) < 0.002:

@@ -1,0 +1,67 @@
+"""Dimensions in, solids out: the joints of a leg as parts to print, wind, cut and buy. Millimetres and degrees.
+
+Stands alone; cadquery is loaded only when something is built.
+
+>>> leg = build_leg(LegDimensions("leg", (JointDimensions("knee", spring, free_angle=111, rest_angle=119),)))
+>>> files = export_leg(leg, Path("parts"))
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from cad.dimensions import (
+    DamperDimensions,
+    JointDimensions,
+    LegDimensions,
+    SpringDimensions,
+    arm_offset,
+    included_angle_of,
+)
+from cad.layout import clear_upper_arm_angle
+from cad.limits import DimensionError, DimensionProblem
+
+if TYPE_CHECKING:
+    from cad.checks import CheckResult, GateError, check_leg
+    from cad.export import ExportedFile, PreviewError, export_leg
+    from cad.leg import BuiltLeg, build_leg
+
+# Loaded on first use: these modules need numpy and, when called, cadquery.
+_LATER = {
+    "BuiltLeg": "cad.leg",
+    "CheckResult": "cad.checks",
+    "ExportedFile": "cad.export",
+    "GateError": "cad.checks",
+    "PreviewError": "cad.export",
+    "build_leg": "cad.leg",
+    "check_leg": "cad.checks",
+    "export_leg": "cad.export",
+}
+
+__all__ = [
+    "BuiltLeg",
+    "CheckResult",
+    "DamperDimensions",
+    "DimensionError",
+    "DimensionProblem",
+    "ExportedFile",
+    "GateError",
+    "JointDimensions",
+    "LegDimensions",
+    "PreviewError",
+    "SpringDimensions",
+    "arm_offset",
+    "build_leg",
+    "check_leg",
+    "clear_upper_arm_angle",
+    "export_leg",
+    "included_angle_of",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LATER:
+        from importlib import import_module
+
+        return getattr(import_module(_LATER[name]), name)
+    raise AttributeError(f"module 'cad' has no attribute {name!r}")

@@ -1,0 +1,156 @@
+"""Files out: STEP with names and colours, STL, pictures. The same leg gives the same STEP and STL bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from cad.checks import CheckResult, check_leg, require
+from cad.joint import BuiltJoint
+from cad.leg import BuiltLeg
+from cad.parts import BuiltPart, Mesh, file_name
+from cad.preview import Camera, Colour, PreviewError
+from cad.step_text import normalised_step
+
+Kind = Literal["step", "stl", "png"]
+PICTURED = ("upper", "lower", "damper_bracket", "spring")
+
+
+@dataclass(frozen=True)
+class ExportedFile:
+    """One file that was written: its path relative to the folder, its kind, and the part or assembly in it."""
+
+    path: str
+    kind: Kind
+    part: str
+
+
+def export_leg(
+    leg: BuiltLeg,
+    folder: Path,
+    *,
+    checks: tuple[CheckResult, ...] | None = None,
+    pictures: bool = True,
+) -> list[ExportedFile]:
+    """Write every part, every joint and the leg, once all gates hold.
+
+    Parts are written in their joint's frame (mm, hinge axis on z, upper link along +y), assemblies in the
+    rest pose with the spring loaded as it then is. ``checks`` are the gates' results where the caller has
+    them already.
+
+    Raises
+    ------
+    GateError
+        before anything is written, when a gate fails.
+    PreviewError
+        after parts are written, when this machine cannot draw; ``pictures=False`` leaves pictures out.
+    OSError
+        when the folder cannot be written.
+    """
+    require(check_leg(leg) if checks is None else checks)
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[ExportedFile] = []
+    for part in leg.parts:
+        write_step(_assembly_of_part(part), folder / f"{part.name}.step")
+        write_stl([part.mesh], folder / f"{part.name}.stl")
+        written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in ("step", "stl")]
+    for index in range(len(leg.joints)):
+        written += _write_assembly(leg, [index], file_name(leg.joints[index].dimensions.name), folder)
+    written += _write_assembly(leg, list(range(len(leg.joints))), "leg", folder)
+    if pictures:
+        written += draw_leg(leg, folder)
+    return written
+
+
+def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
+    """Pictures: each printed part and spring, each joint whole, without its upper half, and the leg.
+
+    Raises
+    ------
+    PreviewError
+        when this machine cannot draw.
+    """
+    camera = Camera()
+    written: list[ExportedFile] = []
+
+    def draw(name: str, part: str, items: list[tuple[Mesh, Colour]], flip: int) -> None:
+        camera.draw(items, folder / f"{name}.png", view=(0.55, 0.35, 0.76 * flip))
+        written.append(ExportedFile(f"{name}.png", "png", part))
+
+    try:
+        for joint in leg.joints:
+            name, flip = file_name(joint.dimensions.name), joint.layout.flips[1]
+            for part in joint.parts:
+                if part.family in PICTURED:
+                    draw(part.name, part.name, [(part.mesh, part.colour)], flip)
+            whole = _joint_items(joint)
+            draw(name, name, whole, flip)
+            draw(f"{name}_inside", name, [item for item in whole if item[1] != joint.part("upper").colour], flip)
+        draw("leg", "leg", [(mesh, part.colour) for part, mesh in leg.rest_meshes()], 1)
+    finally:
+        camera.close()
+    return written
+
+
+def _joint_items(joint: BuiltJoint) -> list[tuple[Mesh, Colour]]:
+    angle = joint.dimensions.rest_angle
+    return [(joint.mesh_at(part, angle), part.colour) for part in joint.parts]
+
+
+def _write_assembly(leg: BuiltLeg, indices: list[int], name: str, folder: Path) -> list[ExportedFile]:
+    """STEP and STL of one joint (in its own frame) or of several (in the leg's)."""
+    import cadquery as cq
+
+    assembly = cq.Assembly(name=f"{name}_assembly")
+    meshes: list[Mesh] = []
+    for index, place in enumerate(leg.placements()):
+        if index not in indices:
+            continue
+        joint, link = leg.joints[index], leg.links[index]
+        alone = len(indices) == 1
+        turn, shift = (0.0, (0.0, 0.0, 0.0)) if alone else (place.turn, (place.x, place.y, 0.0))
+        angle = joint.dimensions.rest_angle
+        for part in (*joint.parts, *([] if alone else [link])):
+            solid = joint.solid_at(part, angle).rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
+            assembly.add(solid, name=part.name, color=cq.Color(*part.colour))
+            meshes.append(joint.mesh_at(part, angle).turned(turn, shift))
+    stem = f"{name}_assembly"
+    write_step(assembly, folder / f"{stem}.step")
+    write_stl(meshes, folder / f"{stem}.stl")
+    return [ExportedFile(f"{stem}.{kind}", kind, name) for kind in ("step", "stl")]
+
+
+def _assembly_of_part(part: BuiltPart) -> Any:
+    """A part alone, wrapped so that its name and colour reach the file."""
+    import cadquery as cq
+
+    return cq.Assembly(name=f"{part.name}_part").add(part.solid, name=part.name, color=cq.Color(*part.colour))
+
+
+def write_step(assembly: Any, path: Path) -> None:
+    """Write a cadquery Assembly as STEP AP214 (mm), then take out what changes from run to run."""
+    assembly.export(str(path))
+    path.write_text(normalised_step(path.read_text(encoding="utf-8")), encoding="utf-8", newline="\n")
+
+
+def write_stl(meshes: list[Mesh], path: Path) -> None:
+    """Binary STL (mm) of one or more meshes: 80 bytes of title, a count, 50 bytes a triangle."""
+    layout = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    blocks = []
+    for mesh in meshes:
+        corners = mesh.vertices[mesh.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        block = np.zeros(len(corners), dtype=layout)
+        block["normal"] = normals / np.where(lengths > 0, lengths, 1.0)
+        block["corners"] = corners
+        blocks.append(block)
+    triangles = np.concatenate(blocks)
+    title = path.stem.encode("ascii", "replace")[:80].ljust(80)
+    path.write_bytes(title + np.uint32(len(triangles)).tobytes() + triangles.tobytes())
+
+
+__all__ = ["ExportedFile", "PreviewError", "draw_leg", "export_leg", "write_step", "write_stl"]

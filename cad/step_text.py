@@ -1,0 +1,94 @@
+"""A STEP file's text without what changes from run to run, so that the same solids give the same bytes.
+
+Three things do in what the kernel (OCCT 7.9) writes: the clock in the header, the numbers of the assembly
+links (a counter that the whole process shares), and the order of the colours, which follows addresses in memory.
+"""
+
+from __future__ import annotations
+
+import re
+
+TIMESTAMP = "2000-01-01T00:00:00"  # in every header instead of the clock
+_STATEMENT = re.compile(r"#(\d+) = (.*?);\n", re.DOTALL)
+_FIRST_STYLE = re.compile(r"^#(\d+) = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\(", re.MULTILINE)
+_STYLES = (
+    "STYLED_ITEM('color',(#{0}),#{item})",
+    "PRESENTATION_STYLE_ASSIGNMENT((#{1}))",
+    "SURFACE_STYLE_USAGE(.BOTH.,#{2})",
+    "SURFACE_SIDE_STYLE('',(#{3}))",
+    "SURFACE_STYLE_FILL_AREA(#{4})",
+    "FILL_AREA_STYLE('',(#{5}))",
+    "FILL_AREA_STYLE_COLOUR('',#{6})",
+)
+
+
+def normalised_step(text: str) -> str:
+    """The text of a STEP file with a fixed time stamp, links numbered from 1 and colours in the parts' order.
+
+    Raises
+    ------
+    ValueError
+        when the colours are not laid out as this kernel does, rather than write a file that may be wrong.
+    """
+    text = re.sub(r"(FILE_NAME\(\s*'[^']*'\s*,\s*)'[^']*'", rf"\g<1>'{TIMESTAMP}'", text, count=1)
+    return _ordered_colours(_numbered_links(text))
+
+
+def _numbered_links(text: str) -> str:
+    """Links numbered from 1; a longer number wraps its statement elsewhere, so each stands on one line."""
+    number = 0
+
+    def renumber(match: re.Match[str]) -> str:
+        nonlocal number
+        number += 1
+        rest = re.sub(r"\n\s*", "", match.group(1))
+        return f"NEXT_ASSEMBLY_USAGE_OCCURRENCE('{number}'{rest};"
+
+    return re.sub(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\(\s*'[^']*'([^;]*);", renumber, text)
+
+
+def _ordered_colours(text: str) -> str:
+    """The closing block of colours, one set of statements a solid, in the order of the solids."""
+    first = _FIRST_STYLE.search(text)
+    if first is None:
+        return text
+    end = text.index("ENDSEC;", first.start())
+    statements = {
+        int(number): re.sub(r"\n\s*", "", body) for number, body in _STATEMENT.findall(text[first.start() : end])
+    }
+    groups = sorted(_colour_groups(statements))
+    lines, number = [], int(first.group(1))
+    for item, context, colour in groups:
+        ids = range(number + 2, number + 2 + len(_STYLES))
+        lines.append(f"#{number} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{number + 1}),#{context});")
+        for offset, style in enumerate(_STYLES):
+            lines.append(f"#{number + 1 + offset} = {style.format(*ids, item=item)};")
+        lines.append(f"#{ids[-1]} = {colour};")
+        number = ids[-1] + 1
+    return text[: first.start()] + "\n".join(lines) + "\n" + text[end:]
+
+
+def _colour_groups(statements: dict[int, str]) -> list[tuple[int, int, str]]:
+    """(solid, its context, colour) of each styled solid."""
+    groups, used = [], 0
+    for body in statements.values():
+        head = re.fullmatch(
+            r"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\('',\(#(\d+)\),#(\d+)\)", body
+        )
+        if head is None:
+            continue
+        styled = re.fullmatch(r"STYLED_ITEM\('color',\(#(\d+)\),#(\d+)\)", statements.get(int(head.group(1)), ""))
+        if styled is None:
+            raise ValueError(f"unknown style in a STEP file: {statements.get(int(head.group(1)))!r}")
+        body = statements[int(styled.group(1))]
+        while not body.startswith(("COLOUR_RGB", "DRAUGHTING_PRE_DEFINED_COLOUR")):
+            used += 1
+            following = re.findall(r"#(\d+)", body)
+            if len(following) != 1:
+                raise ValueError(f"unknown style in a STEP file: {body!r}")
+            body = statements[int(following[0])]
+        groups.append((int(styled.group(2)), int(head.group(2)), body))
+    colours = sum(body.startswith(("COLOUR_RGB", "DRAUGHTING_PRE")) for body in statements.values())
+    if 2 * len(groups) + used + colours != len(statements):
+        raise ValueError("a STEP file's closing block holds more than colours")
+    return groups
