@@ -1,0 +1,133 @@
+"""The repository as a whole: lock, wheel, examples."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import synth
+from synth.files.leg_project import read_leg_project
+from synth.files.projects import read_fit_project
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "synth" / "examples"
+
+
+def files_in(folder: Path) -> list[str]:
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    """The wheel, built from a copy so that nothing is left behind in the repository."""
+    source = tmp_path_factory.mktemp("source") / "repository"
+    unwanted = shutil.ignore_patterns(
+        ".venv", ".git", ".*_cache", ".hypothesis", "__pycache__", "demo", "build", "dist"
+    )
+    shutil.copytree(ROOT, source, ignore=unwanted)
+    out = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-build-isolation", "--no-deps", "--no-index"]
+    subprocess.run([*command, "--wheel-dir", str(out), str(source)], check=True, timeout=120)
+    (built,) = out.glob("*.whl")
+    return zipfile.ZipFile(built)
+
+
+def test_wheel_holds_packages_catalogues_and_examples(wheel: zipfile.ZipFile) -> None:
+    names = set(wheel.namelist())
+    wanted = {f"synth/examples/{name}" for name in files_in(EXAMPLES)}
+    wanted |= {f"synth/_catalogs/{path.name}" for path in (ROOT / "catalogs").glob("*.csv")}
+    for package in ("synth", "cad", "reports"):
+        wanted |= {f"{package}/{name}" for name in files_in(ROOT / package)}
+    assert len(wanted) > 40
+    assert sorted(wanted - names) == []
+    outside = [name for name in names if not re.match(r"(synth|cad|reports|limb_synth-[^/]+\.dist-info)/", name)]
+    assert outside == []
+
+
+def test_wheel_is_not_named_after_a_package_of_others_and_carries_the_licence(wheel: zipfile.ZipFile) -> None:
+    (metadata,) = (name for name in wheel.namelist() if name.endswith("dist-info/METADATA"))
+    text = wheel.read(metadata).decode()
+    assert f"Name: limb-synth\nVersion: {synth.__version__}\n" in text
+    assert "License-Expression: MIT" in text
+    assert any(name.endswith("licenses/LICENSE") for name in wheel.namelist())
+
+
+def test_lock_covers_every_dependency_with_hashes_and_names_no_host() -> None:
+    text = (ROOT / "requirements.txt").read_text(encoding="utf-8")
+    locked = re.findall(r"^([a-z0-9.-]+)==\S+ \\\n {4}--hash=sha256:[0-9a-f]{64}", text, re.MULTILINE)
+    assert len(locked) == len(re.findall(r"^[^\s#]", text, re.MULTILINE))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    wanted = project["project"]["dependencies"] + project["project"]["optional-dependencies"]["dev"]
+    names = {re.split(r"[^A-Za-z0-9.-]", item)[0].lower() for item in wanted + project["build-system"]["requires"]}
+    assert sorted(names - set(locked)) == []
+    assert "://" not in text
+    assert "--index" not in text
+    assert "--find-links" not in text
+
+
+def test_changelog_has_a_section_for_what_is_not_released() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(r"^## \[Unreleased\]\n\n### (Added|Changed|Fixed|Removed)\n- ", text, re.MULTILINE)
+
+
+def make_example() -> ModuleType:
+    """``tools/make_example.py`` as a module; it is no part of a package."""
+    specification = importlib.util.spec_from_file_location("make_example", ROOT / "tools" / "make_example.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    sys.modules["make_example"] = module  # its dataclasses look themselves up there
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_examples_are_what_their_tool_makes(tmp_path: Path) -> None:
+    make_example().make(EXAMPLES, tmp_path)
+    made = files_in(tmp_path)
+    assert [name for name in files_in(EXAMPLES) if name.endswith(".csv") or name.endswith("truth.json")] == made
+    for name in made:
+        shipped, again = (EXAMPLES / name).read_text(encoding="utf-8"), (tmp_path / name).read_text(encoding="utf-8")
+        if name.endswith(".json"):
+            assert json.loads(shipped) == json.loads(again)
+            continue
+        assert shipped.splitlines()[0] == again.splitlines()[0]
+        values = [np.loadtxt(text.splitlines(), delimiter=",", skiprows=1) for text in (shipped, again)]
+        np.testing.assert_allclose(values[0], values[1], rtol=0, atol=1e-6, err_msg=name)
+
+
+def test_examples_are_small_say_that_they_are_simulated_and_how() -> None:
+    assert sum((EXAMPLES / name).stat().st_size for name in files_in(EXAMPLES)) < 300_000
+    for folder in ("leg", "fit"):
+        text = (EXAMPLES / folder / "README.md").read_text(encoding="utf-8")
+        assert "simulated by MuJoCo" in text
+        assert "tools/make_example.py" in text
+        truth = json.loads((EXAMPLES / folder / "truth.json").read_text(encoding="utf-8"))
+        for joint in truth["animal" if folder == "leg" else "robot"].values():
+            assert all(repr(joint[key]["value"]).removesuffix(".0") in text for key in joint)
+
+
+def test_examples_read_without_a_problem() -> None:
+    leg = read_leg_project(EXAMPLES / "leg" / "leg-design.yaml")
+    assert [trial.held_out for trial in leg.trials] == [False] * 7 + [True] * 2
+    assert leg.time_scale == 2.0
+    fit = read_fit_project(EXAMPLES / "fit" / "fit.yaml")
+    assert len(fit.trials) == 7
+
+
+def test_animal_rest_angles_scatter_as_the_readme_says() -> None:
+    truth = json.loads((EXAMPLES / "leg" / "truth.json").read_text(encoding="utf-8"))
+    common = [truth["animal"][joint]["free_angle"]["value"] for joint in ("hip", "knee", "ankle")]
+    shift = np.array(list(truth["free angles of each trial, deg"].values())) - common
+    # 27 draws of SD 2 deg: the 99.9 % interval of their root mean square (chi-squared, 27 degrees of freedom)
+    assert 1.16 < np.sqrt(np.mean(shift**2)) < 2.93

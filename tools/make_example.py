@@ -1,0 +1,169 @@
+"""Make the recordings of the built-in examples: MuJoCo on published values, then noise and encoder counts.
+
+Run ``python tools/make_example.py`` to write them into ``synth/examples`` again: same seeds, same files. What is known
+of the published values is in the examples' READMEs; the links come from the examples' own leg files.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests"))
+
+from peers.mujoco_leg import simulate  # noqa: E402, the same independent engine as the tests'
+from synth.files.leg import read_leg  # noqa: E402
+from synth.model.leg import Damper, Leg, Spring  # noqa: E402
+
+Array = NDArray[np.float64]
+
+COUNTS = 8192  # a turn
+SAMPLE_TIME = 0.01  # s
+RELEASED_BEFORE = 0.01  # s, from the release at rest to the first sample
+FREE_ANGLE = (105.0, 108.0, 139.0)  # deg; Krnacik's thesis, Table 4
+ANIMAL_SPRING = (0.1242022, 0.00632399, 0.00136526)  # N m/rad; Table 1, swarm, columns put right
+ANIMAL_DAMPER = (0.00376482, 0.00014961, 0.00011696)  # N m s/rad
+REST_SPREAD = 2.0  # deg, SD of the free angles' shift from trial to trial
+ROBOT_SPRING = (23.6673, 1.7062, 0.4538)  # Table 3
+ROBOT_DAMPER = (1.2903, 0.1054, 0.0634)
+KNEE_DROP_TORQUE, KNEE_DROP_EXPONENT, KNEE_DROP_SMOOTHING = 0.1168, 0.44, 1e-3  # N m at 1 rad/s, 1, rad/s
+
+# Poses from which the animal's leg is let go, away from the free angles, deg: flexed and extended, near and far.
+RELEASES = ((-13, 31, 16), (9, -17, -24), (14, 22, -18), (-9, -24, 21), (6, 35, 27), (-15, 18, -29), (11, -21, 24))
+CHECKS = ((-12, 26, -20), (10, 30, 15))
+ROBOT_RELEASES = ((-14, 28, -22), (15, 20, 25), (-11, -22, -18))
+KNEE_DROPS = (84.0, 96.0, 108.0, 120.0)  # deg, measured
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How an angle is read: noise, deg SD, then counts."""
+
+    noise: float
+    generator: np.random.Generator
+
+    def read(self, angle: Array) -> Array:
+        """Degrees read of true degrees, any shape."""
+        count = 360.0 / COUNTS
+        return count * np.round((angle + self.generator.normal(0.0, self.noise, angle.shape)) / count)
+
+
+def with_parts(leg: Leg, spring: Sequence[float], damper: Sequence[float], free_angle: Sequence[float]) -> Leg:
+    """The leg with linear springs (N m/rad, free angles in deg) and dampers (N m s/rad) at its joints."""
+    changes = {
+        name: {"spring": Spring(k, float(np.radians(angle))), "damper": Damper(rate=b)}
+        for name, k, b, angle in zip(leg.joint_names, spring, damper, free_angle, strict=True)
+    }
+    return leg.with_joints(**changes)
+
+
+def release(leg: Leg, pose: Sequence[float], duration: float, **conditions: object) -> tuple[Array, Array]:
+    """Let the leg go at ``pose`` (deg, measured): times s from the first sample, measured angles (m, n) deg."""
+    times = np.arange(round(duration / SAMPLE_TIME) + 1) * SAMPLE_TIME
+    since_release = np.concatenate([[0.0], times + RELEASED_BEFORE])
+    start = leg.to_rotation(np.radians(pose))
+    rotation = simulate(leg, start, np.zeros(len(start)), since_release, step=5e-5, **conditions)[1:]  # type: ignore[arg-type]
+    return times, np.degrees(leg.to_measured(rotation))
+
+
+def write(path: Path, leg: Leg, times: Array, angle: Array) -> None:
+    """One recording in the trials' format."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    header = ",".join(["time [s]", *(f"{name} [deg]" for name in leg.joint_names)])
+    rows = [f"{t:.3f}," + ",".join(f"{a:.4f}" for a in angles) for t, angles in zip(times, angle, strict=True)]
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8", newline="\n")
+
+
+def write_truth(folder: Path, truth: dict[str, object]) -> None:
+    """What went into a folder's recordings."""
+    (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8", newline="\n")
+
+
+def animal_releases(links: Leg, folder: Path) -> dict[str, list[float]]:
+    """Write the animal's releases; the free angles (deg) that each had."""
+    generator = np.random.default_rng(20231)
+    reading = Reading(0.2, generator)
+    names = [f"release_{i + 1}" for i in range(len(RELEASES))] + [f"check_{i + 1}" for i in range(len(CHECKS))]
+    free_angles = {}
+    for name, away in zip(names, RELEASES + CHECKS, strict=True):
+        free_angle = np.array(FREE_ANGLE) + generator.normal(0.0, REST_SPREAD, 3)
+        leg = with_parts(links, ANIMAL_SPRING, ANIMAL_DAMPER, free_angle)
+        times, angle = release(leg, np.array(FREE_ANGLE) + np.array(away), 0.7)
+        write(folder / f"{name}.csv", leg, times, reading.read(angle))
+        free_angles[f"{name}.csv"] = [round(float(value), 6) for value in free_angle]
+    return free_angles
+
+
+def knee_damper(rotation: Array, rate: Array) -> Array:
+    """The power-law damper at the knee, smoothed at standstill, N m."""
+    speed = np.sqrt(rate[1] ** 2 + KNEE_DROP_SMOOTHING**2)
+    return np.array([0.0, -KNEE_DROP_TORQUE * rate[1] * speed ** (KNEE_DROP_EXPONENT - 1.0), 0.0])
+
+
+def knee_drops(leg: Leg, folder: Path) -> None:
+    """Write drops of the shank with the knee's damper alone, hip and ankle locked straight."""
+    reading = Reading(0.1, np.random.default_rng(20232))
+    for i, start in enumerate(KNEE_DROPS):
+        times, angle = release(leg, [90.0, start, 180.0], 2.0, locked=(0, 2), extra_torque=knee_damper)
+        write(folder / f"knee_{i + 1}.csv", leg, times, reading.read(angle))
+
+
+def robot_trials(links: Leg, folder: Path) -> None:
+    """Write the trials of the fit example."""
+    reading = Reading(0.1, np.random.default_rng(20233))
+    leg = with_parts(links, ROBOT_SPRING, ROBOT_DAMPER, FREE_ANGLE)
+    trials: dict[str, tuple[Sequence[float], dict[str, object]]] = {
+        f"free_{i + 1}": (away, {}) for i, away in enumerate(ROBOT_RELEASES)
+    }
+    trials["locked_hip"] = ((5, 30, 20), {"locked": (0,)})
+    trials["heavy"] = ((12, -20, -25), {"tip_mass": 0.05})
+    trials["tilted"] = ((-12, 25, 20), {"tilt": float(np.radians(20.0))})
+    trials["check"] = ((13, -18, 24), {})
+    for name, (away, conditions) in trials.items():
+        times, angle = release(leg, np.array(FREE_ANGLE) + np.array(away), 1.2, **conditions)
+        write(folder / f"{name}.csv", leg, times, reading.read(angle))
+
+
+def truth_of(spring: Sequence[float], damper: Sequence[float]) -> dict[str, object]:
+    """The values of all trials, joint by joint."""
+    return {
+        name: {
+            "spring_rate": {"value": k, "unit": "N*m/rad"},
+            "damper_rate": {"value": b, "unit": "N*m*s/rad"},
+            "free_angle": {"value": angle, "unit": "deg"},
+        }
+        for name, k, b, angle in zip(("hip", "knee", "ankle"), spring, damper, FREE_ANGLE, strict=True)
+    }
+
+
+def make(examples: Path, out: Path) -> None:
+    """Simulate both examples from the leg files in ``examples`` and write their recordings under ``out``."""
+    shifted = animal_releases(read_leg(examples / "leg/animal/animal.leg.yaml"), out / "leg/animal/releases")
+    knee_drops(read_leg(examples / "leg/robot/robot.leg.yaml"), out / "leg/robot/damper_drops")
+    law = {"torque at 1 rad/s": {"value": KNEE_DROP_TORQUE, "unit": "N*m"}, "exponent": KNEE_DROP_EXPONENT}
+    truth = {"animal": truth_of(ANIMAL_SPRING, ANIMAL_DAMPER), "free angles of each trial, deg": shifted}
+    write_truth(out / "leg", {**truth, "knee damper of the drops": law})
+    robot_trials(read_leg(examples / "fit/robot.leg.yaml"), out / "fit/trials")
+    write_truth(out / "fit", {"robot": truth_of(ROBOT_SPRING, ROBOT_DAMPER)})
+
+
+def main() -> None:
+    """Write the recordings beside the leg files, or under ``--out``."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
+    examples = ROOT / "synth" / "examples"
+    parser.add_argument("--out", type=Path, default=examples, help="folder to write into (default: %(default)s)")
+    out: Path = parser.parse_args().out
+    make(examples, out)
+    print(f"written under {out}")
+
+
+if __name__ == "__main__":
+    main()
