@@ -47,9 +47,14 @@ class Recording:
         smoothed = replace(self.smoothed, time=self.smoothed.time * factor, rate=self.smoothed.rate / factor)
         return replace(self, time=self.time * factor, smoothed=smoothed)
 
+    def thinned(self, samples: int) -> Recording:
+        """The same motion with at most about ``samples`` of its samples, evenly taken."""
+        every = max(1, len(self.time) // samples)
+        return replace(self, time=self.time[::every], rotation=self.rotation[::every], counts=self.counts[::every])
 
-def recordings(leg: Leg, trials: Sequence[Trial]) -> list[Recording]:
-    """Trials of a leg as recordings.
+
+def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None = None) -> list[Recording]:
+    """Trials of a leg as recordings; ``sought``: joints that must move in some trial, all where None.
 
     Raises
     ------
@@ -61,7 +66,7 @@ def recordings(leg: Leg, trials: Sequence[Trial]) -> list[Recording]:
             made.append(_recording(leg, trial))
         except UserError as error:
             problems += error.problems
-    problems += [] if problems else _unmoved(leg, made)
+    problems += [] if problems else _unmoved(leg, made, sought)
     if problems:
         raise UserError(problems)
     return made
@@ -94,9 +99,11 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, int(lost.sum()))
 
 
-def _unmoved(leg: Leg, made: Sequence[Recording]) -> list[Problem]:
+def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) -> list[Problem]:
     problems = []
     for j, name in enumerate(leg.joint_names):
+        if sought is not None and name not in sought:
+            continue
         free = [r for r in made if j in r.free]
         if not free:
             text = "locked in every trial: its spring and damper cannot be found from these"

@@ -1,0 +1,338 @@
+"""The torque-speed law of a damper, from drops of the leg with that damper alone.
+
+Four laws compete, each fitted on whole trajectories with every drop's initial state estimated, and compared on drops
+that took no part. A drop confounds angle and speed (fast where gravity pulls most), so only whole trajectories with
+gravity in the model tell a law; and two laws that do equally well are told apart by nothing here: the simpler is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from synth.fit.least_squares import Solution, Weights, solve
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.uncertainty import root_mean_square
+from synth.fit.unknowns import NORMAL90
+from synth.model.chain import Chain, compiled_chain
+from synth.model.curves import compiled_rows
+from synth.model.layout import CURVE_POINTS
+from synth.model.leg import Array, DamperCurve, Leg, Spring
+from synth.model.mechanics import coefficients, outboard_inertia, static_torque
+from synth.motion.smoothing import initial_state
+from synth.units import quantity
+
+SIMPLER = 0.02  # share of the held-out RMS that a law with more numbers must gain
+TABLE_POINTS = 6
+SAMPLES = 250  # of a drop that take part: more of one slow motion tell nothing more
+BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: where a table is drawn on as a power law
+
+
+@dataclass(frozen=True)
+class Law:
+    """A candidate: its name, formula, and the names and units of its numbers."""
+
+    name: str
+    formula: str
+    parameters: tuple[tuple[str, str], ...]
+
+
+LINEAR = Law("linear", "T = b w", (("rate", "N*m*s/rad"),))
+POWER = Law("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
+FRICTION = Law("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
+TABLE = Law("table", "monotone, linear between points", tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS)))
+LAWS = (LINEAR, POWER, FRICTION, TABLE)
+
+
+@dataclass(frozen=True)
+class SpeedRange:
+    """Speeds (rad/s) that the drops really show: 2nd and 98th percentile of the moving samples, and the fastest."""
+
+    low: float
+    high: float
+    fastest: float
+
+    @property
+    def creep(self) -> float:
+        """Speed under which nothing is known and a law is drawn straight to the origin."""
+        return 0.3 * self.low
+
+
+@dataclass(frozen=True)
+class LawUnknowns:
+    """One law's numbers as the unknowns of a fit: logarithms, except the power law's exponent."""
+
+    chain: Chain
+    law: Law
+    joint: int
+    speeds: SpeedRange
+    scale: float  # N m s/rad, a rate to start from
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The law's parameter names."""
+        return tuple(name for name, _ in self.law.parameters)
+
+    @cached_property
+    def start(self) -> Array:
+        """(n_unknown,) a first guess from the scale."""
+        middle = np.sqrt(self.speeds.low * self.speeds.high)
+        if self.law is LINEAR:
+            return np.array([np.log(self.scale)])
+        if self.law is POWER:
+            return np.array([np.log(self.scale * middle) - 0.6 * np.log(middle), 0.6])
+        if self.law is FRICTION:
+            return np.log([0.3 * self.scale * middle, 0.7 * self.scale])
+        return np.full(TABLE_POINTS, np.log(self.scale))
+
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
+        wide = np.log(self.scale) + np.array([-12.0, 12.0])
+        lower, upper = np.full(len(self.names), wide[0]), np.full(len(self.names), wide[1])
+        if self.law is POWER:
+            lower[1], upper[1] = 0.05, 2.5
+        return lower, upper
+
+    @property
+    def lower(self) -> Array:
+        """(n_unknown,) least values."""
+        return self._bounds[0]
+
+    @property
+    def upper(self) -> Array:
+        """(n_unknown,) greatest values."""
+        return self._bounds[1]
+
+    @property
+    def prior(self) -> tuple[Array, Array]:
+        """None, but for the table's slopes: each within a factor of ten of the scale, so that an unseen one stays."""
+        precision = (NORMAL90 / np.log(10.0)) ** 2 if self.law is TABLE else 0.0
+        return self.start, np.full(len(self.names), precision)
+
+    @property
+    def rest_index(self) -> tuple[int | None, ...]:
+        """No rest angle is sought: there is no spring."""
+        return (None,) * self.chain.layout.n
+
+    def curve(self, values: Array) -> DamperCurve:
+        """The law as a curve over the speeds that the drops show, straight below and beyond them."""
+        low, high = self.speeds.creep, 1.2 * self.speeds.fastest
+        if self.law is LINEAR:
+            return DamperCurve((high,), (float(np.exp(values[0]) * high),))
+        if self.law is POWER:
+            speed = np.geomspace(low, high, CURVE_POINTS)
+            return DamperCurve(tuple(speed.tolist()), tuple((np.exp(values[0]) * speed ** values[1]).tolist()))
+        if self.law is FRICTION:
+            friction, rate = np.exp(values)
+            return DamperCurve((low, high), (float(friction + rate * low), float(friction + rate * high)))
+        speed = np.geomspace(self.speeds.low, high, TABLE_POINTS)
+        torque = np.cumsum(np.exp(values) * np.diff(speed, prepend=0.0))
+        return DamperCurve(tuple(speed.tolist()), tuple(torque.tolist()))
+
+    def write(self, lanes: Array, values: Array) -> None:
+        """Write each lane's curve."""
+        layout = self.chain.layout
+        rows = slice(self.joint * CURVE_POINTS, (self.joint + 1) * CURVE_POINTS)
+        speeds, slopes = lanes[layout.rows("curve_speed")], lanes[layout.rows("curve_slope")]
+        for column in range(lanes.shape[1]):
+            speeds[rows, column], slopes[rows, column] = compiled_rows(self.curve(values[:, column]))
+
+    def natural(self, values: Array) -> dict[str, dict[str, Any]]:
+        """The law's numbers with units."""
+        shown = np.exp(values)
+        if self.law is POWER:
+            shown[1] = values[1]
+        return {n: quantity(float(v), unit) for (n, unit), v in zip(self.law.parameters, shown, strict=True)}
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """One law fitted: numbers, RMS (rad) on the drops it was fitted on and on drops that took no part."""
+
+    law: Law
+    parameters: Mapping[str, Any]
+    curve: DamperCurve
+    rms_fitted: float
+    rms_held_out: float
+
+    def as_json(self, used: bool) -> dict[str, Any]:
+        """One entry under ``laws``."""
+        return {
+            "law": self.law.name,
+            "formula": self.law.formula,
+            "parameters": dict(self.parameters),
+            "rms_fitted": quantity(self.rms_fitted, "deg"),
+            "rms_held_out": quantity(self.rms_held_out, "deg"),
+            "used": used,
+        }
+
+
+@dataclass(frozen=True)
+class DamperLaw:
+    """All laws of one damper and the one that is used."""
+
+    joint: str
+    fits: tuple[LawFit, ...]
+    used: LawFit
+    speeds: SpeedRange
+    trials: tuple[tuple[str, bool], ...]  # name, held out
+    how_held_out: str
+    warnings: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """The joint's entry under ``damper_laws``."""
+        return {
+            "speed_range": [quantity(self.speeds.low, "rad/s"), quantity(self.speeds.high, "rad/s")],
+            "trials": [{"file": name, "held_out": out} for name, out in self.trials],
+            "how_held_out": self.how_held_out,
+            "laws": [fit.as_json(fit is self.used) for fit in self.fits],
+            "warnings": list(self.warnings),
+        }
+
+
+def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: Sequence[Recording] = ()) -> DamperLaw:
+    """Fit all laws to drops of a leg whose other joints are locked, and choose on drops that took no part.
+
+    Without ``held_out`` every second drop is held out, then the others, and the two errors are put together.
+    """
+    index = leg.joint_names.index(joint)
+    bare = _without_springs(leg)
+    chain = compiled_chain(len(leg.joints))
+    drops, held_out = [r.thinned(SAMPLES) for r in drops], [r.thinned(SAMPLES) for r in held_out]
+    both = [*drops, *held_out]
+    speeds = _speed_range(both, index)
+    folds = [(list(drops), list(held_out))] if held_out else _halves(list(drops))
+    fits = []
+    for law in LAWS:
+        unknowns = LawUnknowns(chain, law, index, speeds, _first_rate(bare, both, index))
+        model = TrajectoryModel(chain, bare, unknowns, tolerance=1e-5)
+        squares, values = [], unknowns.start
+        for fitted, scored in folds:
+            values = _fit(model, fitted, index, values).values
+            squares.append(_score(model, scored, values, index) ** 2)
+        final = _fit(model, list(drops), index, values)
+        rms = float(root_mean_square(drops, final.predictions)[index])
+        held = float(np.sqrt(np.mean(squares)))
+        fits.append(LawFit(law, unknowns.natural(final.values), unknowns.curve(final.values), rms, held))
+    least = min(fit.rms_held_out for fit in fits)
+    used = next(fit for fit in fits if fit.rms_held_out <= least * (1 + SIMPLER))  # LAWS goes from simple to rich
+    if used.law is TABLE:
+        exponent = float(next(fit for fit in fits if fit.law is POWER).parameters["exponent"]["value"])
+        fits[-1] = used = replace(used, curve=_drawn_on(used.curve, exponent))
+    return DamperLaw(
+        joint,
+        tuple(fits),
+        used,
+        speeds,
+        tuple((r.name, False) for r in drops) + tuple((r.name, True) for r in held_out),
+        "the trials marked held_out" if held_out else "every second drop in turn",
+        tuple(_warnings(joint, fits, used, speeds, both, index, bare)),
+    )
+
+
+def _drawn_on(curve: DamperCurve, exponent: float) -> DamperCurve:
+    """A table continued beyond its last point along the power law's exponent, not along its last slope.
+
+    A slope at the end of the data is the worst known of all; what lies beyond must at least look like the damper.
+    """
+    end, torque = curve.speed[-1], curve.torque[-1]
+    speed = curve.speed + tuple(end * factor for factor in BEYOND)
+    return DamperCurve(speed, curve.torque + tuple(torque * factor**exponent for factor in BEYOND))
+
+
+def _without_springs(leg: Leg) -> Leg:
+    joints = tuple(replace(joint, spring=Spring(0.0, joint.zero), damper=None) for joint in leg.joints)
+    return replace(leg, joints=joints)
+
+
+def _speed_range(drops: Sequence[Recording], joint: int) -> SpeedRange:
+    speed = np.concatenate([np.abs(r.smoothed.rate[:, joint]) for r in drops])
+    fastest = float(speed.max())
+    moving = speed[speed > 0.02 * fastest]
+    return SpeedRange(float(np.quantile(moving, 0.02)), float(np.quantile(moving, 0.98)), fastest)
+
+
+def _first_rate(leg: Leg, drops: Sequence[Recording], joint: int) -> float:
+    """A rate from the balance of gravity and damping where the joint moves: the median of their quotient."""
+    ratios = []
+    for recording in drops:
+        found = coefficients(leg, recording.conditions.tip_mass)
+        angle, rate = recording.smoothed.angle, recording.smoothed.rate[:, joint]
+        torque = -static_torque(found, angle, leg.tilt + recording.conditions.tilt)[:, joint]
+        moving = np.abs(rate) > 0.1 * np.abs(rate).max()
+        ratios.append(torque[moving] / rate[moving])
+    ratio = float(np.median(np.concatenate(ratios)))
+    return ratio if ratio > 0 else float(outboard_inertia(leg)[joint]) * 5.0
+
+
+def _halves(drops: list[Recording]) -> list[tuple[list[Recording], list[Recording]]]:
+    even, odd = drops[::2], drops[1::2]
+    return [(even, odd), (odd, even)] if odd else [(even, even)]
+
+
+def _fit(model: TrajectoryModel, drops: Sequence[Recording], joint: int, values: Array) -> Solution:
+    """Fit one law to drops; the noise follows the residual for a few rounds."""
+    locals_: Sequence[Local] = _locals(drops)
+    noise = np.radians(2.0)
+    for _ in range(4):
+        weights = Weights(np.full((len(drops), model.chain.layout.n), noise), np.zeros(model.chain.layout.n))
+        solution = solve(model, drops, values, locals_, weights, max_iterations=30, tolerance=0.1)
+        if not np.isfinite(solution.cost):
+            break
+        values, locals_ = solution.values, solution.locals
+        found = float(root_mean_square(drops, solution.predictions)[joint]) + 1e-6
+        done = abs(np.log(found / noise)) < 0.05
+        noise = found
+        if done:
+            break
+    return solution
+
+
+def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, joint: int) -> float:
+    """RMS (rad) of drops with the law held and their initial states estimated."""
+    n = model.chain.layout.n
+    weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
+    solution = solve(model, drops, values, _locals(drops), weights, fixed=True, tolerance=0.1)
+    rms = float(root_mean_square(drops, solution.predictions)[joint])
+    return rms if np.isfinite(rms) else np.pi
+
+
+def _locals(drops: Sequence[Recording]) -> list[Local]:
+    found = []
+    for recording in drops:
+        rotation, rate = initial_state(recording.smoothed)
+        found.append(Local(rotation, rate, np.zeros_like(rotation)))
+    return found
+
+
+def _warnings(
+    joint: str,
+    fits: Sequence[LawFit],
+    used: LawFit,
+    speeds: SpeedRange,
+    drops: Sequence[Recording],
+    index: int,
+    leg: Leg,
+) -> list[str]:
+    said = [
+        f"{joint}: the damper was measured between {speeds.low:.3g} and {speeds.high:.3g} rad/s "
+        f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is drawn on"
+    ]
+    alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * (1 + 3 * SIMPLER)]
+    if alike:
+        said.append(f"{joint}: these drops do not tell {used.law.name} from {' or '.join(alike)}")
+    ends = []
+    for recording in drops:
+        found = coefficients(leg, recording.conditions.tip_mass)
+        end = recording.smoothed.angle[-max(2, len(recording.smoothed.angle) // 20) :].mean(axis=0)
+        ends.append(abs(static_torque(found, end, leg.tilt + recording.conditions.tilt)[index]))
+    held = float(np.median(ends))
+    rates = np.concatenate([np.abs(r.smoothed.rate[-10:, index]) for r in drops])
+    if held > 0.02 and float(np.median(rates)) < 0.2 * speeds.low:
+        said.append(f"{joint}: the leg comes to rest with {held:.2g} N*m of gravity still pulling: it sticks")
+    return said
