@@ -7,7 +7,7 @@ from math import sqrt
 from numba import njit
 
 
-@njit(inline="always", fastmath=True, error_model="numpy")
+@njit(inline="always", fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def torque(rotation: float, rate: float, friction: float, transition: float) -> float:
     """Torque on q: ``-friction * rate / sqrt(rate^2 + transition^2)``.
 

@@ -40,7 +40,7 @@ class Chain:
     extra_torques: Any
     integrate: Any
 
-    def parameters(self, leg: Leg, conditions: Conditions = Conditions()) -> Array:  # noqa: B008, frozen
+    def parameters(self, leg: Leg, conditions: Conditions = Conditions()) -> Array:
         """(n_row,) one lane of the workspace for this leg under these conditions, state rows zero."""
         layout = self.layout
         lane = np.zeros(layout.n_row)
@@ -147,7 +147,7 @@ def simulate(
     rotation: Sequence[float] | Array,
     rate: Sequence[float] | Array,
     times: Array,
-    conditions: Conditions = Conditions(),  # noqa: B008, frozen
+    conditions: Conditions = Conditions(),
     *,
     tolerance: float = 1e-6,
     rates: bool = False,

@@ -16,7 +16,7 @@ UNBOUNDED = 1e9  # rad/s, beyond any joint's speed
 def torque_at(curve: DamperCurve, speed: Array) -> Array:
     """Torque (N m) that resists ``speed`` (rad/s, any shape): odd, linear between points and beyond the last."""
     clamp_speed, clamp_slope = clamps(curve)
-    return np.sum(clamp_slope * np.clip(speed[..., None], -clamp_speed, clamp_speed), axis=-1)
+    return np.asarray(np.sum(clamp_slope * np.clip(speed[..., None], -clamp_speed, clamp_speed), axis=-1))
 
 
 def clamps(curve: DamperCurve) -> tuple[Array, Array]:

@@ -187,4 +187,5 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
             f"            Z[{torque} + j, l] += {name}(Z[{q} + j, l], Z[{w} + j, l]{parameters})",
         ]
     decorator = DECORATOR.format(signature="void(float64[:, ::1], int64[::1])")
-    return f"{header}\n\n{decorator}\ndef extra_torques(Z, active):\n" + "\n".join(f"    {line}" for line in lines) + "\n"
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"{header}\n\n{decorator}\ndef extra_torques(Z, active):\n{body}\n"

@@ -49,7 +49,7 @@ _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": T
 
 
 @njit(inline="always", **_options)
-def _derivative(chain, extra, Z, n, active, any_active, known, t, cursor, K):  # type: ignore[no-untyped-def] # noqa: ANN
+def _derivative(chain, extra, Z, n, active, any_active, known, t, cursor, K):  # type: ignore[no-untyped-def]
     """Fill K (2n, 16) with the time derivative of the state that lies in Z's first 2n rows."""
     if any_active:
         extra(Z, active)
@@ -62,20 +62,20 @@ def _derivative(chain, extra, Z, n, active, any_active, known, t, cursor, K):  #
         share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
         for j in range(n):
             torque = torques[cursor, j] + share * (torques[cursor + 1, j] - torques[cursor, j])
-            for l in range(LANES):
-                before = Z[3 * n + j, l] if any_active else 0.0
-                Z[3 * n + j, l] = before + torque
+            for lane in range(LANES):
+                before = Z[3 * n + j, lane] if any_active else 0.0
+                Z[3 * n + j, lane] = before + torque
     chain(Z)
     for j in range(n):
-        for l in range(LANES):
-            K[j, l] = Z[n + j, l]
-        for l in range(LANES):
-            K[n + j, l] = Z[2 * n + j, l]
+        for lane in range(LANES):
+            K[j, lane] = Z[n + j, lane]
+        for lane in range(LANES):
+            K[n + j, lane] = Z[2 * n + j, lane]
     return cursor
 
 
 @njit(_signature, **_options)
-def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def] # noqa: ANN, C901
+def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
     Parameters
@@ -102,14 +102,14 @@ def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, m
     for index in range(len(active)):
         any_active = any_active or active[index] != 0
     for j in range(n):
-        for l in range(LANES):
-            Z[3 * n + j, l] = 0.0
+        for lane in range(LANES):
+            Z[3 * n + j, lane] = 0.0
     for j in range(size):
-        for l in range(LANES):
-            x[j, l] = Z[j, l]
+        for lane in range(LANES):
+            x[j, lane] = Z[j, lane]
     for j in range(rows):
-        for l in range(LANES):
-            out[0, j, l] = x[j, l]
+        for lane in range(LANES):
+            out[0, j, lane] = x[j, lane]
     t = times[0]
     end = times[-1]
     h = min(first_step, end - t)
@@ -124,52 +124,52 @@ def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, m
         for s in range(1, 7):
             for j in range(size):
                 c = h * _A[s, 0]
-                for l in range(LANES):
-                    Z[j, l] = x[j, l] + c * K[0, j, l]
+                for lane in range(LANES):
+                    Z[j, lane] = x[j, lane] + c * K[0, j, lane]
                 for m in range(1, s):
                     c = h * _A[s, m]
-                    for l in range(LANES):
-                        Z[j, l] += c * K[m, j, l]
+                    for lane in range(LANES):
+                        Z[j, lane] += c * K[m, j, lane]
             cursor = _derivative(chain, extra, Z, n, active, any_active, known, t + _C[s] * h, cursor, K[s])
         steps += 1
-        for l in range(LANES):
-            error_sum[l] = 0.0
+        for lane in range(LANES):
+            error_sum[lane] = 0.0
         for j in range(size):
-            for l in range(LANES):
-                v = _E[0] * K[0, j, l] + _E[2] * K[2, j, l] + _E[3] * K[3, j, l]
-                v += _E[4] * K[4, j, l] + _E[5] * K[5, j, l] + _E[6] * K[6, j, l]
-                v = h * v / (tolerance[1] + tolerance[0] * max(abs(x[j, l]), abs(Z[j, l])))
-                error_sum[l] += v * v
+            for lane in range(LANES):
+                v = _E[0] * K[0, j, lane] + _E[2] * K[2, j, lane] + _E[3] * K[3, j, lane]
+                v += _E[4] * K[4, j, lane] + _E[5] * K[5, j, lane] + _E[6] * K[6, j, lane]
+                v = h * v / (tolerance[1] + tolerance[0] * max(abs(x[j, lane]), abs(Z[j, lane])))
+                error_sum[lane] += v * v
         error = 1e-30
-        for l in range(LANES):
-            error = max(error, error_sum[l])
+        for lane in range(LANES):
+            error = max(error, error_sum[lane])
         error = math.sqrt(error / size)
         if error <= 1.0:
             if times[i] <= t + h + 1e-12:
                 for c in range(rows):
-                    for l in range(LANES):
-                        dy = Z[c, l] - x[c, l]
-                        bs = h * K[0, c, l] - dy
-                        r[0, c, l] = dy
-                        r[1, c, l] = bs
-                        r[2, c, l] = dy - h * K[6, c, l] - bs
-                        v = _D[0] * K[0, c, l] + _D[2] * K[2, c, l] + _D[3] * K[3, c, l]
-                        v += _D[4] * K[4, c, l] + _D[5] * K[5, c, l] + _D[6] * K[6, c, l]
-                        r[3, c, l] = h * v
+                    for lane in range(LANES):
+                        dy = Z[c, lane] - x[c, lane]
+                        bs = h * K[0, c, lane] - dy
+                        r[0, c, lane] = dy
+                        r[1, c, lane] = bs
+                        r[2, c, lane] = dy - h * K[6, c, lane] - bs
+                        v = _D[0] * K[0, c, lane] + _D[2] * K[2, c, lane] + _D[3] * K[3, c, lane]
+                        v += _D[4] * K[4, c, lane] + _D[5] * K[5, c, lane] + _D[6] * K[6, c, lane]
+                        r[3, c, lane] = h * v
                 while i < len(times) and times[i] <= t + h + 1e-12:
                     p = (times[i] - t) / h
                     u = 1.0 - p
                     for c in range(rows):
-                        for l in range(LANES):
-                            tail = r[1, c, l] + p * (r[2, c, l] + u * r[3, c, l])
-                            out[i, c, l] = x[c, l] + p * (r[0, c, l] + u * tail)
+                        for lane in range(LANES):
+                            tail = r[1, c, lane] + p * (r[2, c, lane] + u * r[3, c, lane])
+                            out[i, c, lane] = x[c, lane] + p * (r[0, c, lane] + u * tail)
                     i += 1
             t += h
             for j in range(size):
-                for l in range(LANES):
-                    x[j, l] = Z[j, l]
-                for l in range(LANES):
-                    K[0, j, l] = K[6, j, l]
+                for lane in range(LANES):
+                    x[j, lane] = Z[j, lane]
+                for lane in range(LANES):
+                    K[0, j, lane] = K[6, j, lane]
             factor = 0.9 * error**-0.17 * previous**0.04
             previous = max(error, 1e-4)
         else:

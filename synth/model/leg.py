@@ -110,5 +110,8 @@ class Leg:
 
     def with_joints(self, **changes: Mapping[str, object]) -> Leg:
         """A copy with fields of the named joints replaced, ``leg.with_joints(knee={"spring": spring})``."""
-        joints = tuple(replace(joint, **changes[joint.name]) if joint.name in changes else joint for joint in self.joints)  # type: ignore[arg-type]
-        return replace(self, joints=joints)
+        joints = [
+            replace(joint, **changes[joint.name]) if joint.name in changes else joint  # type: ignore[arg-type]
+            for joint in self.joints
+        ]
+        return replace(self, joints=tuple(joints))

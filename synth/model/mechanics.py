@@ -47,9 +47,7 @@ def absolute(rotation: Array, tilt: float) -> Array:
     return tilt + np.cumsum(rotation, axis=-1)
 
 
-def momentum_and_force(
-    coefficient: Coefficients, rotation: Array, rate: Array, tilt: float
-) -> tuple[Array, Array]:
+def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, tilt: float) -> tuple[Array, Array]:
     """Generalised momentum outboard of each joint and the force that changes it besides the joint's torque.
 
     Parameters
@@ -90,7 +88,7 @@ def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float = 0.0) -> Arr
         if joint.spring is not None:
             rest = joint.sign * (joint.spring.free_angle - joint.zero)
             potential = potential + 0.5 * joint.spring.rate * (rotation[:, index] - rest) ** 2
-    return kinetic + potential
+    return np.asarray(kinetic + potential)
 
 
 def outboard_inertia(leg: Leg, tip_mass: float = 0.0) -> Array:
@@ -102,7 +100,7 @@ def outboard_inertia(leg: Leg, tip_mass: float = 0.0) -> Array:
 def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
     """(..., n) N m, the torque that each joint needs to hold the pose ``rotation`` (..., n) rad against gravity."""
     moment = coefficient.gravity * np.sin(absolute(rotation, tilt))
-    return np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1]
+    return np.asarray(np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1])
 
 
 def rest_pose(leg: Leg, tip_mass: float = 0.0, start: Array | None = None) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(inline="always", fastmath=True, error_model="numpy")
+@njit(inline="always", fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
 def sine_cosine(angle: float) -> tuple[float, float]:
     """Sine and cosine of an angle (rad, |angle| < 1e5), branch-free; error below 3e-16.
 
@@ -40,7 +40,8 @@ def sine_cosine(angle: float) -> tuple[float, float]:
                 + z
                 * (
                     2.48015872894767294178e-05
-                    + z * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11))
+                    + z
+                    * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11))
                 )
             )
         )

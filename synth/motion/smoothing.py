@@ -64,7 +64,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float = 0.03) -> Smooth
     ValueError : fewer than seven samples, or a joint with fewer than seven good ones.
     """
     step = float(np.median(np.diff(time)))
-    count = max(int(round((time[-1] - time[0]) / step)) + 1, 2)
+    count = max(round((time[-1] - time[0]) / step) + 1, 2)
     grid = time[0] + step * np.arange(count)
     n_joint = angle.shape[1]
     even = np.zeros((count, n_joint))
@@ -76,7 +76,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float = 0.03) -> Smooth
         even[:, j] = np.interp(grid, time[good], angle[good, j])
         position = np.searchsorted(time[good], grid).clip(1, int(good.sum()) - 1)
         gap |= (time[good][position] - time[good][position - 1]) > 4.5 * step
-    points = min(max(5, int(round(width / step)) // 2 * 2 + 1), count // 2 * 2 - 1)
+    points = min(max(5, round(width / step) // 2 * 2 + 1), count // 2 * 2 - 1)
     if points < 5:
         raise ValueError(f"{count} samples, at least 7 are needed")
     value, rate, kept = savitzky_golay(even, points, 3, step)
