@@ -45,7 +45,8 @@ class Law:
 LINEAR = Law("linear", "T = b w", (("rate", "N*m*s/rad"),))
 POWER = Law("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
 FRICTION = Law("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
-TABLE = Law("table", "monotone, linear between points", tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS)))
+_SLOPES = tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS))
+TABLE = Law("table", "monotone, linear between points", _SLOPES)
 LAWS = (LINEAR, POWER, FRICTION, TABLE)
 
 

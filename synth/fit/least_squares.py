@@ -1,9 +1,9 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
 Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, and the weak prior of the common unknowns. The normal equations are arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is
-linear in the number of trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999
-(IMM-REP-1999-05).
+their spread, and the weak prior of the common unknowns. The normal equations are arrow-shaped, so a trial's own
+unknowns are eliminated trial by trial and the cost of a step is linear in the number of trials (Triggs et al. 2000,
+"Bundle adjustment", section 6). Damping after Nielsen 1999 (IMM-REP-1999-05).
 """
 
 from __future__ import annotations
@@ -105,9 +105,9 @@ def solve(
     Solution ; its ``cost`` is inf if even the start diverges.
     """
     state = _assess(model, recordings, values, tuple(locals_), weights)
-    damping, growth, reason, iteration = 1e-3, 2.0, "the iteration limit was reached", 0
+    damping, growth, reason, done = 1e-3, 2.0, "the iteration limit was reached", 0
     scale: tuple[Array, list[Array]] | None = None
-    for iteration in range(1, max_iterations + 1):
+    for done in range(1, max_iterations + 1):  # noqa: B007, reported at the end
         if not np.isfinite(state.cost):
             reason = "the motion diverges at the start"
             break
@@ -141,7 +141,7 @@ def solve(
             if damping > 1e10:
                 reason = "converged"  # no step lowers the cost any more
                 break
-    return Solution(state.values, state.locals, state.predictions, state.cost, iteration, reason, state.information)
+    return Solution(state.values, state.locals, state.predictions, state.cost, done, reason, state.information)
 
 
 def _assess(
@@ -233,9 +233,7 @@ def _step(
     reduced = information.common + np.diag((damping + 1e-13) * scale[0] + 1e-300)
     side = -state.gradient
     solved = []
-    for cross, own, own_scale, g in zip(
-        information.cross, information.own, scale[1], state.own_gradient, strict=True
-    ):
+    for cross, own, own_scale, g in zip(information.cross, information.own, scale[1], state.own_gradient, strict=True):
         damped = own + np.diag((damping + 1e-13) * own_scale + 1e-300)
         both = np.linalg.solve(damped, np.column_stack([cross.T, g]))
         reduced = reduced - cross @ both[:, :-1]

@@ -111,6 +111,7 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
             continue
         motion = max(float(np.ptp(r.smoothed.angle[:, j])) for r in free)
         if motion < LEAST_MOTION:
-            text = f"never moves by more than {np.degrees(motion):.2g} deg in any trial; its spring and damper cannot be"
-            problems.append(Problem(f"{text} found. Give a trial in which it does, or list it under `locked`", key=name))
+            text = f"never moves by more than {np.degrees(motion):.2g} deg in any trial; its spring and damper cannot"
+            text += " be found. Give a trial in which it does, or list it under `locked`"
+            problems.append(Problem(text, key=name))
     return problems

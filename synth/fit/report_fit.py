@@ -84,7 +84,8 @@ def _joints(
 
     def rate(place: int, unit: str) -> Estimate:
         value, half = solution.values[place], min(NORMAL90 * deviation[place], 300.0)
-        return Estimate(float(np.exp(value)), unit, float(np.exp(value - half)), float(np.exp(min(value + half, 700.0))))
+        low, high = np.exp(value - half), np.exp(min(value + half, 700.0))
+        return Estimate(float(np.exp(value)), unit, float(low), float(high))
 
     found = {}
     for j, joint in enumerate(leg.joints):
@@ -140,7 +141,7 @@ def trial_fits(
     fits = []
     for recording, local, prediction in zip(recordings, locals_, predictions, strict=True):
         residual = residuals(recording, prediction)
-        counted = recording.counts.any(axis=0)
+        counted = np.asarray(recording.counts.any(axis=0))
         rms = np.full(len(counted), np.nan)
         rms[counted] = np.sqrt(np.nanmean(residual[:, counted] ** 2, axis=0))
         smoothed = recording.smoothed

@@ -104,8 +104,8 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
         if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
             sentences.append(
                 f"{joints[j]}: not separable: spring rate and damper rate. The trials fix b/k = {seconds:.3g} s to "
-                f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to {_percent(deviation[other])}. "
-                "A static torque-angle point at this joint would separate them."
+                f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to "
+                f"{_percent(deviation[other])}. A static torque-angle point at this joint would separate them."
             )
         else:
             for place, what in ((position, "spring rate"), (other, "damper rate")):
@@ -128,8 +128,8 @@ def mass_scale_sentence(recordings: Sequence[Recording]) -> str | None:
     if told:
         return None
     return (
-        "not separable: mass scale, from free swings alone. Spring and damper rates are in proportion to the link masses "
-        "as the leg file gives them. A trial with a known mass at the tip (`tip_mass:`) would tell."
+        "not separable: mass scale, from free swings alone. Spring and damper rates are in proportion to the link "
+        "masses as the leg file gives them. A trial with a known mass at the tip (`tip_mass:`) would tell."
     )
 
 

@@ -139,7 +139,7 @@ class SpringsAndDampers:
         rates = np.log(np.maximum(spring_rate, tiny))[list(self.rates)]
         dampers = np.log(np.maximum(damper_rate, tiny))[list(self.dampers)]
         packed = np.concatenate([rates, rest[list(self.rests)], dampers])
-        return np.clip(packed, self.lower, self.upper)
+        return np.asarray(np.clip(packed, self.lower, self.upper))
 
     def natural(self, values: Array) -> Array:
         """(n_unknown,) N m/rad, rad and N m s/rad."""
