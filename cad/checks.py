@@ -13,12 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from cad import torsion_spring
-from cad.dimensions import LegDimensions
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
 from cad.parts import BuiltPart, Mesh, file_name
-from cad.pose import pose_spring
 
 OVERLAP_LIMIT = 0.05  # mm^3; chords of two coaxial bores 0.1 mm apart leave nothing, this is rounding
 CONTACT_LIMIT = 1.0  # mm^3, of an arm in the shaft that it bears on, as meshes of both touch
@@ -47,7 +44,9 @@ class CheckResult:
 
     def __str__(self) -> str:
         verdict = "passed" if self.passed else "FAILED"
-        return f"{verdict}: {self.part}: {self.name}: {self.value:.6g} (limit {self.limit:.6g}) {self.unit}; {self.text}"
+        return (
+            f"{verdict}: {self.part}: {self.name}: {self.value:.6g} (limit {self.limit:.6g}) {self.unit}; {self.text}"
+        )
 
 
 class GateError(RuntimeError):
@@ -83,10 +82,14 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
     closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
     bodies = int(mesh.body_count)
     results.append(
-        CheckResult("closed mesh", part.name, closed and bodies == 1, float(bodies), 1.0, "bodies", "watertight, outward")
+        CheckResult(
+            "closed mesh", part.name, closed and bodies == 1, float(bodies), 1.0, "bodies", "watertight, outward"
+        )
     )
     error = abs(part.mesh.volume / volume - 1.0) if volume else math.inf
-    results.append(_at_most("mesh volume", part.name, error, MESH_VOLUME_LIMIT, "", "mesh against solid, sign included"))
+    results.append(
+        _at_most("mesh volume", part.name, error, MESH_VOLUME_LIMIT, "", "mesh against solid, sign included")
+    )
     box = part.solid.BoundingBox()
     low, high = part.mesh.vertices.min(axis=0), part.mesh.vertices.max(axis=0)
     off = np.abs(np.array([box.xmin, box.ymin, box.zmin, box.xmax, box.ymax, box.zmax]) - np.concatenate([low, high]))
@@ -226,7 +229,9 @@ def _overlaps_at(
 ) -> dict[tuple[str, str], float]:
     """Common volume (mm^3) of each moving pair, and of the loaded spring with everything, at one joint angle."""
     turn = joint.turn("lower", angle)
-    placed = {part.name: _turned(solids[part.name], turn) if part.group == "lower" else solids[part.name] for part in parts}
+    placed = {
+        part.name: _turned(solids[part.name], turn) if part.group == "lower" else solids[part.name] for part in parts
+    }
     spring = joint.part("spring")
     coil = _manifold(joint.mesh_at(spring, angle))
     result = {}
@@ -258,8 +263,7 @@ def check_gaps(joint: BuiltJoint) -> list[CheckResult]:
     low, high = dimensions.range
     search = 2 * dimensions.clearance
     gap = min(
-        float(upper.min_gap(_turned(lower, joint.turn("lower", angle)), search))
-        for angle in np.linspace(low, high, 3)
+        float(upper.min_gap(_turned(lower, joint.turn("lower", angle)), search)) for angle in np.linspace(low, high, 3)
     )
     limit = dimensions.clearance - 0.02  # chords of the meshes
     return [_at_least("gap", joint.part("lower").name, gap, limit, "mm", "least gap to the upper half at three poses")]

@@ -70,7 +70,7 @@ def build_damper(damper: DamperDimensions, radius: float, height: float, bore: f
 
 
 def rotor_bottom(damper: DamperDimensions, height: float) -> float:
-    """z (mm) of the shaft's end in the damper."""
+    """Z (mm) of the shaft's end in the damper."""
     return -height + (1.0 - ROTOR_GRIP) * damper.body_length
 
 

@@ -81,22 +81,31 @@ def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     socket, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
     cuts.append(_cylinder(bore_radius(dimensions), -outside - 1, outside + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
-    cuts += [_cylinder(pin, gap - 1, outside + 1, at) for at in (layout.upper.bearing, layout.upper.keeper)]
+    cuts += [_cylinder(pin, gap, outside + 1, at) for at in (layout.upper.bearing, layout.upper.keeper)]
     pilot = PILOT * dimensions.damper.bolt_diameter / 2
-    cuts += [_cylinder(pilot, -outside - 1, -gap + 1, at) for at in screw_centres(dimensions.damper)]
+    cuts += [_cylinder(pilot, -outside - 1, -gap, at) for at in screw_centres(dimensions.damper)]
     body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, socket)
-    return body.clean().cut(*cuts)
+    return body.cut(*cuts)
+
+
+def tongue_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
+    """Outlines of the tongue's floor plate, which reaches round the arm's shafts, and of the cup above it."""
+    radius = layout.web_thickness / 2
+    side = layout.socket_outer - radius
+    cup = [
+        Disc(0.0, 0.0, layout.tongue_radius),
+        *(Disc(x, radius - layout.lower_bottom, radius) for x in (-side, side)),
+    ]
+    return hull_of([*cup, *_lobes(dimensions, layout.lower)]), hull_of(cup)
 
 
 def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The tongue as a cadquery Solid; the lower link points along -y."""
-    half, outer = layout.half_width, layout.socket_outer
-    floor = hull_of([Disc(0.0, 0.0, layout.tongue_radius), *_lobes(dimensions, layout.lower)])
-    stem = _box((-outer, outer), (-layout.lower_bottom, 0.0), (-half, half))
+    half = layout.half_width
+    floor, cup = tongue_outlines(dimensions, layout)
     socket, cuts = _socket(dimensions, layout, layout.lower_bottom, -1)
-    body = floor.extrude(-half, layout.floor_top).fuse(
-        _cylinder(layout.tongue_radius, -half, half), stem, socket
-    )
+    # Two prisms that share a face only: kernels stumble over cylinders that coincide.
+    body = floor.extrude(-half, layout.floor_top).fuse(cup.extrude(layout.floor_top, half), socket)
     pocket = _cylinder(layout.pocket_radius, layout.floor_top, half + 1)
     if layout.arbor_radius:
         pocket = pocket.cut(_cylinder(layout.arbor_radius, layout.floor_top, half + 1))
@@ -105,16 +114,17 @@ def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
     cuts.append(build_d_bore(dimensions.shaft_diameter, dimensions.fit, -half - 1, half + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
     cuts += [_cylinder(pin, -half - 1, half + 1, at) for at in (layout.lower.bearing, layout.lower.keeper)]
-    return body.clean().cut(*cuts)
+    return body.cut(*cuts)
 
 
 def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The way of the lower arm out of the pocket, open to the top so that the spring drops in."""
     arm, spring = layout.lower, dimensions.spring
     width = spring.wire_diameter / 2 + dimensions.clearance
-    # The coil's radius, and with it the arm's line near the coil, moves over the joint's travel.
+    # The coil's radius, and with it the arm's line near the coil and its tip, moves over the joint's travel.
+    end = layout.arm_reach + max(0.0, -layout.slips[1]) + 2 * dimensions.clearance
     slot = _box(
-        (0.0, layout.arm_reach + 2 * dimensions.clearance),
+        (0.0, end),
         (layout.radius_closed - spring.radius - width, layout.radius_open - spring.radius + width),
         (layout.floor_top, layout.half_width + 1),
     )
@@ -122,7 +132,7 @@ def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
     pin, side = dimensions.pin_diameter, 2 * dimensions.clearance
     lateral = (spring.wire_diameter + pin) / 2
     well = _box(
-        (layout.pin_reach - pin / 2 - dimensions.clearance, layout.arm_reach + 2 * dimensions.clearance),
+        (layout.pin_reach - pin / 2 - dimensions.clearance, end),
         (-lateral - dimensions.keeper_gap - pin / 2 - side, lateral + pin / 2 + side),
         (layout.floor_top, layout.half_width + 1),
     )

@@ -80,9 +80,7 @@ def orient(shape: Any, flips: tuple[int, int]) -> Any:
     return shape.mirror("XY") if flips == (1, -1) else shape
 
 
-def _printed(
-    name: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout
-) -> BuiltPart:
+def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
     exact: float | None = None
     if family == "upper":
         solid, exact = hinge.build_upper(dimensions, layout), hinge.upper_volume(dimensions, layout)
@@ -130,9 +128,7 @@ def _shaft(name: str, dimensions: JointDimensions, layout: JointLayout) -> Built
     outside = layout.gap + dimensions.plate
     bottom = damper_bracket.rotor_bottom(dimensions.damper, layout.bracket_height) - outside
     solid = arm_shaft.build_d_shaft(dimensions.shaft_diameter, bottom, layout.half_width, outside)
-    exact = arm_shaft.d_shaft_volume(
-        dimensions.shaft_diameter, layout.half_width - bottom, outside - layout.half_width
-    )
+    exact = arm_shaft.d_shaft_volume(dimensions.shaft_diameter, layout.half_width - bottom, outside - layout.half_width)
     return _part(name, "shaft", "lower", solid, layout, exact, printed=False, made="cut from a ground D-shaft")
 
 

@@ -53,6 +53,7 @@ class JointLayout:
     arm_length: float  # along the wire
     arm_reach: float  # the arm's length seen along z
     pin_reach: float  # tangent point to contact, seen along z
+    slips: tuple[float, float]  # that the tangent point moves along the arm, off its shaft: travel's closed, open end
     coil_start: float  # z of the wire's centre at the lower tangent point
     coil_height: float  # lower to upper tangent point
     half_width: float  # of the tongue along z
@@ -126,16 +127,18 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     lower = _arm(
         dimensions, 270.0 - dimensions.arm_offset, 1, pin_reach, -half_width, start + wire_radius + PIN_OVERHANG
     )
-    tip = math.hypot(spring.radius + wire_radius, reach)
+    tip = math.hypot(space.radius_open + wire_radius, reach)
     seat = max(upper.pin_radius, lower.pin_radius) + wall
     damper = dimensions.damper
     bracket_radius = damper.bolt_circle / 2 + damper.bolt_diameter / 2 + wall
-    web_radius = max(tip, seat, space.tongue_radius) + 2 * clear
+    # The bracket must not reach the upper socket, all that turns must pass under the web.
+    web_radius = max(max(tip, seat, space.tongue_radius) + 2 * clear, bracket_radius + clear - 2 * wall)
     notch_bottom = upper.bottom - clear
     layout = JointLayout(
         arm_length=arm_length,
         arm_reach=reach,
         pin_reach=pin_reach,
+        slips=_slips(dimensions, upper, space, pin_reach),
         coil_start=start,
         coil_height=height,
         half_width=half_width,
@@ -270,6 +273,20 @@ def _pin_angles(dimensions: JointDimensions, arm: ArmLayout) -> tuple[float, flo
     return min(edges), max(edges)
 
 
+def _turn(pin: Point, drawn: float, loaded: float) -> float:
+    """Angle (deg) that an arm turns back on a shaft when its shaft-side distance from the hinge changes."""
+    distance = math.hypot(*pin)
+    return math.degrees(math.acos(max(-1.0, min(1.0, loaded / distance))) - math.acos(drawn / distance))
+
+
+def _slips(dimensions: JointDimensions, arm: ArmLayout, space: _SpringSpace, pin_reach: float) -> tuple[float, float]:
+    """How far the arm slides over its shaft towards the hinge (+) as the coil's radius changes, at both ends, mm."""
+    lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
+    ends = ((arm.bearing, space.radius_closed + lateral), (arm.keeper, space.radius_open - lateral))
+    closed, opened = (math.sqrt(max(0.0, x * x + y * y - side * side)) - pin_reach for (x, y), side in ends)
+    return closed, opened
+
+
 def _notch(dimensions: JointDimensions, upper: ArmLayout, space: _SpringSpace) -> tuple[float, float]:
     """Sector (deg, in the lower half's frame) that the upper arm and its shafts sweep over the joint's range.
 
@@ -279,17 +296,27 @@ def _notch(dimensions: JointDimensions, upper: ArmLayout, space: _SpringSpace) -
     width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
     near = math.degrees(math.asin((space.radius_closed - width) / space.tongue_radius))
     pins = _pin_angles(dimensions, upper)
-    behind, ahead = min(-90.0, pins[0]), max(-near, pins[1])
+    lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
+    # Where the coil's radius changes, the arm also turns a little on its shafts (cad.pose).
+    closed = _turn(upper.bearing, dimensions.spring.radius + lateral, space.radius_closed + lateral)
+    opened = _turn(upper.keeper, dimensions.spring.radius - lateral, space.radius_open - lateral)
+    behind, ahead = min(-90.0 - closed, pins[0]), max(-near - opened, pins[1])
     low, high = dimensions.range
     # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.
     turned = [upper.direction - (angle - dimensions.zero_angle) for angle in (low, high)]
     return turned[1] + behind, turned[0] + ahead
 
 
+def _stem_half_width(layout: JointLayout) -> float:
+    """Half width (mm) of the lower link's stem where it passes the web: it tapers from the tongue to the socket."""
+    taper = max(0.0, layout.tongue_radius - layout.socket_outer)
+    return layout.socket_outer + taper * (1.0 - layout.web_radius / layout.lower_bottom)
+
+
 def _travel_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """Travel that the hinge cannot give: link against web, upper arm shafts against the lower link."""
     low, high = dimensions.range
-    half = layout.socket_outer + dimensions.clearance
+    half = _stem_half_width(layout) + dimensions.clearance
     largest = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))
     allowed = (dimensions.zero_angle - largest, dimensions.zero_angle + largest)
     name, found = dimensions.name, []
@@ -305,7 +332,16 @@ def _travel_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
                 f"{name}.range", (low, high), "a smaller travel", "the arm's sweep would take the whole pocket wall"
             )
         )
-    margin = math.degrees(math.asin(min(1.0, layout.socket_outer / layout.web_radius)))
+    if layout.slips[0] > dimensions.pin_diameter / 2 + PIN_OVERHANG:
+        found.append(
+            DimensionProblem(
+                f"{name}.range",
+                (low, high),
+                "a smaller travel",
+                "the closing coil would pull its arms off their shafts",
+            )
+        )
+    margin = math.degrees(math.asin(min(1.0, _stem_half_width(layout) / layout.web_radius)))
     middle = (layout.notch[0] + layout.notch[1]) / 2
     off = abs((middle - 270.0 + 180.0) % 360.0 - 180.0)
     if not found and off - (layout.notch[1] - layout.notch[0]) / 2 < margin:

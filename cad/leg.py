@@ -31,11 +31,7 @@ class BuiltLeg:
     @property
     def parts(self) -> tuple[BuiltPart, ...]:
         """Every part, joint by joint, each joint's link tube last."""
-        return tuple(
-            part
-            for joint, link in zip(self.joints, self.links, strict=True)
-            for part in (*joint.parts, link)
-        )
+        return tuple(part for joint, link in zip(self.joints, self.links, strict=True) for part in (*joint.parts, link))
 
     def placements(self) -> tuple[Placement, ...]:
         """Where each joint stands with every joint at its rest angle; the first hangs at the origin."""
@@ -67,9 +63,7 @@ def build_leg(dimensions: LegDimensions) -> BuiltLeg:
         with everything that does not fit, in all joints.
     """
     layouts = lay_out_leg(dimensions)
-    joints = tuple(
-        assemble(joint, layout) for joint, layout in zip(dimensions.joints, layouts, strict=True)
-    )
+    joints = tuple(assemble(joint, layout) for joint, layout in zip(dimensions.joints, layouts, strict=True))
     links = tuple(
         _link(joint, layout, tube_length(dimensions, layouts, index))
         for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True))

@@ -60,7 +60,9 @@ def _ordered_colours(text: str) -> str:
     lines, number = [], int(first.group(1))
     for item, context, colour in groups:
         ids = range(number + 2, number + 2 + len(_STYLES))
-        lines.append(f"#{number} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{number + 1}),#{context});")
+        lines.append(
+            f"#{number} = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#{number + 1}),#{context});"
+        )
         for offset, style in enumerate(_STYLES):
             lines.append(f"#{number + 1 + offset} = {style.format(*ids, item=item)};")
         lines.append(f"#{ids[-1]} = {colour};")
@@ -72,9 +74,7 @@ def _colour_groups(statements: dict[int, str]) -> list[tuple[int, int, str]]:
     """(solid, its context, colour) of each styled solid."""
     groups, used = [], 0
     for body in statements.values():
-        head = re.fullmatch(
-            r"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\('',\(#(\d+)\),#(\d+)\)", body
-        )
+        head = re.fullmatch(r"MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\('',\(#(\d+)\),#(\d+)\)", body)
         if head is None:
             continue
         styled = re.fullmatch(r"STYLED_ITEM\('color',\(#(\d+)\),#(\d+)\)", statements.get(int(head.group(1)), ""))

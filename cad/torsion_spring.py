@@ -45,7 +45,7 @@ def bottom_arm_direction(spring: SpringDimensions) -> float:
 
 
 def _tangent(spring: SpringDimensions, angle: float) -> Array:
-    """Unit tangent (3,) of the helix, upwards, at ``angle`` rad of turning; the axial part makes arms run on smoothly."""
+    """Unit tangent (3,) of the helix at ``angle`` rad of turning; its axial part makes the arms run on smoothly."""
     rise = spring.drawn_pitch / (2 * math.pi)
     hand = spring.hand_sign
     tangent = np.array(
@@ -115,7 +115,8 @@ def spring_mesh(spring: SpringDimensions, arm_length: float) -> tuple[Array, NDA
     """Closed tube mesh in the spring's own frame: vertices (n, 3) mm and faces (m, 3), outward.
 
     The section is a polygon of the wire's area (circumradius enlarged by ``sqrt(pi / (n/2 sin(2 pi/n)))``),
-    so the volume is right to 4e-3 where a tessellated sweep of the same size is 2 % short. Rings stand square to the curve: radial and binormal of the helix.
+    so the volume is right to 4e-3 where a tessellated sweep of the same size is 2 % short.
+    Rings stand square to the curve: radial and binormal of the helix.
     """
     points = centre_line(spring, arm_length)
     tangents = np.gradient(points, axis=0)
