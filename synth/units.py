@@ -101,9 +101,9 @@ MEANINGS: dict[str, tuple[str, str]] = {
 
 TEXT_LIMIT = 100  # characters of a quantity; every honest one is far shorter
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
-_NAME = r"[A-Za-zµμΩ_]+[A-Za-zµμΩ_0]*"
-# A product of names with one-digit powers: nothing that pint could be made to compute with.
-_UNIT = re.compile(rf"(?:1|{_NAME}|[()*/ ]|(?<=[A-Za-z0Ω_])(?:\*\*|\^)-?[1-9](?!\d))+")
+# A product of names with one-digit powers: nothing that pint could be made to compute with. Matched token by token,
+# because one pattern for the whole backtracks exponentially on a long word.
+_TOKEN = re.compile(r"[A-Za-zµμΩ_]+0?(?: ?(?:\*\*|\^)-?[1-9](?!\d))?|1(?!\d)|\*(?!\*)|[()/ ]")
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*\[([^\[\]]*)\]\s*")
 _SPELLINGS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "Ω": "Ω", "\u00a0": " "})
 _SUPERSCRIPTS = {"²": "^2", "³": "^3", "°": "deg", "%": "percent"}
@@ -253,7 +253,7 @@ def _unit(text: str) -> _Unit:
     plain = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", plain)
     if plain == "1":
         return _Unit(1.0, ())
-    if len(plain) > TEXT_LIMIT or not _UNIT.fullmatch(plain):
+    if len(plain) > TEXT_LIMIT or "".join(_TOKEN.findall(plain)) != plain:
         raise UserError(f"{_shown(text)} cannot be read as a unit; write it like N*m/rad or kg*m^2")
     import pint
 

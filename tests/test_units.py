@@ -96,6 +96,11 @@ def test_refuses_with_how_to_write_it(text: object, unit: str, words: list[str])
         "1 m if 1 else m",
         "1 [m for m in (1,)]",
         "1 m\x00",
+        "1 " + "x" * 50 + "?",
+        "1 " + "m*" * 40 + "?",
+        "1 " + "m0" * 40 + "!",
+        "1 m**m",
+        "1 11 m",
         "1 " + "(" * 90,
     ],
 )

@@ -240,7 +240,7 @@ def _joints(reader: ProjectReader, select: _Select | None, target: Leg | None) -
         damper = read_section(DamperChoice, document, (*key, "damper"), problems, defaults, joint.damper)
         if spring is not None and damper is not None:
             _check_spring(reader, spring, (*key, "spring"))
-            if spring.make and spring.wire is None:
+            if spring.make is not False and spring.part is None and spring.wire is None:
                 spring = replace(spring, wire=WIRE)
                 defaults.append(Default(f"select.joints.{name}.spring.wire", WIRE, "the strongest common spring wire"))
             result[name] = JointChoice(spring, damper)
@@ -251,8 +251,8 @@ def _check_spring(reader: ProjectReader, spring: SpringChoice, key: Key) -> None
     """What contradicts itself."""
     if spring.make and spring.part is not None:
         reader.refuse('"make" and "part" are both given; keep one', key)
-    if spring.wire is not None and not spring.make:
-        reader.refuse('"wire" is for a spring to wind: add make: true', (*key, "wire"))
+    if spring.wire is not None and spring.make is False:
+        reader.refuse('"wire" is for a spring to wind, and make is false', (*key, "wire"))
     for least, most, what in (
         (spring.min_outer_diameter, spring.max_outer_diameter, "outer_diameter"),
         (spring.min_body_length, spring.max_body_length, "body_length"),

@@ -33,14 +33,15 @@ class FitOptions:
         ``trajectory``: angle errors; ``transient``: the same with the first swing weighted; ``characteristics``: rise
         time, damping ratio and the like.
     weight
-        what a joint's errors are divided by: its ``amplitude``, nothing (``equal``), or its ``noise``.
+        what errors are divided by: each joint's ``noise``; that times the joint's ``amplitude`` in the trial over its
+        mean; or one number for all joints (``equal``).
     seed
         of everything random.
     """
 
     method: Annotated[Method, Because("the one that finds the answer without a starting guess")] = "least_squares"
     cost: Annotated[Cost, Because("uses every sample")] = "trajectory"
-    weight: Annotated[Weight, Because("a joint that moves little counts as much as one that moves far")] = "amplitude"
+    weight: Annotated[Weight, Because("each joint's errors count by how large they are: maximum likelihood")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
 
@@ -58,9 +59,14 @@ class Prior:
 
 @dataclass(frozen=True)
 class SpringChoice:
-    """What a joint's spring must meet; None: no limit. A ``part`` is taken whatever its numbers."""
+    """What a joint's spring must meet; None: no limit. A ``part`` is taken whatever its numbers.
 
-    make: Annotated[bool, Because("bought springs are preferred")] = False
+    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one where one fits.
+    """
+
+    make: Annotated[
+        bool | None, Because("a bought spring where one meets the constraints, else one to wind", "as it comes")
+    ] = None
     wire: str | None = None
     part: str | None = None
     rate_tolerance: Annotated[Share, Because("vendors keep a torsion spring's rate within about 10 %")] = 0.1

@@ -155,7 +155,7 @@ def check_part(model: type[Model], document: Document, value: Any, key: Key, pro
 def near(value: object, names: Sequence[str] | dict[str, Any]) -> str:
     """``; did you mean knee?`` where one is near, else the list of what is allowed."""
     known = list(names)
-    if isinstance(value, str):
+    if isinstance(value, str) and len(value) <= 100:
         lower = {name.lower(): name for name in known}
         close = get_close_matches(value.lower(), list(lower), n=1, cutoff=0.6)
         if close:
@@ -172,7 +172,7 @@ def _problem(model: type[BaseModel], document: Document, key: Key, detail: Error
     where = where[:-1] if where and where[-1] == "[key]" else where
     kind, value, context = detail["type"], detail["input"], detail.get("ctx", {})
     owner, field = _field(model, where)
-    name = str(where[-1]) if where else "the file"
+    name = _cut(str(where[-1])) if where else "the file"
     if kind == "user":
         text = str(context["text"])
     elif kind == "missing":
@@ -264,4 +264,8 @@ def _choices(field: FieldInfo | None) -> tuple[Any, ...]:
 
 def _shown(value: object) -> str:
     text = f'"{value}"' if isinstance(value, str) else str(value)
+    return _cut(text)
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "..."

@@ -84,7 +84,8 @@ def dotted(key: Key, value: Any) -> str:
             text += f".{label}" if isinstance(label, str) and label else f"[{part + 1}]"
             value = item
         else:
-            text += f".{part}" if text else part
+            shown = part if len(part) <= 60 else part[:57] + "..."
+            text += f".{shown}" if text else shown
             value = value.get(part) if isinstance(value, dict) else None
     return text
 

@@ -268,7 +268,7 @@ select:
     ankle: {}
 dampers:
   hip:
-    {part: 6597K21, leg: aarl/dog/dog_dampers.leg.yaml, trials: [aarl/dog/damper_drops/hip_*.csv], locked: [knee, ankle]}
+    {part: D21, leg: aarl/dog/dog_dampers.leg.yaml, trials: [aarl/dog/damper_drops/hip_?.csv], locked: [knee, ankle]}
 cad: {shaft_diameter: 8 mm, clearance: 0.4 mm, wall: 3 mm, bed: [320 mm, 132 mm, 154 mm]}
 """
     )
