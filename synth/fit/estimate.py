@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.errors import UserError
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.least_squares import Solution, Stage, Weights, solve
+from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import MISFIT, result_of
 from synth.fit.result import FitResult
@@ -34,8 +34,8 @@ POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
 class FitOptions:
     """How to fit.
 
-    ``free_angle``: auto, common or per_trial. ``weight``: noise (each joint by its own residual) or amplitude (and each
-    trial by how far the joint moves in it). ``curves``: joint name -> its known torque-speed curve.
+    ``free_angle``: auto, common or per_trial. ``weight``: noise (each joint by its own residual), amplitude (and each
+    trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known torque-speed curve.
     """
 
     free_angle: str = "auto"
@@ -44,7 +44,7 @@ class FitOptions:
     seed: int = 0
 
 
-def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = FitOptions()) -> FitResult:  # noqa: B008
+def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = FitOptions()) -> FitResult:
     """Find spring rate, free angle and damper rate of every joint.
 
     Parameters
@@ -135,7 +135,7 @@ def _first_locals(recordings: Sequence[Recording]) -> list[Local]:
 def _scatter(recordings: Sequence[Recording]) -> Array:
     """(n,) rad, the samples' scatter about local polynomials: about the measuring noise."""
     squares = [np.where(r.counts.any(axis=0), r.smoothed.noise**2, np.nan) for r in recordings]
-    return np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9
+    return np.asarray(np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9)
 
 
 def _start(model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions) -> tuple[Array, Array]:
@@ -179,7 +179,8 @@ def _rests(model: TrajectoryModel, recordings: Sequence[Recording], rate: Array)
 
 
 def _mean_end(recordings: Sequence[Recording]) -> Array:
-    return np.mean([r.smoothed.angle[-max(2, len(r.smoothed.angle) // 10) :].mean(axis=0) for r in recordings], axis=0)
+    ends = [r.smoothed.angle[-max(2, len(r.smoothed.angle) // 10) :].mean(axis=0) for r in recordings]
+    return np.asarray(np.mean(ends, axis=0))
 
 
 def _quick_cost(
@@ -220,6 +221,8 @@ def _refine(
         # log-likelihood and weighs rightly against the spread of the shifts and the prior.
         found = found * np.sqrt(correlation_times(recordings, solution.predictions))
         found = np.where(np.isfinite(found), found, 1.0) + 1e-7
+        if options.weight == "equal":
+            found = np.full_like(found, np.sqrt(np.mean(found**2)))
         change = np.abs(np.log(found / noise)).max()
         noise = found
         weights = Weights(relative * noise, spread)
@@ -231,11 +234,11 @@ def _refine(
 
 def _relative_noise(recordings: Sequence[Recording], options: FitOptions) -> Array:
     """(n_trial, n) factor on each joint's noise: one, or the amplitude a trial over its mean."""
-    if options.weight == "noise":
+    if options.weight != "amplitude":
         return np.ones((len(recordings), recordings[0].rotation.shape[1]))
     amplitude = np.array([np.ptp(r.smoothed.angle, axis=0) for r in recordings])
     mean = np.maximum(amplitude.mean(axis=0), 1e-6)
-    return np.maximum(amplitude / mean, 0.2)
+    return np.asarray(np.maximum(amplitude / mean, 0.2))
 
 
 def _or_another_start(
@@ -293,9 +296,7 @@ def _per_trial(
     return stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0), found.probability
 
 
-def _choose(
-    leg: Leg, spread: Array, probability: Array, options: FitOptions, n_trial: int
-) -> tuple[str, str]:
+def _choose(leg: Leg, spread: Array, probability: Array, options: FitOptions, n_trial: int) -> tuple[str, str]:
     """Common or per_trial, and why."""
     if options.free_angle != "auto":
         return options.free_angle if n_trial > 1 else "common", "asked for"

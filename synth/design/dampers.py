@@ -1,0 +1,163 @@
+"""Choosing dampers: each with the spring that suits it best, by the response of the whole leg."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from synth.files.options import JointChoice
+from synth.fit.damper_laws import DamperLaw
+from synth.model.curves import thinning_error
+from synth.model.leg import Damper, DamperCurve, Leg
+from synth.parts.candidates import damper_candidates
+from synth.parts.catalog import Catalogue
+from synth.parts.response import WantedResponse
+from synth.parts.rows import DamperRow
+
+KEPT = 2  # dampers a joint that take part in the choice for all joints together
+ALONE = 40  # dampers a joint that are tried at all, nearest torque first
+
+
+@dataclass(frozen=True)
+class MeasuredCurve:
+    """A damper's curve as measured on this leg: which part it is (None: whichever), and where it comes from."""
+
+    part: str | None
+    curve: DamperCurve
+    source: str
+
+
+@dataclass(frozen=True)
+class DamperOption:
+    """A damper at a joint, as it would act, and the response error (rad) of the leg with it there."""
+
+    row: DamperRow | None
+    damper: Damper
+    law: str
+    why: str
+    error: float = float("nan")
+
+    @property
+    def part(self) -> str:
+        """Part number, or a name for what was measured without one."""
+        return self.row.part if self.row is not None else "measured damper"
+
+
+@dataclass(frozen=True)
+class DamperChoiceMade:
+    """The chosen damper of each joint, the ranking at each joint, what was left out, and the next best sets."""
+
+    chosen: tuple[DamperOption, ...]
+    ranked: tuple[tuple[DamperOption, ...], ...]
+    left_out: tuple[Mapping[str, int], ...]
+    leg: Leg  # the wanted leg with these dampers and the springs that suit them
+    sets: tuple[tuple[tuple[DamperOption, ...], float], ...]  # all sets tried with their errors, best first
+
+
+def measured_curves(
+    laws: Mapping[str, DamperLaw], tables: Mapping[str, tuple[str | None, DamperCurve]], parts: Mapping[str, str | None]
+) -> dict[str, MeasuredCurve]:
+    """Measured curves by joint: from drops (``laws``) or from a torque-speed table of the user's."""
+    found = {joint: MeasuredCurve(part, curve, "torque-speed table") for joint, (part, curve) in tables.items()}
+    for joint, law in laws.items():
+        low, high = law.speeds.low, law.speeds.high
+        source = f"drops, {law.used.law.name} law, {low:.3g} to {high:.3g} rad/s"
+        found[joint] = MeasuredCurve(parts.get(joint), law.used.curve, source)
+    return found
+
+
+def choose_dampers(
+    wanted: WantedResponse,
+    choices: Mapping[str, JointChoice],
+    catalogue: Catalogue,
+    measured: Mapping[str, MeasuredCurve],
+    travel: Sequence[float],
+    law: str | None = None,
+) -> DamperChoiceMade:
+    """Rank every damper that meets the constraints and choose the set whose leg moves most nearly as wanted.
+
+    Each candidate is judged with the spring rate and free angle tuned to it, because these are fitted again after it
+    is chosen. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant).
+
+    Raises
+    ------
+    UserError : a joint has no damper that meets its constraints.
+    """
+    ranked, left_out = [], []
+    for j, joint in enumerate(wanted.leg.joints):
+        found = damper_candidates(catalogue, choices[joint.name].damper, travel[j], joint.name)
+        left_out.append(found.left_out)
+        options = _options(list(found.rows), measured.get(joint.name), choices[joint.name].damper.part, law)
+        options = _nearest(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
+        tuned = [wanted.tuned(_with(wanted.leg, {j: option.damper}), (j,)) for option in options]
+        errors = wanted.overall(tuned)
+        order = np.argsort(errors, kind="stable")
+        ranked.append(tuple(replace(options[k], error=float(errors[k])) for k in order))
+    joints = tuple(range(len(wanted.leg.joints)))
+    sets = list(product(*(options[:KEPT] for options in ranked)))
+    legs = [wanted.tuned(_with(wanted.leg, {j: o.damper for j, o in zip(joints, s, strict=True)}), joints) for s in sets]
+    errors = wanted.overall(legs)
+    order = np.argsort(errors, kind="stable")
+    tried = tuple((sets[k], float(errors[k])) for k in order)
+    return DamperChoiceMade(tried[0][0], tuple(ranked), tuple(left_out), legs[order[0]], tried)
+
+
+def _options(
+    rows: list[DamperRow], measured: MeasuredCurve | None, forced: str | None, law: str | None
+) -> list[DamperOption]:
+    options = []
+    for row in rows:
+        if measured is not None and law is None and measured.part in (None, row.part) and (measured.part or forced):
+            why = f"measured: {measured.source}"
+            options.append(DamperOption(row, Damper(curve=measured.curve, part=row.part), "curve", why))
+            continue
+        chosen = law or row.default_law
+        reasons = {
+            "table": "the catalogue's torque-speed points",
+            "concave": "assumed: T = T_max (w/w_max)^0.47 through the vendor's one point, see catalogs/README.md",
+            "linear": "the secant through the vendor's one point",
+        }
+        options.append(DamperOption(row, row.damper(chosen), chosen, reasons[chosen]))
+    if measured is not None and law is None and measured.part is None and forced is None:
+        damper = Damper(curve=measured.curve)
+        options = [DamperOption(None, damper, "curve", f"measured: {measured.source}")]
+    return options
+
+
+def _nearest(options: list[DamperOption], rate: float) -> list[DamperOption]:
+    """At most ``ALONE`` options, those whose torque at 1 rad/s lies nearest that of the wanted rate."""
+    from synth.model.curves import torque_at
+
+    def distance(option: DamperOption) -> float:
+        curve, damper = option.damper.curve, option.damper
+        torque = float(torque_at(curve, np.array([1.0]))[0]) if curve is not None else (damper.rate or 0.0)
+        return abs(float(np.log(max(torque, 1e-12) / max(rate, 1e-12))))
+
+    return sorted(options, key=distance)[:ALONE]
+
+
+def _with(leg: Leg, dampers: Mapping[int, Damper]) -> Leg:
+    joints = tuple(replace(joint, damper=dampers.get(j, joint.damper)) for j, joint in enumerate(leg.joints))
+    return replace(leg, joints=joints)
+
+
+def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float], fastest: float) -> list[str]:
+    """What to know of a chosen damper: an assumed law, a thinned table, speeds beyond what was measured."""
+    said = []
+    if option.law == "concave":
+        said.append(
+            f"{joint}: the torque-speed law of {option.part} is {option.why}. Drops with that damper alone would tell; "
+            "its rate at low speed may be off by a factor of two"
+        )
+    if option.law == "curve" and fastest > 1.1 * speeds[1]:
+        said.append(
+            f"{joint}: the wanted motion reaches {fastest:.2g} rad/s, the damper was measured up to {speeds[1]:.2g} rad/s"
+        )
+    if option.damper.curve is not None:
+        error = thinning_error(option.damper.curve)
+        if error > 0.005:
+            said.append(f"{joint}: the damper's table was thinned to 12 points, at most {error:.1%} off")
+    return said

@@ -1,0 +1,155 @@
+"""The whole of ``synth leg`` but for solids and pages: stages, laws, parts, response, and what is to be said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from math import degrees
+
+import numpy as np
+
+from synth.design.dampers import (
+    DamperChoiceMade,
+    MeasuredCurve,
+    choose_dampers,
+    curve_warnings,
+    measured_curves,
+)
+from synth.design.springs import SpringChoiceMade, choose_springs, spring_warnings, travels
+from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, scored_trials, with_held_out
+from synth.files.leg_project import LegProject
+from synth.fit.damper_laws import DamperLaw
+from synth.fit.estimate import fit_leg
+from synth.fit.result import FitResult, TrialFit
+from synth.model.leg import Array, Leg
+from synth.parts.catalog import Catalogue
+from synth.parts.response import WantedResponse
+
+Stage = Callable[[str], AbstractContextManager[object]]
+DIGITS = 6  # of a rate that goes into a design: choosing must not hang on the last bits of an optimiser
+
+
+@dataclass(frozen=True)
+class LegDesign:
+    """What a design consists of. ``built`` is the robot's leg with the chosen parts; motions are (m, n) rotations."""
+
+    project: LegProject
+    source: FitResult
+    target: FitResult
+    refit: FitResult
+    held_out: tuple[TrialFit, ...]
+    laws: Mapping[str, DamperLaw]
+    measured: Mapping[str, MeasuredCurve]
+    wanted: WantedResponse
+    dampers: DamperChoiceMade
+    springs: SpringChoiceMade
+    built: Leg
+    built_motions: tuple[Array, ...]
+    errors: Array  # (n,) rad, RMS of each joint, built against wanted
+    warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
+
+    def arm_offset(self, joint: int) -> float:
+        """Offset of the lower half's arm shaft, rad: the built joint's free angle less the spring's included angle."""
+        spring = self.built.joints[joint].spring
+        assert spring is not None
+        return spring.free_angle - self.springs.chosen[joint].included_angle
+
+
+def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = None) -> LegDesign:
+    """Carry out a leg-design project up to the chosen parts.
+
+    Raises
+    ------
+    UserError : trials that cannot be used, constraints that leave no part, a method that is not there.
+    """
+    stage = stage or (lambda text: nullcontext())
+    options = fit_options(project)
+    motion = read_motion(project)
+    with stage("fitting the animal's leg"):
+        source = with_held_out(fit_leg(project.source, motion.fitted, options), motion.held_out)
+    scaled = motion.fitted_scaled
+    with stage("fitting the robot's links to the scaled motion"):
+        target = with_held_out(fit_leg(project.target, scaled, options), motion.held_out_scaled)
+    with stage("finding the dampers' laws"):
+        laws = damper_laws(project)
+    tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
+    measured = measured_curves(laws, tables, {name: item.part for name, item in project.dampers.items()})
+    with stage("choosing dampers"):
+        wanted = WantedResponse.of(target.leg, releases(scaled, target))
+        turned = [t.winding + t.opening for t in travels(target.leg, wanted.motions)]
+        dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned)
+    with stage("fitting springs again with the dampers' curves"):
+        curves = {
+            joint.name: option.damper.curve
+            for joint, option in zip(project.target.joints, dampers.chosen, strict=True)
+            if option.damper.curve is not None
+        }
+        refit = with_held_out(fit_leg(project.target, scaled, replace(options, curves=curves)), motion.held_out_scaled)
+    with stage("choosing springs"):
+        fitted = _with_dampers(refit.leg, dampers)
+        turning = travels(fitted, wanted.motions)
+        springs = choose_springs(wanted, fitted, project.joints, catalogue, turning, project.cad)
+        built = _named(springs.leg, springs, dampers)
+        motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
+        errors = wanted.errors([built])[0]
+    held_out = scored_trials(target, motion.held_out_scaled)
+    warnings = tuple(_warnings(project, motion, target, refit, wanted, dampers, springs, laws, errors))
+    return LegDesign(
+        project, source, target, refit, held_out, laws, measured, wanted, dampers, springs, built, motions, errors, warnings
+    )  # fmt: skip
+
+
+def _with_dampers(leg: Leg, dampers: DamperChoiceMade) -> Leg:
+    joints = (replace(j, damper=option.damper) for j, option in zip(leg.joints, dampers.chosen, strict=True))
+    return replace(leg, joints=tuple(joints))
+
+
+def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Leg:
+    """The leg with part numbers on what is bought."""
+    joints = []
+    for joint, spring, damper in zip(leg.joints, springs.chosen, dampers.chosen, strict=True):
+        assert joint.spring is not None
+        part = spring.row.part if spring.row is not None else None
+        joints.append(replace(joint, spring=replace(joint.spring, part=part), damper=damper.damper))
+    return replace(leg, name=leg.name, joints=tuple(joints))
+
+
+def _warnings(
+    project: LegProject,
+    motion: Motion,
+    target: FitResult,
+    refit: FitResult,
+    wanted: WantedResponse,
+    dampers: DamperChoiceMade,
+    springs: SpringChoiceMade,
+    laws: Mapping[str, DamperLaw],
+    errors: Array,
+) -> list[tuple[str | None, str]]:
+    said: list[tuple[str | None, str]] = []
+    names = project.target.joint_names
+    fastest = np.max([np.abs(np.gradient(m, r.time, axis=0)).max(axis=0) for m, r in zip(wanted.motions, wanted.releases, strict=True)], axis=0)
+    for j, name in enumerate(names):
+        speeds = (laws[name].speeds.low, laws[name].speeds.high) if name in laws else (0.0, np.inf)
+        texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j])]
+        texts += curve_warnings(name, dampers.chosen[j], speeds, float(fastest[j]))
+        texts += laws[name].warnings if name in laws else []
+        if errors[j] > np.radians(2.0):
+            texts.append(f"{name}: the built leg will move {degrees(errors[j]):.1f} deg (RMS) off the wanted motion")
+        said += [(name, text) for text in texts]
+    for text in (*target.not_separable, *target.warnings):
+        said.append((_joint_of(text, names), text))
+    said += [(_joint_of(text, names), f"with the real dampers: {text}") for text in refit.not_separable if "mass scale" not in text]
+    if target.lost_samples:
+        said.append((None, f"{target.lost_samples} lost samples were left out of the fit"))
+    if motion.factor != 1.0 and project.dynamic_similarity is False:
+        ratio = float(np.sqrt(project.target.total_length / project.source.total_length))
+        said.append(
+            (None, f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {ratio:.3g} "
+             "(square root of the ratio of leg lengths), so gravity acts differently on the robot than on the animal")
+        )  # fmt: skip
+    return said
+
+
+def _joint_of(text: str, names: tuple[str, ...]) -> str | None:
+    return next((name for name in names if text.startswith(f"{name}:")), None)

@@ -1,0 +1,124 @@
+"""The three fits of a design: the animal's leg, the robot's links with the animal's motion, and with real dampers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.leg_project import LegProject
+from synth.fit.damper_laws import DamperLaw, find_damper_law
+from synth.fit.estimate import FitOptions, fit_leg, score
+from synth.fit.recordings import Recording, recordings
+from synth.fit.report_fit import trial_fits
+from synth.fit.result import FitResult, TrialFit
+from synth.model.leg import DamperCurve
+from synth.parts.response import Release
+
+UNTOLD = ("piecewise", "swarm"), ("transient", "characteristics")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Recordings of the animal that are fitted, and those held out; in its own time and in the robot's."""
+
+    fitted: tuple[Recording, ...]
+    held_out: tuple[Recording, ...]
+    factor: float
+
+    @property
+    def fitted_scaled(self) -> list[Recording]:
+        """The fitted ones, stretched in time: rates fall with the factor, amplitudes stay."""
+        return [recording.stretched(self.factor) for recording in self.fitted]
+
+    @property
+    def held_out_scaled(self) -> list[Recording]:
+        """The held-out ones, stretched in time."""
+        return [recording.stretched(self.factor) for recording in self.held_out]
+
+
+def read_motion(project: LegProject) -> Motion:
+    """The project's trials as recordings.
+
+    Raises
+    ------
+    UserError : every trial is held out, or a trial cannot be used.
+    """
+    fitted = [trial for trial in project.trials if not trial.held_out]
+    held_out = [trial for trial in project.trials if trial.held_out]
+    if not fitted:
+        text = "every trial is held out; at least one must be fitted"
+        raise UserError(Problem(text, str(project.path), key="source.trials"))
+    return Motion(
+        tuple(recordings(project.source, fitted)),
+        tuple(recordings(project.source, held_out, ())),
+        project.time_scale,
+    )
+
+
+def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = None) -> FitOptions:
+    """The project's fit options.
+
+    Raises
+    ------
+    UserError : a method or cost that this version does not have.
+    """
+    require_known_method(project.fit.method, project.fit.cost, str(project.path))
+    return FitOptions(project.free_angle, project.fit.weight, curves or {}, project.fit.seed)
+
+
+def require_known_method(method: str, cost: str, file: str) -> None:
+    """Refuse the thesis' methods and costs, which are to come, rather than run another in their name."""
+    problems = []
+    if method in UNTOLD[0]:
+        problems.append(Problem(f"{method} is not in this version; write least_squares", file, key="fit.method"))
+    if cost in UNTOLD[1]:
+        problems.append(Problem(f"{cost} is not in this version; write trajectory", file, key="fit.cost"))
+    if problems:
+        raise UserError(problems)
+
+
+def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[TrialFit, ...]:
+    """Held-out recordings beside what the fitted leg predicts for them."""
+    if not held_out:
+        return ()
+    locals_, predictions = score(result, held_out)
+    return trial_fits(result.leg, result.joints, held_out, locals_, predictions, held_out=True)
+
+
+def with_held_out(result: FitResult, held_out: Sequence[Recording]) -> FitResult:
+    """The result with the held-out trials scored and listed behind the fitted ones."""
+    return replace(result, trials=(*result.trials, *scored_trials(result, held_out)))
+
+
+def damper_laws(project: LegProject) -> dict[str, DamperLaw]:
+    """The laws of the dampers that were measured by drops, joint by joint."""
+    laws = {}
+    for joint, measured in project.dampers.items():
+        if measured.leg is None:
+            continue
+        drops = [trial for trial in measured.trials if not trial.held_out]
+        held_out = [trial for trial in measured.trials if trial.held_out]
+        both = recordings(measured.leg, [*drops, *held_out], (joint,))
+        laws[joint] = find_damper_law(measured.leg, joint, both[: len(drops)], both[len(drops) :])
+    return laws
+
+
+def releases(motion: Sequence[Recording], result: FitResult) -> list[Release]:
+    """Each fitted trial's initial state, as the fit found it, as a release of the wanted leg.
+
+    A trial's own shift of the free angle is taken off the initial pose too: the robot's springs do not drift, and what
+    is wanted of it is the animal's motion about the common rest.
+    """
+    found = []
+    names = result.leg.joint_names
+    common = np.array([result.joints[name].free_angle.value for name in names])
+    for recording, trial in zip(motion, result.trials, strict=False):
+        shift = result.leg.sign * (trial.free_angle - common)
+        found.append(
+            Release(recording.name, recording.time, trial.rotation - shift, trial.rate, recording.conditions)
+        )
+    return found
+

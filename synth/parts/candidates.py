@@ -1,0 +1,136 @@
+"""Which catalogue rows meet a joint's constraints, and for each that does not, why."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees
+from typing import Generic, TypeVar
+
+from synth.errors import UserError
+from synth.files.options import DamperChoice, SpringChoice
+from synth.parts.catalog import Catalogue
+from synth.parts.rows import DamperRow, Row, TorsionSpringRow
+
+RowType = TypeVar("RowType", bound=Row)
+
+
+@dataclass(frozen=True)
+class Candidates(Generic[RowType]):
+    """Rows that meet the constraints, and how many do not for each reason."""
+
+    rows: tuple[RowType, ...]
+    left_out: Mapping[str, int]
+    nearest: str = ""
+
+
+def spring_candidates(catalogue: Catalogue, choice: SpringChoice, rate: float) -> Candidates[TorsionSpringRow]:
+    """Springs whose rate lies within the tolerance of the wanted one (N m/rad) and that meet the other constraints.
+
+    A spring that the choice names by part is the only candidate, whatever its numbers.
+    """
+    if choice.part is not None:
+        row = catalogue.find_spring(choice.part)
+        if row.rate is None or row.included_angle is None:
+            raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}")
+        return Candidates((row,), {})
+    kept, reasons = [], Counter[str]()
+    nearest = min(
+        (row for row in catalogue.springs if row.complete and row.rate),
+        key=lambda row: abs((row.rate or 0.0) / rate - 1.0),
+        default=None,
+    )
+    for row in catalogue.springs:
+        reason = _spring_reason(row, choice, rate)
+        if reason is None:
+            kept.append(row)
+        else:
+            reasons[reason] += 1
+    said = ""
+    if nearest is not None and nearest.rate is not None:
+        said = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad, {nearest.rate / rate - 1:+.0%}"
+    return Candidates(tuple(kept), dict(sorted(reasons.items())), said)
+
+
+def _spring_reason(row: TorsionSpringRow, choice: SpringChoice, rate: float) -> str | None:
+    """Why a spring is left out, or None."""
+    if not row.complete:
+        return row.status
+    assert row.rate is not None
+    assert row.included_angle is not None
+    if abs(row.rate / rate - 1.0) > choice.rate_tolerance:
+        return f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
+    if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > 1.5:
+        return f"included angle is not {degrees(choice.included_angle):g} deg"
+    body = row.body_length if row.body_length is not None else row.close_wound_length
+    for what, value, least, most in (
+        ("outer diameter", row.outer_diameter, choice.min_outer_diameter, choice.max_outer_diameter),
+        ("inner diameter", row.inner_diameter, choice.min_inner_diameter, None),
+        ("body length", body, choice.min_body_length, choice.max_body_length),
+        ("wire diameter", row.wire_diameter, choice.min_wire_diameter, choice.max_wire_diameter),
+    ):
+        if value is None:
+            continue
+        if most is not None and value > most * (1 + 1e-6):
+            return f"{what} over {most * 1e3:.4g} mm"
+        if least is not None and value < least * (1 - 1e-6):
+            return f"{what} under {least * 1e3:.4g} mm"
+    return None
+
+
+def damper_candidates(
+    catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str
+) -> Candidates[DamperRow]:
+    """Dampers that turn the right way and far enough (rad).
+
+    Raises
+    ------
+    UserError : none is left; the message counts the reasons.
+    """
+    if choice.part is not None:
+        row = catalogue.find_damper(choice.part)
+        if row.max_torque is None or row.speed is None:
+            raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}")
+        return Candidates((row,), {})
+    kept, reasons = [], Counter[str]()
+    for row in catalogue.dampers:
+        reason = _damper_reason(row, choice, travel)
+        if reason is None:
+            kept.append(row)
+        else:
+            reasons[reason] += 1
+    if not kept:
+        raise UserError(
+            f"{joint}: no damper in the catalogue meets the constraints: {_counted(reasons)}. Loosen "
+            f"select.joints.{joint}.damper, or add a catalogue under select.catalogs"
+        )
+    return Candidates(tuple(kept), dict(sorted(reasons.items())))
+
+
+def _damper_reason(row: DamperRow, choice: DamperChoice, travel: float) -> str | None:
+    """Why a damper is left out, or None."""
+    if not row.complete:
+        return row.status
+    if choice.direction == "both" and row.direction != "both":
+        return "damps one way only"
+    wanted = choice.travel if choice.travel is not None else travel
+    if row.allows_travel(wanted) is False:
+        return f"turns less than {degrees(wanted):.0f} deg"
+    most = choice.max_outer_diameter
+    if most is not None and row.outer_diameter is not None and row.outer_diameter > most * (1 + 1e-6):
+        return f"outer diameter over {most * 1e3:.4g} mm"
+    return None
+
+
+def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> UserError:
+    """The message for a joint for which a bought spring is asked and none fits."""
+    return UserError(
+        f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {_counted(found.left_out)}. "
+        f"{found.nearest}. Loosen select.joints.{joint}.spring, add a catalogue under select.catalogs, or write "
+        "make: true to have one wound"
+    )
+
+
+def _counted(reasons: Mapping[str, int]) -> str:
+    return "; ".join(f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: -item[1]))

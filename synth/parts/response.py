@@ -1,0 +1,135 @@
+"""The response of the whole leg: how far a leg with given parts moves from the wanted one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.unknowns import SpringsAndDampers
+from synth.model.chain import Chain, Conditions, compiled_chain
+from synth.model.leg import Array, Leg, Spring
+from synth.model.mechanics import coefficients, rest_pose, static_torque
+
+TUNING_STEPS = 10
+
+
+@dataclass(frozen=True)
+class Release:
+    """One release: its name, times (m,) s, initial rotation (n,) rad and rate (n,) rad/s, and what was done to the leg."""
+
+    name: str
+    time: Array
+    rotation: Array
+    rate: Array
+    conditions: Conditions
+
+
+@dataclass(frozen=True)
+class WantedResponse:
+    """What the leg should do: the wanted leg's motion (m, n) rad from each release, free joints only counted."""
+
+    leg: Leg
+    releases: tuple[Release, ...]
+    motions: tuple[Array, ...]
+    chain: Chain
+
+    @classmethod
+    def of(cls, leg: Leg, releases: Sequence[Release]) -> WantedResponse:
+        """Simulate the wanted leg from each release."""
+        chain = compiled_chain(len(leg.joints))
+        made = cls(leg, tuple(releases), (), chain)
+        return replace(made, motions=tuple(motion[:, :, 0] for motion in made.simulate([leg])))
+
+    def simulate(self, legs: Sequence[Leg]) -> list[Array]:
+        """(m, n, n_leg) rad for each release; nan where a leg's motion cannot be followed."""
+        layout = self.chain.layout
+        out = []
+        for release in self.releases:
+            lanes = np.stack([self.chain.parameters(leg, release.conditions) for leg in legs], axis=1)
+            lanes[layout.rows("rotation")] = release.rotation[:, None]
+            lanes[layout.rows("rate")] = release.rate[:, None]
+            out.append(self.chain.run(lanes, release.time, 1e-6))
+        return out
+
+    def errors(self, legs: Sequence[Leg]) -> Array:
+        """(n_leg, n) rad, RMS departure of each joint from the wanted motion over all releases in which it is free."""
+        square, count = np.zeros((len(legs), len(self.leg.joints))), np.zeros(len(self.leg.joints))
+        for release, motion, wanted in zip(self.releases, self.simulate(legs), self.motions, strict=True):
+            free = [j for j in range(len(self.leg.joints)) if j not in release.conditions.locked]
+            square[:, free] += np.sum((motion[:, free] - wanted[:, free, None]) ** 2, axis=0).T
+            count[free] += len(wanted)
+        error = np.sqrt(square / np.maximum(count, 1))
+        return np.where(np.isfinite(error), error, np.pi)
+
+    def overall(self, legs: Sequence[Leg]) -> Array:
+        """(n_leg,) rad, RMS over joints of ``errors``."""
+        return np.asarray(np.sqrt(np.mean(self.errors(legs) ** 2, axis=1)))
+
+    def at_rest_like_wanted(self, leg: Leg) -> Leg:
+        """The leg with free angles moved so that it comes to rest in the wanted leg's pose, whatever its spring rates."""
+        pose = rest_pose(self.leg)
+        torque = static_torque(coefficients(leg), pose, leg.tilt)
+        joints = []
+        for joint, angle, needed in zip(leg.joints, pose, torque, strict=True):
+            assert joint.spring is not None
+            rest = float(angle + needed / joint.spring.rate)
+            joints.append(replace(joint, spring=replace(joint.spring, free_angle=joint.zero + joint.sign * rest)))
+        return replace(leg, joints=tuple(joints))
+
+    def tuned(self, leg: Leg, joints: Sequence[int]) -> Leg:
+        """The leg with the spring rates and free angles of ``joints`` moved to follow the wanted motion most nearly.
+
+        Gauss-Newton with halving on the simulated motions; for ranking dampers, each with the spring that suits it.
+        """
+        unknowns = SpringsAndDampers(self.chain, leg, tuple(joints), tuple(joints), ())
+        model = TrajectoryModel(self.chain, leg, unknowns)
+        rates = np.array([joint.spring.rate if joint.spring else 0.0 for joint in leg.joints])
+        rests = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
+        values = unknowns.pack(rates, rests, np.zeros(len(leg.joints)))
+        residual, jacobian = self._linearised(model, values)
+        for _ in range(TUNING_STEPS):
+            normal = jacobian.T @ jacobian
+            damped = normal + np.diag(1e-4 * np.diag(normal) + 1e-12)
+            step = np.clip(-np.linalg.solve(damped, jacobian.T @ residual), -0.7, 0.7)
+            for halving in range(5):
+                moved = np.clip(values + step * 0.5**halving, unknowns.lower, unknowns.upper)
+                new_residual, new_jacobian = self._linearised(model, moved)
+                if new_residual @ new_residual < residual @ residual:
+                    break
+            else:
+                break
+            gain = 1 - (new_residual @ new_residual) / (residual @ residual)
+            values, residual, jacobian = moved, new_residual, new_jacobian
+            if gain < 1e-3:
+                break
+        natural = unknowns.natural(values)
+        changed = list(leg.joints)
+        for place, j in enumerate(joints):
+            rest = float(natural[len(joints) + place])
+            joint = leg.joints[j]
+            changed[j] = replace(joint, spring=Spring(float(natural[place]), joint.zero + joint.sign * rest))
+        return replace(leg, joints=tuple(changed))
+
+    def _linearised(self, model: TrajectoryModel, values: Array) -> tuple[Array, Array]:
+        residuals, jacobians = [], []
+        locals_ = [Local(r.rotation, r.rate, np.zeros_like(r.rate)) for r in self.releases]
+        found = model.evaluate_all([_as_recording(r) for r in self.releases], values, locals_)
+        for evaluation, wanted in zip(found, self.motions, strict=True):
+            assert evaluation.common is not None
+            difference = np.nan_to_num(evaluation.prediction - wanted, nan=np.pi)
+            residuals.append(difference.ravel())
+            jacobians.append(np.nan_to_num(evaluation.common).reshape(-1, len(values)))
+        return np.concatenate(residuals), np.concatenate(jacobians)
+
+
+def _as_recording(release: Release) -> Recording:
+    """A release in the form that the trajectory model takes; its samples are not used."""
+    from synth.motion.smoothing import Smoothed
+
+    empty = np.zeros((len(release.time), len(release.rotation)))
+    smoothed = Smoothed(release.time, empty, empty, empty[0], np.zeros(len(release.time), dtype=bool))
+    return Recording(release.name, release.time, empty, empty > 0, release.conditions, smoothed)
