@@ -132,6 +132,8 @@ def parse(text: object, unit: str) -> float:
     UserError
         If there is no unit, an unknown unit, another dimension, or a number that is not finite.
     """
+    if text is None:
+        raise UserError(f"has no value: write it like {_example(unit)}")
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
         raise UserError(f"{_shown(text)} is not a quantity; write it like {_example(unit)}")
     written = str(text).strip().translate(_SPELLINGS)

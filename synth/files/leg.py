@@ -163,7 +163,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Specification] = 
     path = Path(path)
     specifications = {effect.name: effect for effect in effects}
     joints = []
-    for joint in leg.joints:
+    for number, joint in enumerate(leg.joints, start=1):
         link = joint.link
         item: dict[str, Any] = {
             "name": joint.name,
@@ -182,7 +182,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Specification] = 
             rate, free_angle = units.write(joint.spring.rate, "N*m/rad"), units.write(joint.spring.free_angle, "deg")
             item["spring"] = {"rate": rate, "free_angle": free_angle} | _part(joint.spring.part)
         if joint.damper is not None:
-            item["damper"] = _damper_text(joint.damper, path, joint.name)
+            item["damper"] = _damper_text(joint.damper, path, number, joint.name)
         if joint.effects:
             item["effects"] = [_effect_text(name, joint.effects[name], specifications[name]) for name in joint.effects]
         joints.append(item)
@@ -196,13 +196,14 @@ def _part(part: str | None) -> dict[str, str]:
     return {} if part is None else {"part": part}
 
 
-def _damper_text(damper: Damper, path: Path, joint: str) -> dict[str, str]:
+def _damper_text(damper: Damper, path: Path, number: int, joint: str) -> dict[str, str]:
     if damper.rate is not None:
         return {"rate": units.write(damper.rate, "N*m*s/rad")} | _part(damper.part)
     if damper.curve is None:
         raise ValueError(f"the damper of {joint} has neither a rate nor a curve")
     stem = path.name.removesuffix(".yaml").removesuffix(".leg")
-    curve = path.with_name(f"{stem}_{re.sub(r'[^A-Za-z0-9_-]', '_', joint)}_damper.csv")
+    # The number keeps joints apart whose names differ only in signs that a file name leaves out.
+    curve = path.with_name(f"{stem}_{number}_{re.sub(r'[^A-Za-z0-9_-]', '_', joint)}_damper.csv")
     write_curve(damper.curve, curve)
     return {"curve": curve.name} | _part(damper.part)
 

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from synth.errors import Problem, UserError
@@ -247,6 +247,10 @@ def legs(draw: st.DrawFn) -> Leg:
     return Leg(draw(st.sampled_from(["x", "Hüfte: 'a' #1", "yes", "12"])), tuple(joints), draw(sizes), draw(angles))
 
 
+TWIN = DamperCurve((1.0,), (0.1,)), DamperCurve((2.0,), (0.2,))
+
+
+@example(Leg("x", tuple(Joint(n, Link(1, 1, 0, 1), damper=Damper(curve=c)) for n, c in zip("_é", TWIN, strict=True))))
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(legs())
 def test_written_leg_reads_back(tmp_path: Path, leg: Leg) -> None:

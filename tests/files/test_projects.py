@@ -57,13 +57,13 @@ def test_fit_project_and_its_defaults(folder: Path) -> None:
     assert [trial.name for trial in project.trials] == ["animal/1.csv", "animal/2.csv"]
     assert project.leg.joint_names == ("hip", "knee")
     assert project.free_angle == "auto"
-    assert (project.fit.method, project.fit.cost, project.fit.weight) == ("least_squares", "trajectory", "amplitude")
+    assert (project.fit.method, project.fit.cost, project.fit.weight) == ("least_squares", "trajectory", "noise")
     assert project.prior is None
     assert [(d.key, d.value) for d in project.defaults] == [
         ("free_angle", "auto"),
         ("fit.method", "least_squares"),
         ("fit.cost", "trajectory"),
-        ("fit.weight", "amplitude"),
+        ("fit.weight", "noise"),
     ]
     assert [file.name for file in project.inputs] == ["project.yaml", "animal/a.leg.yaml"]
     assert all(len(file.sha256) == 64 for file in project.inputs)
@@ -213,7 +213,7 @@ def test_catalogue_opens_with_the_users_files(folder: Path) -> None:
         (DESIGN + "select: {catalogs: [my/*.csv]}\n", ["select.catalogs[1]"], "matches no file"),
         (DESIGN + "select: {joints: {hipp: {}}}\n", ["select.joints.hipp"], "did you mean hip"),
         (DESIGN + "select: {joints: {hip: {sprung: {}}}}\n", ["select.joints.hip.sprung"], "did you mean spring"),
-        (SPRING + "{wire: music}}}}\n", ["select.joints.hip.spring.wire"], "make: true"),
+        (SPRING + "{make: false, wire: music}}}}\n", ["select.joints.hip.spring.wire"], "make is false"),
         (SPRING + "{make: true, part: X}}}}\n", ["select.joints.hip.spring"], "keep one"),
         (DESIGN + "select: {joints: {hip: {damper: {direction: bth}}}}\n", ["select.joints.hip.damper.direction"],
          "did you mean both"),
