@@ -98,7 +98,9 @@ def choose_dampers(
         ranked.append(tuple(replace(options[k], error=float(errors[k])) for k in order))
     joints = tuple(range(len(wanted.leg.joints)))
     sets = list(product(*(options[:KEPT] for options in ranked)))
-    legs = [wanted.tuned(_with(wanted.leg, {j: o.damper for j, o in zip(joints, s, strict=True)}), joints) for s in sets]
+    legs = [
+        wanted.tuned(_with(wanted.leg, {j: o.damper for j, o in zip(joints, s, strict=True)}), joints) for s in sets
+    ]
     errors = wanted.overall(legs)
     order = np.argsort(errors, kind="stable")
     tried = tuple((sets[k], float(errors[k])) for k in order)

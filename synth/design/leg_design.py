@@ -128,7 +128,13 @@ def _warnings(
 ) -> list[tuple[str | None, str]]:
     said: list[tuple[str | None, str]] = []
     names = project.target.joint_names
-    fastest = np.max([np.abs(np.gradient(m, r.time, axis=0)).max(axis=0) for m, r in zip(wanted.motions, wanted.releases, strict=True)], axis=0)
+    fastest = np.max(
+        [
+            np.abs(np.gradient(m, r.time, axis=0)).max(axis=0)
+            for m, r in zip(wanted.motions, wanted.releases, strict=True)
+        ],
+        axis=0,
+    )
     for j, name in enumerate(names):
         speeds = (laws[name].speeds.low, laws[name].speeds.high) if name in laws else (0.0, np.inf)
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j])]
@@ -139,7 +145,11 @@ def _warnings(
         said += [(name, text) for text in texts]
     for text in (*target.not_separable, *target.warnings):
         said.append((_joint_of(text, names), text))
-    said += [(_joint_of(text, names), f"with the real dampers: {text}") for text in refit.not_separable if "mass scale" not in text]
+    said += [
+        (_joint_of(text, names), f"with the real dampers: {text}")
+        for text in refit.not_separable
+        if "mass scale" not in text
+    ]
     if target.lost_samples:
         said.append((None, f"{target.lost_samples} lost samples were left out of the fit"))
     if motion.factor != 1.0 and project.dynamic_similarity is False:

@@ -10,7 +10,7 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
-from synth.fit.estimate import FitOptions, fit_leg, score
+from synth.fit.estimate import FitOptions, score
 from synth.fit.recordings import Recording, recordings
 from synth.fit.report_fit import trial_fits
 from synth.fit.result import FitResult, TrialFit
@@ -117,8 +117,5 @@ def releases(motion: Sequence[Recording], result: FitResult) -> list[Release]:
     common = np.array([result.joints[name].free_angle.value for name in names])
     for recording, trial in zip(motion, result.trials, strict=False):
         shift = result.leg.sign * (trial.free_angle - common)
-        found.append(
-            Release(recording.name, recording.time, trial.rotation - shift, trial.rate, recording.conditions)
-        )
+        found.append(Release(recording.name, recording.time, trial.rotation - shift, trial.rate, recording.conditions))
     return found
-

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from synth.errors import UserError
+from synth.files.options import Prior
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.recordings import Recording
@@ -35,13 +36,15 @@ class FitOptions:
     """How to fit.
 
     ``free_angle``: auto, common or per_trial. ``weight``: noise (each joint by its own residual), amplitude (and each
-    trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known torque-speed curve.
+    trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known torque-speed curve. ``prior``: how far the
+    leg file's own values may be trusted.
     """
 
     free_angle: str = "auto"
     weight: str = "noise"
     curves: Mapping[str, DamperCurve] = field(default_factory=dict)
     seed: int = 0
+    prior: Prior | None = None
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = FitOptions()) -> FitResult:
@@ -49,7 +52,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
 
     Parameters
     ----------
-    leg : links and gravity; its own springs and dampers are not used.
+    leg : links and gravity; its own springs and dampers are not used but by ``options.prior``.
     recordings : at least one; each trial's initial state is estimated with the rest.
 
     Raises
@@ -58,10 +61,12 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
     """
     if not recordings:
         raise UserError("no trial is left to fit: every one is held out")
-    leg = _bare(leg, options.curves)
+    given, leg = leg, _bare(leg, options.curves)
     chain = compiled_chain(len(leg.joints))
     known = [j for j, name in enumerate(leg.joint_names) if name in options.curves]
     unknowns = all_of(chain, leg, damper_known=known)
+    if options.prior is not None:
+        unknowns = replace(unknowns, beliefs=_beliefs(unknowns, given, options.prior))
     model = TrajectoryModel(chain, leg, unknowns)
     values, shifts = _start(model, recordings, options)
     locals_ = _first_locals(recordings)
@@ -113,6 +118,22 @@ def score(
     weights = Weights(np.tile(noise, (len(recordings), 1)), spread)
     solution = solve(model, recordings, values, _first_locals(recordings), weights, fixed=True)
     return solution.locals, solution.predictions
+
+
+def _beliefs(unknowns: SpringsAndDampers, given: Leg, prior: Prior) -> tuple[tuple[int, float, float], ...]:
+    """The user's priors about the leg file's own values: log-normal for rates (their share), normal for angles."""
+    found = []
+    first_damper = len(unknowns.rates) + len(unknowns.rests)
+    for j, joint in enumerate(given.joints):
+        if joint.spring is not None and prior.spring is not None and joint.spring.rate > 0:
+            found.append((unknowns.rates.index(j), float(np.log(joint.spring.rate)), prior.spring**-2))
+        if joint.spring is not None and prior.free_angle is not None:
+            rest = joint.sign * (joint.spring.free_angle - joint.zero)
+            found.append((len(unknowns.rates) + unknowns.rests.index(j), rest, prior.free_angle**-2))
+        if j in unknowns.dampers and joint.damper is not None and joint.damper.rate and prior.damper is not None:
+            place = first_damper + unknowns.dampers.index(j)
+            found.append((place, float(np.log(joint.damper.rate)), prior.damper**-2))
+    return tuple(found)
 
 
 def _bare(leg: Leg, curves: Mapping[str, DamperCurve]) -> Leg:

@@ -24,6 +24,7 @@ from synth.model.leg import Array
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5
+HELD = 1e8  # precision of a log rate that is held where it is
 
 
 @dataclass(frozen=True)
@@ -47,14 +48,14 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     ]
     best = _overall(recordings, solution)
     sentences: list[str] = []
-    pinned: tuple[tuple[int, float], ...] = ()
+    pinned = unknowns.beliefs
     for count, (_, j, k, place) in enumerate(sorted(loose, reverse=True)):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
         high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
         before = np.exp(solution.values[[k, place]])
         for _ in range(BISECTIONS):
             middle = 0.5 * (high + low)
-            at = TrajectoryModel(model.chain, model.leg, replace(unknowns, pinned=(*pinned, (place, middle))))
+            at = TrajectoryModel(model.chain, model.leg, replace(unknowns, beliefs=(*pinned, (place, middle, HELD))))
             values = solution.values.copy()
             values[k] += middle - values[place]
             values[place] = middle
@@ -63,7 +64,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
                 high, solution = middle, found
             else:
                 low = middle
-        pinned = (*pinned, (place, high))
+        pinned = (*pinned, (place, high, HELD))
         after = np.exp(solution.values[[k, place]])
         if after[1] < 0.9 * before[1]:
             name = model.leg.joint_names[j]

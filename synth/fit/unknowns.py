@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -57,7 +57,8 @@ class Unknowns(Protocol):
 class SpringsAndDampers:
     """Log spring rate, rest and log damper rate, in that order, of the joints where each is sought.
 
-    ``rates``, ``rests``, ``dampers`` : joint indices. ``pinned`` : (unknown, value), held there by a sharp prior.
+    ``rates``, ``rests``, ``dampers`` : joint indices. ``beliefs`` : (unknown, mean, precision) of priors that stand in
+    place of the weak ones: the user's, or a sharp one that holds an unknown where it is.
     """
 
     chain: Chain
@@ -65,8 +66,7 @@ class SpringsAndDampers:
     rates: tuple[int, ...]
     rests: tuple[int, ...]
     dampers: tuple[int, ...]
-    pinned: tuple[tuple[int, float], ...] = ()
-    PIN_PRECISION: ClassVar[float] = 1e8
+    beliefs: tuple[tuple[int, float, float], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -109,8 +109,8 @@ class SpringsAndDampers:
             for position, j in enumerate(joints):
                 mean[first + position] = 0.5 * (low[j] + high[j])
                 precision[first + position] = (2 * NORMAL90 / (high[j] - low[j])) ** 2
-        for place, value in self.pinned:
-            mean[place], precision[place] = value, self.PIN_PRECISION
+        for place, value, sharpness in self.beliefs:
+            mean[place], precision[place] = value, sharpness
         return mean, precision
 
     @property

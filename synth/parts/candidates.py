@@ -79,9 +79,7 @@ def _spring_reason(row: TorsionSpringRow, choice: SpringChoice, rate: float) -> 
     return None
 
 
-def damper_candidates(
-    catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str
-) -> Candidates[DamperRow]:
+def damper_candidates(catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str) -> Candidates[DamperRow]:
     """Dampers that turn the right way and far enough (rad).
 
     Raises
