@@ -1,0 +1,9 @@
+"""Pages from result files: one self-contained HTML file each. Reads results; imports nothing from ``synth``."""
+
+from __future__ import annotations
+
+from reports.page import write_fit_report as write_fit_report
+from reports.page import write_leg_report as write_leg_report
+from reports.reading import ReportError as ReportError
+
+__all__ = ["ReportError", "write_fit_report", "write_leg_report"]

@@ -1,0 +1,26 @@
+"""The key to a figure's lines, as a drawing beside words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from reports.figures.palette import Line
+from reports.figures.svg import Svg
+
+
+def swatch(line: Line) -> Markup:
+    """A short piece of the line."""
+    svg = Svg(34, 10, "line style")
+    if line.dots:
+        svg.dots([(x, 5) for x in range(4, 33, 5)], line.width + 0.6, line.colour)
+    else:
+        svg.line((1, 5), (33, 5), line.style)
+    return Markup(str(svg.markup).replace("<svg ", '<svg class="swatch" ', 1))
+
+
+def legend(entries: Sequence[tuple[Line, str]]) -> Markup:
+    """Lines with their names, one after another."""
+    items = Markup("").join(Markup("<span>{}&nbsp;{}</span>").format(swatch(line), name) for line, name in entries)
+    return Markup('<p class="legend">{}</p>').format(items)

@@ -1,0 +1,35 @@
+"""Colours and line styles. Colours are Okabe and Ito's (2008), told apart with any colour vision; in grey the
+dash pattern and the marker still tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+BLACK, GREY, RULE = "#222", "#666", "#d4d8dd"
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9"
+
+
+@dataclass(frozen=True)
+class Line:
+    """How a curve is drawn; ``dots``: as separate points."""
+
+    colour: str
+    width: float = 1.6
+    dash: str = ""
+    dots: bool = False
+
+    @property
+    def style(self) -> str:
+        """SVG attributes."""
+        dash = f' stroke-dasharray="{self.dash}"' if self.dash else ""
+        return f'stroke="{self.colour}" stroke-width="{self.width}"{dash} stroke-linejoin="round"'
+
+
+RECORDED = Line("#8a8f96", 2.2, dots=True)
+FITTED = Line(BLUE)
+WANTED = Line(BLUE)
+BUILT = Line(VERMILION, 1.7, "6 3")
+USED_LAW = Line(BLUE, 2.6)
+OTHER_LAWS = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.5, "2 2.5"), Line(ORANGE, 1.6, "8 3 2 3"), Line(SKY, 1.5, "1 4"))
+SECANT = Line(VERMILION, 1.5, "5 4")

@@ -1,0 +1,132 @@
+"""A page from a result folder: sections in order, one self-contained HTML file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader
+from markupsafe import Markup
+
+from reports import quantities
+from reports.reading import Result, read_result
+from reports.section import Missing, Section
+from reports.sections import (
+    built,
+    damper_curves,
+    equations,
+    estimates,
+    files,
+    inputs,
+    motion,
+    parts,
+    pictures,
+    spring_sheet,
+    summary,
+    warnings,
+)
+
+LEG_SECTIONS: tuple[Section, ...] = (
+    warnings.SECTION,
+    summary.SECTION,
+    inputs.SECTION,
+    estimates.SECTION,
+    motion.SECTION,
+    parts.SECTION,
+    damper_curves.SECTION,
+    built.SECTION,
+    spring_sheet.SECTION,
+    pictures.SECTION,
+    files.SECTION,
+    equations.SECTION,
+)
+FIT_SECTIONS: tuple[Section, ...] = (
+    warnings.SECTION,
+    inputs.SECTION,
+    estimates.SECTION,
+    motion.SECTION,
+    equations.SECTION,
+)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A section as it stands on the page."""
+
+    number: int
+    name: str
+    title: str
+    html: Markup
+
+
+def write_leg_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``design.json`` and the files that it names.
+
+    Parameters
+    ----------
+    folder
+        of a leg design; only files inside it are read.
+
+    Returns
+    -------
+    The page's path. The same folder content gives the same bytes.
+
+    Raises
+    ------
+    ReportError
+        If ``design.json`` is missing or no leg design, or a file that it names is damaged.
+    """
+    return _write(read_result(folder, "design.json", "leg-design"), "Leg design", LEG_SECTIONS)
+
+
+def write_fit_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
+    return _write(read_result(folder, "fit.json", "fit"), "Fit to recorded motion", FIT_SECTIONS)
+
+
+def _write(result: Result, kind: str, sections: Sequence[Section]) -> Path:
+    shown: list[Shown] = []
+    left_out: list[tuple[str, str]] = []
+    environment = _environment()
+    for section in sections:
+        content = section.content(result)
+        if isinstance(content, Missing):
+            left_out.append((section.title, content.why))
+            continue
+        html = environment.get_template(f"{section.name}.html").render(**content, file=result.name)
+        shown.append(Shown(len(shown) + 1, section.name, section.title, Markup(html)))
+    page = environment.get_template("page.html").render(
+        kind=kind,
+        name=result.content.get("name") or "",
+        file=result.name,
+        versions=result.content.get("versions") or {},
+        sections=shown,
+        left_out=left_out,
+        style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
+    )
+    target = result.folder / "report.html"
+    target.write_text(page, encoding="utf-8", newline="\n")
+    return target
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("reports", "templates"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    filters: dict[str, Any] = {
+        "quantity": quantities.text,
+        "interval": quantities.interval_text,
+        "number": quantities.number,
+        "unit": quantities.unit_text,
+    }
+    environment.filters.update(filters)
+    return environment

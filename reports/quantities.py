@@ -1,0 +1,124 @@
+"""Numbers as a reader wants them: as many digits as the interval bears, units in print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from reports.reading import unit_of, value_of
+
+DIGITS = 4  # significant, where no interval says how many are meant
+_UNITS = {"deg": "°", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+# What one of a unit is in SI, for the units that figures must put on one axis.
+_FACTORS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30, "Hz": math.tau}
+_FACTORS |= {"N*m": 1.0, "mN*m": 1e-3, "N*m*s/rad": 1.0, "N*m*s/deg": 180 / math.pi, "N*m/rpm": 30 / math.pi}
+_FACTORS |= {"rad": 1.0, "deg": math.pi / 180, "mm": 1e-3, "m": 1.0, "in": 0.0254, "N*m/rad": 1.0, "1": 1.0}
+_FACTORS |= {"N*m/deg": 180 / math.pi, "N*mm/rad": 1e-3, "percent": 0.01, "s": 1.0, "ms": 1e-3}
+
+
+def in_si(quantity: object) -> float | None:
+    """A quantity in SI and radians; None where there is none or its unit is not one that figures use."""
+    value, factor = value_of(quantity), _FACTORS.get(unit_of(quantity))
+    return None if value is None or factor is None else value * factor
+
+
+def factor(unit: str) -> float | None:
+    """What one ``unit`` is in SI, None for a unit that figures do not use."""
+    return _FACTORS.get(unit)
+
+
+def unit_text(unit: str) -> str:
+    """``N*m*s/rad`` as ``N·m·s/rad``, ``deg`` as ``°``, ``1`` as nothing."""
+    if unit in _UNITS:
+        return _UNITS[unit]
+    return unit.replace("*", "·").replace("^2", "²").replace("^3", "³")
+
+
+def number(value: float | None, digits: int = DIGITS) -> str:
+    """A number with so many significant digits; a dash for None."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    if not -4 <= exponent < 6:
+        mantissa, power = f"{value:.{digits - 1}e}".split("e")
+        return f"{_minus(mantissa)}·10{str(int(power)).translate(_RAISED)}"
+    return _minus(f"{value:.{max(0, digits - 1 - exponent)}f}")
+
+
+def with_decimals(value: float | None, decimals: int | None) -> str:
+    """A number with so many decimals, or ``number`` where they are None."""
+    if value is None or decimals is None:
+        return number(value)
+    text = _minus(f"{value:.{decimals}f}")
+    return text[1:] if text.startswith("−") and not text.strip("−0.") else text
+
+
+def decimals_of(quantity: object) -> int | None:
+    """Decimals that the 90 % interval bears: two digits of its half width. None where ``number`` should decide."""
+    interval = interval_of(quantity)
+    value = value_of(quantity)
+    if interval is None or value is None or None in interval:
+        return None
+    low, high = interval
+    assert low is not None
+    assert high is not None
+    half = (high - low) / 2
+    if not half > 0.0 or not -4 <= math.floor(math.log10(max(abs(value), half))) < 6:
+        return None
+    wanted = 1 - math.floor(math.log10(half))
+    most = 5 - math.floor(math.log10(max(abs(value), half)))  # never more than six digits
+    return max(0, min(wanted, most))
+
+
+def interval_of(quantity: object) -> tuple[float | None, float | None] | None:
+    """The two ends of the 90 % interval, an open end None; None where there is no interval."""
+    interval = quantity.get("interval90") if isinstance(quantity, Mapping) else None
+    if not isinstance(interval, (list, tuple)) or len(interval) != 2:
+        return None
+    return interval[0], interval[1]
+
+
+def value_text(quantity: object) -> str:
+    """The number alone."""
+    return with_decimals(value_of(quantity), decimals_of(quantity))
+
+
+def interval_text(quantity: object) -> str:
+    """``9.71 to 10.11``, ``above 9.71``; empty without an interval."""
+    interval = interval_of(quantity)
+    if interval is None:
+        return ""
+    low, high = (with_decimals(end, decimals_of(quantity)) for end in interval)
+    if interval[0] is None and interval[1] is None:
+        return "not known at all"
+    if interval[0] is None:
+        return f"below {high}"
+    return f"above {low}" if interval[1] is None else f"{low} to {high}"
+
+
+def text(quantity: object) -> str:
+    """``1.71 N·m/rad`` with a space that does not break, ``12°`` without."""
+    if value_of(quantity) is None:
+        return "–"
+    unit = unit_text(unit_of(quantity))
+    return value_text(quantity) + (unit if unit in ("°", "") else f"\u00a0{unit}")
+
+
+def percent(part: float | None, whole: float | None) -> str:
+    """How far ``part`` is from ``whole``, signed, ``+4.9 %``; a dash where either is missing or ``whole`` is 0."""
+    if part is None or not whole:
+        return "–"
+    share = 100.0 * (part / whole - 1.0)
+    decimals = 1 if abs(share) < 10 else 0
+    shown = f"{abs(share):.{decimals}f}\u00a0%"
+    if not shown.strip("0.\u00a0%"):
+        return "0\u00a0%"
+    return ("+" if share > 0 else "−") + shown
+
+
+def _minus(written: str) -> str:
+    return written.replace("-", "−")

@@ -1,0 +1,126 @@
+"""Read what a result folder holds: the JSON, its CSV tables and its pictures; nothing outside the folder."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+Json = dict[str, Any]
+
+_HEADER = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*")
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+class ReportError(Exception):
+    """A result folder that no report can be made of, with the file and what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A CSV file's columns by name, with units; nan where a cell is empty."""
+
+    columns: Mapping[str, list[float]]
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Result:
+    """A result folder: ``content`` is the parsed JSON file called ``name``."""
+
+    folder: Path
+    name: str
+    content: Json
+    _tables: dict[str, Table | None] = field(default_factory=dict, compare=False)
+
+    def path(self, relative: str) -> Path | None:
+        """The file of that relative path, or None where there is none or it lies outside the folder."""
+        found = (self.folder / relative).resolve()
+        return found if found.is_relative_to(self.folder.resolve()) and found.is_file() else None
+
+    def table(self, relative: str) -> Table | None:
+        """The CSV file of that relative path, read once; None where there is none."""
+        if relative not in self._tables:
+            path = self.path(relative)
+            self._tables[relative] = None if path is None else read_table(path)
+        return self._tables[relative]
+
+    def files(self, folder: str) -> list[str]:
+        """Relative paths of the CSV files directly in a folder of the result, by name."""
+        return sorted(f"{folder}/{path.name}" for path in (self.folder / folder).glob("*.csv") if path.is_file())
+
+
+def read_result(folder: Path, name: str, kind: str) -> Result:
+    """Read ``folder/name``, a result of format ``synth/KIND/N``.
+
+    Raises
+    ------
+    ReportError
+        If it is missing, no JSON, or of another format.
+    """
+    path = folder / name
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ReportError(f"{path}: is missing") from None
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise ReportError(f"{path}: is not valid JSON: {error}") from None
+    if not isinstance(content, dict) or not re.fullmatch(rf"synth/{kind}/\d+", str(content.get("format"))):
+        found = content.get("format") if isinstance(content, dict) else None
+        raise ReportError(f"{path}: its format is {found!r}, where synth/{kind}/1 is needed")
+    return Result(folder, name, content)
+
+
+def read_table(path: Path) -> Table:
+    """Read a CSV file whose headers are ``name [unit]``.
+
+    Raises
+    ------
+    ReportError
+        If a header has no unit, a row another length, or a cell is no number.
+    """
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        rows = csv.reader(stream)
+        headers = [_HEADER.fullmatch(text) for text in next(rows, [])]
+        if not headers or None in headers:
+            raise ReportError(f"{path}: its headers are not all of the form name [unit]")
+        try:
+            records = [[float(cell) if cell.strip() else math.nan for cell in row] for row in rows if row]
+        except ValueError as error:
+            raise ReportError(f"{path}:{rows.line_num}: {error}") from None
+    if any(len(record) != len(headers) for record in records):
+        raise ReportError(f"{path}: its rows are not all {len(headers)} cells long")
+    names = [(match.group(1), match.group(2)) for match in headers if match]
+    columns = list(map(list, zip(*records, strict=True))) if records else [[] for _ in names]
+    return Table({name: column for (name, _), column in zip(names, columns, strict=True)}, dict(names))
+
+
+def png_uri(path: Path) -> str:
+    """A PNG picture as a data URI.
+
+    Raises
+    ------
+    ReportError
+        If the file is no PNG.
+    """
+    data = path.read_bytes()
+    if not data.startswith(_PNG):
+        raise ReportError(f"{path}: is no PNG picture")
+    return "data:image/png;base64," + base64.b64encode(data).decode("ascii")
+
+
+def value_of(quantity: object) -> float | None:
+    """The number of a ``{"value", "unit"}``, None where there is none."""
+    value = quantity.get("value") if isinstance(quantity, Mapping) else None
+    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+
+def unit_of(quantity: object) -> str:
+    """The unit of a ``{"value", "unit"}``, empty where there is none."""
+    return str(quantity.get("unit", "")) if isinstance(quantity, Mapping) else ""

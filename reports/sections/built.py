@@ -1,0 +1,66 @@
+"""What the chosen parts do to the motion: wanted against built, trial by trial."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from reports.figures.legend import legend
+from reports.figures.palette import BUILT, RECORDED, WANTED
+from reports.figures.trials import shared_limits, trial_figure
+from reports.quantities import number, unit_text
+from reports.reading import Json, Result
+from reports.responses import Response, extremes, read_response
+from reports.section import Missing, Section, mapping, sequence
+
+FOLDER = "responses/target"
+_LINES = {"animal": RECORDED, "wanted": WANTED, "built": BUILT}
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Figures of the trials to show, errors by joint and the other sets of parts."""
+    response = mapping(result.content, "response")
+    files = result.files(FOLDER)
+    if not files and not response:
+        return Missing(f"design.json has no response and there is no file in {FOLDER}")
+    read = {file: found for file in files if (found := read_response(result, file)) is not None}
+    shown = extremes(files, {file: _error(found) for file, found in read.items()})
+    alternatives = [item for item in sequence(response, "alternatives") if isinstance(item, dict)]
+    return {
+        "figures": _figures([read[file] for file in shown]),
+        "legend": legend([(RECORDED, "animal, scaled"), (WANTED, "wanted"), (BUILT, "built")]),
+        "folder": FOLDER,
+        "total": len(files),
+        "shown": len(shown),
+        "errors": mapping(response, "wanted_to_built"),
+        "alternatives": alternatives,
+        "joints": list(mapping(result.content, "joints")),
+    }
+
+
+def _error(response: Response) -> float:
+    """The trial's largest RMS over joints between wanted and built."""
+    found = [response.rms(joint, "wanted", "built") for joint in response.joints("wanted")]
+    return max((value for value in found if value is not None), default=math.inf)
+
+
+def _figures(responses: list[Response]) -> list[Json]:
+    drawn = []
+    for response in responses:
+        panels = []
+        for joint in response.joints("wanted"):
+            rms = response.rms(joint, "wanted", "built")
+            unit = unit_text(response.unit(joint, "wanted"))
+            remark = "" if rms is None else f"rms {number(rms, 3)}{unit}"
+            if (panel := response.panel(joint, _LINES, remark)) is not None:
+                panels.append(panel)
+        if panels:
+            drawn.append((response, panels))
+    limits = shared_limits([panel for _, panels in drawn for panel in panels])
+    return [
+        {"trial": response.name, "svg": trial_figure(f"{response.name}: wanted and built angles", panels, limits)}
+        for response, panels in drawn
+    ]
+
+
+SECTION = Section("built", "Wanted against built response", content)

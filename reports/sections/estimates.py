@@ -1,0 +1,117 @@
+"""Wanted spring rate, damper rate and free angle, how well they are known, and what the free angle's treatment does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.intervals import Row, interval_figure
+from reports.quantities import in_si, interval_of, percent
+from reports.reading import Json, Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+# Stage -> what it is. A fit.json is a stage of its own, under the empty name.
+_STAGES = {
+    "source": "the recorded leg: its own links, its own time",
+    "target": "wanted: the robot's links, moving like the recorded leg in scaled time",
+    "refit": "spring and free angle again, with the chosen dampers' curves in the model",
+    "": "the recorded leg",
+}
+_RATES = (("spring_rate", "k"), ("damper_rate", "b"))
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Estimates by joint and stage, the free angle's variants by stage, and what is not separable."""
+    fits = stages_of(result)
+    if not fits:
+        return Missing(f"{result.name} holds no fit")
+    joints = list(dict.fromkeys(name for fit in fits.values() for name in mapping(fit, "joints")))
+    rows = []
+    for joint in joints:
+        stages = [_row(stage, fit, joint) for stage, fit in fits.items() if joint in mapping(fit, "joints")]
+        rows.append({"name": joint, "stages": stages})
+    return {
+        "joints": rows,
+        "stages": [{"name": stage, "what": _STAGES[stage]} for stage in fits],
+        "single": "" in fits,
+        "choices": [choice for stage, fit in fits.items() if (choice := _choice(stage, fit))],
+        "not_separable": _not_separable(fits),
+    }
+
+
+def stages_of(result: Result) -> dict[str, Json]:
+    """The fits of a result by stage, in the order in which they were made."""
+    if "stages" not in result.content:
+        return {"": result.content} if mapping(result.content, "joints") else {}
+    found = {stage: mapping(result.content, "stages", stage) for stage in ("source", "target", "refit")}
+    return {stage: fit for stage, fit in found.items() if mapping(fit, "joints")}
+
+
+def _row(stage: str, fit: Json, joint: str) -> Json:
+    return {
+        "stage": stage or "fit",
+        "wanted": stage == "target",
+        "estimates": mapping(fit, "joints", joint),
+        "rms": mapping(fit, "rms").get(joint),
+        "noise": mapping(fit, "noise").get(joint),
+    }
+
+
+def _choice(stage: str, fit: Json) -> Json | None:
+    """The free angle's variants of one stage beside each other; None where there is nothing to compare."""
+    free = mapping(fit, "free_angle")
+    variants = [variant for variant in sequence(free, "variants") if isinstance(variant, dict)]
+    mode = free.get("mode")
+    if len(variants) < 2:
+        return {"stage": stage, "mode": mode, "why": free.get("why"), "table": [], "figure": None} if mode else None
+    used = next((variant for variant in variants if variant.get("free_angle") == mode), variants[0])
+    table = []
+    for joint in mapping(fit, "joints"):
+        for variant in variants:
+            entry: Json = {"joint": joint, "free_angle": variant.get("free_angle"), "used": variant is used}
+            for key, _ in _RATES:
+                quantity = mapping(variant, key).get(joint)
+                entry[key] = quantity
+                reference = value_of(mapping(used, key).get(joint))
+                entry[f"{key}_off"] = "" if variant is used else percent(value_of(quantity), reference)
+            entry["rms"] = mapping(variant, "rms").get(joint)
+            entry["spread"] = mapping(variant, "free_angle_spread").get(joint)
+            table.append(entry)
+    figure = _figure(stage, list(mapping(fit, "joints")), variants, used)
+    return {"stage": stage, "mode": mode, "why": free.get("why"), "table": table, "figure": figure}
+
+
+def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> Markup | None:
+    """Rates of each variant over those of the one used."""
+    rows: list[Row] = []
+    for joint in joints:
+        first = True
+        for key, symbol in _RATES:
+            reference = in_si(mapping(used, key).get(joint))
+            if not reference:
+                continue
+            for group, variant in enumerate(variants):
+                quantity = mapping(variant, key).get(joint)
+                value = in_si(quantity)
+                if value is None:
+                    continue
+                scale = value / (value_of(quantity) or 1.0) / reference
+                low, high = interval_of(quantity) or (None, None)
+                label = f"{joint} {symbol}, {str(variant.get('free_angle')).replace('_', ' ')}"
+                ends = (None if low is None else low * scale, None if high is None else high * scale)
+                rows.append(Row(label, group, value / reference, *ends, first))
+                first = False
+    title = f"Spring and damper rates by treatment of the free angle{f', stage {stage}' if stage else ''}"
+    return interval_figure(title, "rate over that of the treatment used", rows) if rows else None
+
+
+def _not_separable(fits: dict[str, Json]) -> list[Json]:
+    found: dict[str, list[str]] = {}
+    for stage, fit in fits.items():
+        for sentence in sequence(fit, "not_separable"):
+            found.setdefault(str(sentence), []).append(stage)
+    return [{"text": text, "stages": [stage for stage in stages if stage]} for text, stages in found.items()]
+
+
+SECTION = Section("estimates", "Spring rate, damper rate and free angle", content)

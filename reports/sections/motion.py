@@ -1,0 +1,111 @@
+"""Measured against fitted motion, trial by trial, and the response characteristics."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from reports.figures.legend import legend
+from reports.figures.palette import FITTED, RECORDED
+from reports.figures.trials import shared_limits, trial_figure
+from reports.quantities import number, text, unit_text
+from reports.reading import Json, Result, value_of
+from reports.responses import MOST_TRIALS, Response, extremes, file_of, read_response
+from reports.section import Missing, Section, fit_key, fit_of, mapping, sequence
+
+FOLDER = "responses/source"
+_LINES = {"measured": RECORDED, "fitted": FITTED}
+_CHARACTERISTICS = ("rise_time", "damping_ratio", "damped_frequency", "overshoot", "settling_time", "initial_rate")
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Figures of the trials to show and the table of all."""
+    fit = fit_of(result)
+    trials = [trial for trial in sequence(fit, "trials") if isinstance(trial, dict)]
+    files = result.files(FOLDER)
+    if not trials and not files:
+        return Missing(f"{result.name} names no trial and there is no file in {FOLDER}")
+    if not trials:
+        trials = [{"file": file} for file in files]
+    names = [str(trial.get("file")) for trial in trials]
+    shown = extremes(names, {name: _error(trial) for name, trial in zip(names, trials, strict=True)})
+    responses = {name: _response(result, name, files) for name in shown}
+    joints = list(mapping(fit, "joints")) or _joints(responses)
+    rows, notes = _table(trials, joints)
+    out = mapping(result.content, "held_out")
+    return {
+        "figures": _figures({str(trial.get("file")): trial for trial in trials}, responses, joints),
+        "absent": [name for name, response in responses.items() if response is None],
+        "legend": legend([(RECORDED, "measured"), (FITTED, "fitted")]),
+        "folder": FOLDER,
+        "total": len(trials),
+        "shown": len(shown),
+        "rows": [row for row in rows if row["trial"] in shown],
+        "rest": [row for row in rows if row["trial"] not in shown] if len(trials) > MOST_TRIALS else [],
+        "notes": notes,
+        "prefix": fit_key(result),
+        "held_out": out,
+        "joints": joints,
+    }
+
+
+def _error(trial: Json) -> float:
+    values = [value for q in mapping(trial, "rms").values() if (value := value_of(q)) is not None]
+    return math.sqrt(sum(value**2 for value in values) / len(values)) if values else math.inf
+
+
+def _response(result: Result, trial: str, files: list[str]) -> Response | None:
+    file = file_of(trial, files)
+    return None if file is None else read_response(result, file)
+
+
+def _joints(responses: dict[str, Response | None]) -> list[str]:
+    return list(dict.fromkeys(joint for r in responses.values() if r for joint in r.joints("measured")))
+
+
+def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joints: list[str]) -> list[Json]:
+    found = []
+    for name, response in responses.items():
+        if response is None:
+            continue
+        panels = []
+        for joint in joints:
+            stated = mapping(trials[name], "rms").get(joint)
+            own = response.rms(joint, "measured", "fitted")
+            unit = unit_text(response.unit(joint, "fitted"))
+            remark = f"rms {text(stated)}" if stated else ("" if own is None else f"rms {number(own, 3)}{unit}")
+            if (panel := response.panel(joint, _LINES, remark)) is not None:
+                panels.append(panel)
+        if panels:
+            found.append((name, response, panels))
+    limits = shared_limits([panel for _, _, panels in found for panel in panels])
+    return [
+        {
+            "trial": name,
+            "file": response.file,
+            "held_out": bool(trials[name].get("held_out")),
+            "svg": trial_figure(f"{name}: measured and fitted angles", panels, limits),
+        }
+        for name, response, panels in found
+    ]
+
+
+def _table(trials: list[Json], joints: list[str]) -> tuple[list[Json], list[str]]:
+    """Rows by trial and joint, and the remarks that their letters stand for."""
+    rows: list[Json] = []
+    notes: list[str] = []
+    for trial in trials:
+        for joint in joints:
+            validity = mapping(trial, "damping_ratio_validity").get(joint)
+            if validity and validity != "valid" and validity not in notes:
+                notes.append(str(validity))
+            row: Json = {key: mapping(trial, key).get(joint) for key in (*_CHARACTERISTICS, "rms", "free_angle")}
+            row |= {"trial": str(trial.get("file")), "joint": joint, "held_out": bool(trial.get("held_out"))}
+            row["note"] = notes.index(str(validity)) + 1 if validity in notes else None
+            row["first"] = not rows or rows[-1]["trial"] != row["trial"]
+            if any(row[key] is not None for key in (*_CHARACTERISTICS, "rms")):
+                rows.append(row)
+    return rows, notes
+
+
+SECTION = Section("motion", "Measured against fitted motion", content)

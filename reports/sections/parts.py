@@ -1,0 +1,45 @@
+"""The chosen parts, where they come from, and what the next best would cost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.quantities import percent
+from reports.reading import Json, Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Spring, damper, alternatives and what was left out, by joint."""
+    joints = mapping(result.content, "joints")
+    rows = [_joint(name, joint) for name, joint in joints.items() if isinstance(joint, Mapping)]
+    if not any(row["spring"] or row["damper"] for row in rows):
+        return Missing("design.json names no part")
+    return {"joints": rows}
+
+
+def _joint(name: str, joint: Mapping[str, Any]) -> Json:
+    spring = mapping(joint, "spring")
+    wanted = mapping(joint, "refit").get("spring_rate") or mapping(joint, "wanted").get("spring_rate")
+    alternatives = [dict(item) for item in sequence(joint, "spring_alternatives") if isinstance(item, Mapping)]
+    for item in alternatives:
+        item["off"] = percent(value_of(item.get("rate")), value_of(wanted))
+    made = mapping(spring, "make")
+    return {
+        "name": name,
+        "spring": {} if made else spring,
+        "made": made,
+        "no_spring": "make" in spring and not made,
+        "wanted": mapping(joint, "wanted"),
+        "wanted_rate": wanted,
+        "off": percent(value_of(spring.get("rate")), value_of(wanted)),
+        "damper": mapping(joint, "damper"),
+        "arm_offset": joint.get("arm_offset"),
+        "springs": alternatives,
+        "dampers": [item for item in sequence(joint, "damper_alternatives") if isinstance(item, Mapping)],
+        "left_out": {kind: found for kind in ("springs", "dampers") if (found := mapping(joint, "left_out", kind))},
+    }
+
+
+SECTION = Section("parts", "Chosen parts", content)

@@ -1,0 +1,46 @@
+"""Pictures of the parts, with the arm offset that they were made for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.reading import Result, png_uri
+from reports.section import Missing, Section, mapping, sequence
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """PNG pictures as data URIs; the first, or the assembly, large."""
+    named = [item for item in sequence(result.content, "pictures") if isinstance(item, Mapping)]
+    if not named:
+        return Missing("design.json names no picture")
+    shown, absent = [], []
+    for item in named:
+        name = str(item.get("path"))
+        path = result.path(name)
+        if path is None or path.suffix.lower() != ".png":
+            absent.append(name)
+        else:
+            shown.append({"path": name, "caption": item.get("caption") or name, "uri": png_uri(path)})
+    for index, picture in enumerate(shown):
+        picture["large"] = "assembly" in picture["path"] or (index == 0 and len(shown) % 2 == 1)
+    joints = mapping(result.content, "joints")
+    offsets = {name: joint.get("arm_offset") for name, joint in joints.items() if isinstance(joint, Mapping)}
+    frees = {name: _free_angle(joint) for name, joint in joints.items()}
+    included = {name: mapping(joint, "spring").get("included_angle") or
+                mapping(joint, "spring", "make").get("included_angle") for name, joint in joints.items()}  # fmt: skip
+    rows = [
+        {"name": name, "offset": offset, "free": frees[name], "included": included[name]}
+        for name, offset in offsets.items()
+        if offset
+    ]
+    return {"pictures": shown, "absent": absent, "offsets": rows}
+
+
+def _free_angle(joint: object) -> object:
+    """The free angle that the parts are made for."""
+    spring = mapping(joint, "spring").get("free_angle")
+    return spring or mapping(joint, "refit").get("free_angle") or mapping(joint, "wanted").get("free_angle")
+
+
+SECTION = Section("pictures", "Pictures of the parts", content)

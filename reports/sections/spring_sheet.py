@@ -1,0 +1,137 @@
+"""The sheet of a spring to make, or why none can be made and the nearest that can."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.spring_drawing import Spring, spring_drawing
+from reports.quantities import in_si, text
+from reports.reading import Json, Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+# Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
+WIND = (
+    ("wire_diameter", "wire diameter d", ""), ("mean_diameter", "mean coil diameter D", "E12"),
+    ("outer_diameter", "outside diameter, widest", "E16"), ("inside_diameter", "inside diameter, free", "E16"),
+    ("body_coils", "coils of the body", "E17"), ("included_angle", "included angle of the free arms", "E17"),
+    ("body_length", "body length, free", "E16"), ("wound_body_length", "body length at full travel", "E16"),
+    ("wire_length", "wire length", "E16"), ("mass", "mass", "E16"),
+)  # fmt: skip
+ACT = (
+    ("rate", "spring rate", "E12"), ("rate_bending_form", "rate, bending form", "E12"),
+    ("rate_friction_form", "rate, friction form", "E12"), ("active_coils", "active coils, arms included", "E13"),
+    ("elastic_modulus", "elastic modulus E", ""), ("travel", "travel, winding", ""),
+    ("opening_travel", "travel, opening", ""), ("moment", "moment at full travel", "E2"),
+    ("energy", "energy at full travel", "E12"),
+)  # fmt: skip
+LAST = (
+    ("stress", "bending stress at full travel", "E14"), ("allowed_stress", "allowed stress", "E15"),
+    ("yield_stress", "yield stress in bending", "E15"), ("tensile_strength", "tensile strength", "E15"),
+    ("safety", "yield over stress", "E15"), ("free_travel", "travel to yield", "E15"),
+    ("index", "spring index D/d", "E14"), ("curvature_factor", "curvature factor", "E14"),
+    ("arbor_diameter", "arbor diameter", ""), ("wound_inside_diameter", "inside diameter at full travel", "E16"),
+    ("arbor_clearance", "clearance on the arbor at full travel", "E16"),
+)  # fmt: skip
+_COMPARED = ("wire_diameter", "mean_diameter", "outer_diameter", "active_coils", "rate", "stress", "allowed_stress",
+             "travel", "free_travel", "body_length", "wound_body_length", "mass")  # fmt: skip
+_KINDS = {"more_room": "more room", "parallel": "several in parallel", "smaller_travel": "a smaller travel"}
+_KINDS |= {"other_material": "another wire"}
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """A sheet for each joint whose spring is to be made."""
+    sheets = []
+    for name, joint in mapping(result.content, "joints").items():
+        spring = mapping(joint, "spring")
+        if "make" in spring or "binding" in spring or "nearest" in spring:
+            sheets.append(_sheet(name, spring, mapping(joint, "wanted")))
+    return {"sheets": sheets} if sheets else Missing("no joint's spring is to be made: all are bought")
+
+
+def _sheet(name: str, spring: Json, wanted: Json) -> Json:
+    make = mapping(spring, "make")
+    nearest = [item for item in sequence(spring, "nearest") if isinstance(item, Mapping)]
+    options: list[Json] = []
+    for index, item in enumerate(nearest):
+        design = mapping(item, "make")
+        kind = _KINDS.get(str(item.get("kind")), str(item.get("kind")).replace("_", " "))
+        drawing = drawing_of(f"{name}, {kind}: the spring", design)
+        key = f"joints.{name}.spring.nearest[{index}].make"
+        options.append({"kind": kind, "text": item.get("text"), "make": design, "drawing": drawing, "key": key})
+    return {
+        "name": name,
+        "wanted": wanted.get("spring_rate"),
+        "make": make,
+        "groups": _groups(make),
+        "notes": [*sequence(make, "violations"), *sequence(make, "warnings")],
+        "count": make.get("count") or 1,
+        "drawing": drawing_of(f"{name}: the spring to make", make),
+        "binding": sequence(spring, "binding"),
+        "nearest": options,
+        "compared": [
+            {"label": label, "values": [text(mapping(option, "make").get(key)) for option in options]}
+            for key, label, _ in (*WIND, *ACT, *LAST)
+            if key in _COMPARED and any(key in option["make"] for option in options)
+        ],
+    }
+
+
+def _groups(make: Json) -> list[Json]:
+    """The sheet's rows in three groups; quantities that this page has no words for come last under their key."""
+    if not make:
+        return []
+    known = {key for key, _, _ in (*WIND, *ACT, *LAST)}
+    others = tuple(
+        (key, key.replace("_", " "), "")
+        for key, value in make.items()
+        if key not in known and value_of(value) is not None
+    )
+    groups = []
+    for title, keys in (("To wind", WIND), ("What it does", ACT), ("How it lasts", LAST), ("More", others)):
+        rows = [
+            {"label": label, "key": key, "quantity": make[key], "equation": equation}
+            for key, label, equation in keys
+            if value_of(make.get(key)) is not None
+        ]
+        if title == "To wind":
+            legs = sequence(make, "leg_lengths")
+            shown = " and ".join(text(leg) for leg in legs)
+            if shown:
+                rows.append({"label": "straight arms", "key": "leg_lengths", "text": shown, "equation": ""})
+        if rows:
+            groups.append({"title": title, "rows": rows})
+    return groups
+
+
+def drawing_of(title: str, make: Json) -> Markup | None:
+    """The drawing, or None where a dimension that it needs is missing."""
+    wire, mean, angle = (in_si(make.get(key)) for key in ("wire_diameter", "mean_diameter", "included_angle"))
+    body = in_si(make.get("body_length"))
+    if not wire or not mean or angle is None or not body:
+        return None
+    coils = value_of(make.get("body_coils"))
+    legs = _legs(sequence(make, "leg_lengths"))
+    arbor = in_si(make.get("arbor_diameter"))
+    spring = Spring(
+        wire * 1e3,
+        mean * 1e3,
+        coils if coils is not None else max(1.0, body / wire - 1.0),
+        angle % math.tau,
+        legs if legs is not None else (mean * 1e3, mean * 1e3),
+        body * 1e3,
+        str(make.get("leg_convention") or "tangent"),
+        None if arbor is None else arbor * 1e3,
+    )
+    return spring_drawing(title, spring)
+
+
+def _legs(lengths: Sequence[object]) -> tuple[float, float] | None:
+    found = [length for quantity in lengths if (length := in_si(quantity)) is not None]
+    return (found[0] * 1e3, found[1] * 1e3) if len(found) == 2 else None
+
+
+SECTION = Section("spring-sheet", "Springs to make", content)
