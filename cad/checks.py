@@ -282,12 +282,28 @@ def check_joint(joint: BuiltJoint, link: BuiltPart | None = None) -> tuple[Check
     return tuple(results)
 
 
+def check_links(leg: BuiltLeg) -> list[CheckResult]:
+    """Each link's tube ends free in the next joint's upper socket, reaching its bottom."""
+    results = []
+    for joint, link, following in zip(leg.joints, leg.links, leg.joints[1:], strict=False):
+        # Tube and next upper half share the link's line: the next frame lies one link length further down.
+        tube = link.mesh.turned(0.0, (0.0, joint.dimensions.link_length, 0.0))
+        upper = following.part("upper")
+        volume = float((_manifold(tube) ^ _manifold(upper.mesh)).volume())
+        results.append(_at_most("overlap", link.name, volume, OVERLAP_LIMIT, "mm^3", f"with {upper.name}"))
+        gap = abs(float(tube.vertices[:, 1].min()) - following.layout.upper_bottom)
+        results.append(
+            _at_most("seat", link.name, gap, 1e-6, "mm", f"tube's end to the bottom of {upper.name}'s socket")
+        )
+    return results
+
+
 def check_leg(leg: BuiltLeg) -> tuple[CheckResult, ...]:
-    """Every gate of every joint."""
+    """Every gate of every joint, and of the links between them."""
     results: list[CheckResult] = []
     for joint, link in zip(leg.joints, leg.links, strict=True):
         results += check_joint(joint, link)
-    return tuple(results)
+    return (*results, *check_links(leg))
 
 
 def require(results: tuple[CheckResult, ...]) -> None:

@@ -1,0 +1,134 @@
+"""Dimensions: ranges, reasons, the arm offset, and the coil count that an included angle needs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cad import (
+    DamperDimensions,
+    DimensionError,
+    JointDimensions,
+    LegDimensions,
+    SpringDimensions,
+    arm_offset,
+    clear_upper_arm_angle,
+    included_angle_of,
+)
+from cad.dimensions import check, coil_fraction
+from cad.layout import lay_out, lay_out_leg, loaded_diameter
+
+SPRING = SpringDimensions(3.429, 26.035, 7.17, 120.0)
+KNEE = JointDimensions("knee", SPRING, 111.0, 119.0)
+
+
+def test_arm_offset_has_the_thesis_values():
+    # Section 4.2 of the thesis: ankle 139 - 120 = +19, knee 111 - 120 = -9 deg.
+    assert arm_offset(139.0, 120.0) == 19.0
+    assert arm_offset(111.0, 120.0) == -9.0
+    assert KNEE.arm_offset == -9.0
+
+
+@given(st.floats(6.0, 354.0), st.integers(1, 20))
+def test_coils_and_included_angle_are_each_other_s_inverse(angle, whole):
+    assert included_angle_of(whole + coil_fraction(angle)) == pytest.approx(angle, abs=1e-9)
+
+
+def test_catalogue_coils_move_to_the_nominal_angle():
+    # Lee's 7.17 coils at "120 deg" make 118.8 deg with tangent arms; 7 + (180 - 120)/360 makes 120.
+    assert included_angle_of(7.17) == pytest.approx(118.8)
+    assert pytest.approx(7 + 60 / 360) == SPRING.drawn_coils
+    assert included_angle_of(1.04) == pytest.approx(165.6)
+
+
+def test_the_thesis_hip_contradicts_itself():
+    with pytest.raises(DimensionError, match=r"coils = 1.04.*tangent arms at 105 deg"):
+        check(SpringDimensions(4.7625, 36.5, 1.04, 105.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"wire_diameter": 40.0}, "wire_diameter = 40: allowed is 0.2 to 12 mm"),
+        ({"wire_diameter": float("nan")}, "wire_diameter"),
+        ({"wire_diameter": "3 mm"}, "wire_diameter = '3 mm'"),
+        ({"mean_diameter": 8.0}, "mean_diameter = 8.*spring index"),
+        ({"pitch": 3.4}, "pitch = 3.4.*through each other"),
+        ({"hand": "both"}, "hand = 'both'"),
+    ],
+)
+def test_a_spring_that_cannot_be_is_refused_by_name(change, named):
+    with pytest.raises(DimensionError, match=named):
+        check(replace(SPRING, **change))
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"clearance": -0.4}, r"knee\.clearance = -0.4: allowed is 0.1 to 2 mm"),
+        ({"shaft_diameter": 25.0}, r"knee\.shaft_diameter = 25.*the coil closes to an inner diameter"),
+        ({"range": (20.0, 160.0)}, r"knee\.range.*the links would meet"),
+        ({"range": (160.0, 60.0)}, r"knee\.range"),
+        ({"rest_angle": 10.0}, r"knee\.rest_angle = 10"),
+        ({"sign": 0}, r"knee\.sign = 0"),
+        ({"name": "../knee"}, "name = '../knee'"),
+        ({"name": "<b>"}, "name = '<b>'"),
+        ({"upper_arm_angle": 110.0}, r"knee\.upper_arm_angle = 110.*lower link"),
+        ({"spring": replace(SPRING, arm_length=12.0)}, r"knee\.spring\.arm_length = 12: allowed is at least 21\."),
+        ({"damper": DamperDimensions(40.0, 16.0, 40.0)}, r"knee\.damper\.bolt_circle = 40: allowed is at least 45.4"),
+        ({"tube_wall": 10.0}, r"knee\.tube_wall"),
+    ],
+)
+def test_a_joint_that_cannot_be_is_refused_by_name(change, named):
+    with pytest.raises(DimensionError, match=named):
+        lay_out(replace(KNEE, **change))
+
+
+def test_every_problem_is_reported_at_once():
+    bad = replace(KNEE, clearance=-1.0, wall=50.0, spring=replace(SPRING, wire_diameter=-1.0))
+    with pytest.raises(DimensionError) as caught:
+        lay_out_leg(LegDimensions("leg", (bad, bad)))
+    named = {problem.dimension for problem in caught.value.problems}
+    assert {"knee.clearance", "knee.wall", "knee.spring.wire_diameter", "name"} <= named
+
+
+def test_a_link_shorter_than_its_hinges_is_refused():
+    with pytest.raises(DimensionError, match=r"knee\.link_length = 90: allowed is at least") as caught:
+        lay_out_leg(LegDimensions("leg", (replace(KNEE, link_length=90.0), replace(KNEE, name="ankle"))))
+    least = float(caught.value.problems[0].allowed.split()[-2])
+    lay_out_leg(LegDimensions("leg", (replace(KNEE, link_length=least + 0.1), replace(KNEE, name="ankle"))))
+
+
+def test_the_shortest_arm_that_is_named_is_enough():
+    with pytest.raises(DimensionError) as caught:
+        lay_out(replace(KNEE, spring=replace(SPRING, arm_length=5.0)))
+    least = float(caught.value.problems[0].allowed.split()[-2])
+    lay_out(replace(KNEE, spring=replace(SPRING, arm_length=least + 0.01)))
+
+
+def test_a_joint_measured_from_the_straight_leg_gets_a_clear_upper_arm():
+    straight = replace(KNEE, zero_angle=0.0, free_angle=-20.0, rest_angle=-20.0, range=(-60.0, 20.0))
+    with pytest.raises(DimensionError, match="upper_arm_angle"):
+        lay_out(straight)
+    assert clear_upper_arm_angle(straight) == -180.0
+    assert clear_upper_arm_angle(KNEE) == 0.0
+
+
+@given(st.floats(-60.0, 60.0))
+def test_a_closing_coil_keeps_its_wire(closing):
+    closed = loaded_diameter(26.035, 7.0, closing)
+    assert closed * (7.0 + closing / 360.0) == pytest.approx(26.035 * 7.0)
+    assert (closed < 26.035) == (closing > 1e-12) or abs(closing) < 1e-9
+
+
+def test_importing_cad_loads_no_kernel():
+    code = (
+        "import cad, sys; cad.JointDimensions; print([m for m in ('cadquery', 'numpy', 'synth') if m in sys.modules])"
+    )
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "[]"

@@ -1,0 +1,120 @@
+"""Files: names, colours, units, and bytes that a second run does not change."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import pytest
+
+from cad import GateError, JointDimensions, LegDimensions, SpringDimensions, build_leg, check_leg, export_leg
+from cad.step_text import normalised_step
+
+JOINT = JointDimensions("left knee", SpringDimensions(2.0, 16.0, 4.17, 120.0, hand="left"), 120.0, 130.0, sign=-1)
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    built = build_leg(LegDimensions("one", (JOINT,)))
+    folder = tmp_path_factory.mktemp("parts")
+    return built, folder, export_leg(built, folder, pictures=False)
+
+
+def test_every_part_is_there_as_step_and_stl(exported):
+    built, folder, files = exported
+    assert {file.path for file in files} == {path.name for path in folder.iterdir()}
+    for part in built.parts:
+        assert {file.kind for file in files if file.part == part.name} == {"step", "stl"}
+    assert {"leg_assembly.step", "left_knee_assembly.stl", "left_knee_spring.step"} <= {file.path for file in files}
+
+
+def test_the_same_leg_gives_the_same_bytes(exported, tmp_path):
+    _, folder, files = exported
+    again = build_leg(LegDimensions("one", (JOINT,)))
+    export_leg(again, tmp_path, checks=(), pictures=False)
+    assert [f.path for f in files if (folder / f.path).read_bytes() != (tmp_path / f.path).read_bytes()] == []
+
+
+def test_step_comes_back_with_names_colours_and_volumes(exported):
+    import cadquery as cq
+
+    built, folder, _ = exported
+    assembly = cq.Assembly.importStep(str(folder / "leg_assembly.step"))
+    back = {child.name: child for child in assembly.children}
+    assert set(back) == {part.name for part in built.parts}
+    for part in built.parts:
+        red, green, blue, _ = back[part.name].color.toTuple()
+        assert (red, green, blue) == pytest.approx(part.colour, abs=0.005)
+        if part.group != "spring":  # drawn loaded in the assembly
+            assert back[part.name].obj.Volume() == pytest.approx(part.solid.Volume(), rel=1e-6)
+
+
+def test_single_part_step_has_one_solid_in_millimetres(exported):
+    import cadquery as cq
+
+    built, folder, _ = exported
+    for part in built.parts:
+        shape = cq.importers.importStep(str(folder / f"{part.name}.step"))
+        assert shape.solids().size() == 1
+        assert shape.val().Volume() == pytest.approx(part.solid.Volume(), rel=1e-6)
+    assert "MILLI" in (folder / "left_knee_upper.step").read_text()
+
+
+def test_stl_is_closed_and_has_the_solid_s_volume(exported):
+    import trimesh
+
+    built, folder, _ = exported
+    for part in built.parts:
+        mesh = trimesh.load_mesh(folder / f"{part.name}.stl")
+        assert mesh.is_watertight
+        assert mesh.volume == pytest.approx(part.solid.Volume(), rel=5e-3)
+
+
+def test_nothing_is_written_when_a_gate_fails(exported, tmp_path):
+    built, _, _ = exported
+    results = check_leg(built)
+    bad = (*results[:-1], replace(results[-1], passed=False))
+    with pytest.raises(GateError):
+        export_leg(built, tmp_path / "parts", checks=bad)
+    assert not (tmp_path / "parts").exists()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_cannot_be_written_is_an_os_error(exported, tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(OSError, match="parts"):
+        export_leg(exported[0], tmp_path / "parts", checks=(), pictures=False)
+
+
+def test_a_file_in_the_folder_s_place_is_an_os_error(exported, tmp_path):
+    (tmp_path / "parts").write_text("")
+    with pytest.raises(OSError, match="parts"):
+        export_leg(exported[0], tmp_path / "parts", checks=(), pictures=False)
+
+
+def test_normalising_refuses_a_layout_that_it_does_not_know():
+    text = (
+        "FILE_NAME('x','2026-01-01T00:00:00',('A'));\n"
+        "#1 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#2),#9);\n#2 = OVER_RIDING_STYLED_ITEM();\nENDSEC;\n"
+    )
+    with pytest.raises(ValueError, match="unknown style"):
+        normalised_step(text)
+
+
+def test_pictures_are_drawn_and_not_blank(leg, tmp_path):
+    import numpy as np
+    from matplotlib.image import imread
+
+    from cad.export import PreviewError, draw_leg
+
+    one = build_leg(LegDimensions("one", (JOINT,)))
+    try:
+        files = draw_leg(one, tmp_path)
+    except PreviewError as error:
+        pytest.skip(str(error))
+    assert {file.path for file in files} >= {"leg.png", "left_knee.png", "left_knee_inside.png", "left_knee_spring.png"}
+    for file in files:
+        pixels = imread(tmp_path / file.path)[..., :3]
+        inked = np.any(pixels < 0.97, axis=-1)
+        assert 0.02 < inked.mean() < 0.9
+        assert not inked[[0, -1]].any()  # nothing is cut off at the border

@@ -1,0 +1,253 @@
+"""Joints: where the arms bear, in every hand and sign, and that the gates see what is wrong."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from cad import DamperDimensions, DimensionError, GateError, JointDimensions, LegDimensions, SpringDimensions
+from cad.checks import (
+    check_arms,
+    check_interference,
+    check_joint,
+    check_keyed,
+    check_leg,
+    check_part,
+    check_pitch,
+    measured_arms,
+    require,
+)
+from cad.dimensions import coil_fraction
+from cad.joint import BuiltJoint, build_joint, orient
+from cad.layout import clear_upper_arm_angle
+from cad.leg import build_leg
+from cad.parts import mesh_of
+from cad.pose import pose_spring
+
+ANKLE_SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
+
+
+def failed(results):
+    return sorted({result.name for result in results if not result.passed})
+
+
+def with_part(joint, suffix, **changes):
+    """The joint with one part changed, to see which gate notices."""
+    part = joint.part(suffix)
+    parts = tuple(replace(other, **changes) if other is part else other for other in joint.parts)
+    return BuiltJoint(joint.dimensions, joint.layout, parts)
+
+
+def test_the_thesis_leg_passes_every_gate(leg):
+    results = check_leg(leg)
+    assert failed(results) == []
+    assert {result.name for result in results} >= {
+        "one valid solid", "volume", "closed mesh", "mesh volume", "bounding box", "pitch", "included angle",
+        "arm contact", "keyed", "free", "gap", "overlap", "overlap within", "seat",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("hand", ["right", "left"])
+def test_unloaded_arms_touch_their_shafts(hand, sign):
+    dimensions = JointDimensions(
+        "ankle", replace(ANKLE_SPRING, hand=hand), 139.0, 139.0, range=(100.0, 165.0), sign=sign
+    )
+    joint = build_joint(dimensions)
+    assert failed(check_arms(joint)) == []
+    assert failed(check_interference(joint)) == []
+    # The same again from nothing but solids: shafts' centres about the hinge axis, with the lower half turned.
+    upper = joint.part("upper_arm_shaft").solid.Center()
+    lower = joint.solid_at(joint.part("lower_arm_shaft"), 139.0).Center()
+    radius = math.hypot(upper.x, upper.y)
+    assert math.hypot(lower.x, lower.y) == pytest.approx(radius, abs=1e-6)
+    # Tangent arm: the shaft's axis lies acos((D/2 + (d + p)/2)/r) from the tangent point's ray, which stands
+    # 90 deg from the arm; so the shafts stand further apart than the arms by 2 (90 - that).
+    ahead = 90.0 - math.degrees(math.acos((17.018 / 2 + (2.032 + 4.0) / 2) / radius))
+    apart = math.degrees(math.atan2(lower.y, lower.x) - math.atan2(upper.y, upper.x)) * sign % 360.0
+    assert apart == pytest.approx(120.0 + 2 * ahead, abs=1e-6)
+    # And the kernel's own distance between arm and shaft: none.
+    spring = joint.part("spring").solid
+    assert spring.distance(joint.part("upper_arm_shaft").solid) < 1e-3
+    assert spring.distance(lower_solid(joint)) < 1e-3
+
+
+def lower_solid(joint):
+    return joint.solid_at(joint.part("lower_arm_shaft"), joint.dimensions.free_angle)
+
+
+def test_lower_shaft_turns_by_the_offset():
+    """With the joint at the included angle the arms would be parallel to the links; the offset is the difference."""
+    plain = build_joint(JointDimensions("a", ANKLE_SPRING, 120.0, 120.0, range=(100.0, 160.0)))
+    offset = build_joint(JointDimensions("a", ANKLE_SPRING, 139.0, 139.0, range=(119.0, 179.0)))
+    assert (plain.dimensions.arm_offset, offset.dimensions.arm_offset) == (0.0, 19.0)
+
+    def angle(joint, name):
+        centre = joint.part(name).solid.Center()
+        return math.degrees(math.atan2(centre.y, centre.x))
+
+    assert angle(offset, "upper_arm_shaft") == pytest.approx(angle(plain, "upper_arm_shaft"), abs=0.5)
+    # Offset +19: towards smaller joint angles, which is clockwise for the lower half of a sign +1 joint.
+    turned = angle(offset, "lower_arm_shaft") - angle(plain, "lower_arm_shaft")
+    assert turned == pytest.approx(-19.0, abs=0.5)  # the pocket's size, and with it the shaft's reach, may differ
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_lower_half_turns_with_the_measured_angle(sign):
+    joint = build_joint(JointDimensions("a", ANKLE_SPRING, 139.0, 120.0, range=(100.0, 165.0), sign=sign))
+    link_end = joint.mesh_at(joint.part("lower"), 120.0).vertices
+    far = link_end[(link_end[:, 0] ** 2 + link_end[:, 1] ** 2).argmax()]
+    # Measured 120 of 180 straight: q = sign (120 - 180) = -60 sign; the link points to -90 + q.
+    assert math.degrees(math.atan2(far[1], far[0])) == pytest.approx(-90.0 - 60.0 * sign, abs=15.0) or (
+        math.degrees(math.atan2(far[1], far[0])) == pytest.approx(270.0 - 60.0 * sign, abs=15.0)
+    )
+
+
+@pytest.mark.parametrize("angle", [100.0, 120.0, 139.0, 150.0, 165.0])
+def test_a_loaded_spring_keeps_its_wire_and_its_shafts(angle):
+    joint = build_joint(JointDimensions("a", ANKLE_SPRING, 139.0, 120.0, range=(100.0, 165.0)))
+    pose = pose_spring(joint.dimensions, joint.layout, angle)
+    assert pose.spring.mean_diameter * pose.spring.drawn_coils == pytest.approx(17.018 * ANKLE_SPRING.drawn_coils)
+    role, touching = ("arm_shaft", 3.016) if angle <= 139.0 else ("keeper", 3.016)
+    low, high = measured_arms(joint.solid_at(joint.part("spring"), angle))
+    assert high.distance_to(joint.part(f"upper_{role}"), 0.0) == pytest.approx(touching, abs=1e-3)
+    turn = joint.turn("lower", angle)
+    assert low.distance_to(joint.part(f"lower_{role}"), turn) == pytest.approx(touching, abs=1e-3)
+    assert pose.closing == pytest.approx(139.0 - angle, abs=4.0)
+
+
+def test_random_joints_pass_or_are_refused_by_name():
+    import random
+
+    built = 0
+    for seed in range(8):
+        draw = random.Random(seed)
+        wire = draw.uniform(0.8, 5.0)
+        angle = draw.choice([90.0, 120.0, 180.0, draw.uniform(60.0, 300.0)])
+        spring = SpringDimensions(
+            wire,
+            wire * draw.uniform(4.0, 12.0),
+            draw.randint(1, 9) + coil_fraction(angle),
+            angle,
+            hand=draw.choice(["left", "right"]),
+        )
+        zero = draw.choice([180.0, 90.0, 0.0])
+        low = zero - draw.uniform(50.0, 110.0)
+        high = low + draw.uniform(20.0, 60.0)
+        body = draw.uniform(12.0, 50.0)
+        try:
+            dimensions = JointDimensions(
+                "joint",
+                spring,
+                draw.uniform(low, high),
+                (low + high) / 2,
+                range=(low, high),
+                zero_angle=zero,
+                sign=draw.choice([1, -1]),
+                damper=DamperDimensions(body, 12.0, body + 8.0, draw.choice([2, 3, 4])),
+                link_width=draw.uniform(12.0, 30.0),
+                shaft_diameter=draw.choice([5.0, 6.0, 8.0]),
+                pin_diameter=draw.choice([2.0, 3.0, 5.0]),
+                clearance=draw.uniform(0.2, 0.6),
+            )
+            dimensions = replace(dimensions, upper_arm_angle=clear_upper_arm_angle(dimensions))
+        except DimensionError as error:
+            assert all(problem.dimension.startswith("joint.") and problem.reason for problem in error.problems)
+            continue
+        assert failed(check_joint(build_joint(dimensions))) == [], dimensions
+        built += 1
+    assert built >= 5
+
+
+def test_gates_see_a_wrong_sweep(leg):
+    import cadquery as cq
+
+    joint = leg.joints[2]
+    spring, length = joint.dimensions.spring, joint.layout.arm_length
+    # Two coils as one compound: not one solid, and not the wire's volume.
+    double = cq.Compound.makeCompound([joint.part("spring").solid, joint.part("spring").solid.translate((0, 0, 50))])
+    assert failed(check_part(with_part(joint, "spring", solid=double).part("spring")))[:2] == [
+        "bounding box",
+        "mesh volume",
+    ]
+    # A wire 0.1 % thinner than asked: valid, closed, and caught by the volume alone.
+    from cad.torsion_spring import build_spring
+
+    thin = build_spring(replace(spring, wire_diameter=spring.wire_diameter * 0.999), length)
+    results = check_part(with_part(joint, "spring", solid=thin).part("spring"))
+    assert "volume" in failed(results)
+    assert "one valid solid" not in failed(results)
+
+
+def test_gates_see_coils_that_overlap(leg):
+    joint = leg.joints[1]
+    tight = replace(joint.dimensions, spring=replace(joint.dimensions.spring, pitch=3.4))
+    assert not check_pitch(BuiltJoint(tight, joint.layout, joint.parts)).passed
+    assert check_pitch(joint).passed
+
+
+def test_gates_see_a_shaft_in_the_wrong_place(leg):
+    joint = leg.joints[1]
+    shaft = joint.part("lower_arm_shaft")
+    turned = with_part(
+        joint,
+        "lower_arm_shaft",
+        solid=shaft.solid.rotate((0, 0, 0), (0, 0, 1), 9.0),
+        mesh=shaft.mesh.turned(9.0),
+    )
+    assert "arm contact" in failed(check_arms(turned))
+    assert failed(check_interference(turned)) != []
+
+
+def test_gates_see_the_wrong_hand(leg):
+    joint = leg.joints[1]
+    spring = joint.part("spring")
+    other = with_part(joint, "spring", solid=orient(spring.solid, (-1, 1)))
+    assert failed(check_arms(other)) != []
+
+
+def test_gates_see_a_round_bore_and_two_keyed_ones(leg):
+    import cadquery as cq
+
+    joint = leg.joints[1]
+    plug = cq.Solid.makeCylinder(4.05, 200, cq.Vector(0, 0, -100))
+    loose = joint.part("lower").solid.cut(plug)
+    assert failed(check_keyed(with_part(joint, "lower", mesh=mesh_of(loose)))) == ["keyed"]
+    tight = joint.part("shaft").mesh
+    assert failed(check_keyed(with_part(joint, "upper", mesh=tight))) == ["free"]
+
+
+def test_gates_see_an_open_mesh_and_a_swollen_part(leg):
+    joint = leg.joints[0]
+    upper = joint.part("upper")
+    holed = replace(upper, mesh=type(upper.mesh)(upper.mesh.vertices, upper.mesh.faces[1:]))
+    assert "closed mesh" in failed(check_part(holed))
+    assert failed(check_part(replace(upper, solid=upper.solid.scale(1.001)))) == ["mesh volume", "volume"] or (
+        "volume" in failed(check_part(replace(upper, solid=upper.solid.scale(1.001))))
+    )
+
+
+def test_a_failed_gate_raises_with_all_results(leg):
+    results = check_joint(leg.joints[2])
+    require(results)
+    bad = (replace(results[0], passed=False), *results[1:])
+    with pytest.raises(GateError, match="FAILED: ankle_upper: one valid solid") as caught:
+        require(bad)
+    assert caught.value.results == bad
+
+
+def test_rest_pose_follows_the_leg_file(leg):
+    hip, knee, ankle = leg.placements()
+    assert (hip.x, hip.y, hip.turn) == (0.0, 0.0, 0.0)
+    # Hip 105 of zero 90, sign +1: the thigh stands 15 deg counter-clockwise of straight down.
+    assert knee.x == pytest.approx(222 * math.sin(math.radians(15)))
+    assert knee.y == pytest.approx(-222 * math.cos(math.radians(15)))
+    # Knee 119 of 180: 61 deg back; ankle's frame is turned by 15 - 61.
+    assert ankle.turn == pytest.approx(-46.0)
+
+
+def test_out_of_range_leg_is_refused_before_anything_is_built():
+    with pytest.raises(DimensionError, match="joints = 0"):
+        build_leg(LegDimensions("none", ()))

@@ -1,0 +1,111 @@
+"""Each part against closed forms that do not come from the kernel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cad import SpringDimensions
+from cad.arm_shaft import build_arm_shaft, build_d_bore, build_d_shaft, d_section_area, d_shaft_volume
+from cad.checks import measured_arms
+from cad.outline import Disc, hull_of
+from cad.parts import Mesh
+from cad.torsion_spring import build_spring, spring_mesh, spring_volume, wire_length
+
+KNEE = SpringDimensions(3.429, 26.035, 7.17, 120.0)
+ANKLE = SpringDimensions(2.032, 17.018, 6.17, 120.0)
+HIP = SpringDimensions(4.7625, 36.5, 1.04, 165.6)
+OPEN = SpringDimensions(1.0, 10.0, 2.75, 270.0, pitch=3.0)
+
+
+@pytest.mark.parametrize("hand", ["right", "left"])
+@pytest.mark.parametrize("spring", [KNEE, ANKLE, HIP, OPEN], ids=["knee", "ankle", "hip", "open"])
+def test_spring_is_one_solid_of_the_wire_s_volume_and_angle(spring, hand):
+    spring = replace(spring, hand=hand)
+    solid = build_spring(spring, 25.4)
+    assert len(solid.Solids()) == 1
+    assert solid.isValid()
+    assert solid.Volume() == pytest.approx(math.pi / 4 * spring.wire_diameter**2 * wire_length(spring, 25.4), rel=1e-5)
+    low, high = measured_arms(solid)
+    # A right-hand coil turns the lower arm counter-clockwise of the upper one by the included angle.
+    between = (low.seen_angle() - high.seen_angle()) * spring.hand_sign % 360.0
+    assert between == pytest.approx(spring.included_angle, abs=1e-6)
+    box = solid.BoundingBox()
+    assert box.zmax - box.zmin >= spring.drawn_coils * spring.drawn_pitch
+    for arm in (low, high):  # tangent: the arm's line passes the axis at the mean radius
+        across = np.cross(arm.direction[:2] / np.linalg.norm(arm.direction[:2]), arm.point[:2])
+        assert abs(across) == pytest.approx(spring.radius, abs=1e-6)
+
+
+def test_wire_length_of_a_flat_coil_is_its_circumference():
+    flat = SpringDimensions(1.0, 20.0, 3.0, 180.0, pitch=1.01)
+    assert wire_length(flat, 0.0) == pytest.approx(3 * math.sqrt((20 * math.pi) ** 2 + 1.01**2))
+
+
+def test_hands_are_mirror_images():
+    right, left = build_spring(KNEE, 20.0), build_spring(replace(KNEE, hand="left"), 20.0)
+    mirrored = right.mirror("XZ")
+    assert left.intersect(mirrored).Volume() == pytest.approx(right.Volume(), rel=1e-4)
+
+
+@pytest.mark.parametrize("hand", ["right", "left"])
+@pytest.mark.parametrize("spring", [KNEE, ANKLE, HIP, OPEN])
+def test_spring_mesh_is_closed_and_has_the_volume(spring, hand):
+    import trimesh
+
+    spring = replace(spring, hand=hand)
+    vertices, faces = spring_mesh(spring, 20.0)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(spring_volume(spring, 20.0), rel=4e-3)
+
+
+def test_mesh_moves_keep_volume_and_sense():
+    vertices, faces = spring_mesh(ANKLE, 10.0)
+    mesh = Mesh(vertices, faces)
+    for moved in (mesh.turned(33.0, (1.0, 2.0, 3.0)), mesh.scaled((-1, 1, 1)), mesh.scaled((-1, 1, -1))):
+        assert moved.volume == pytest.approx(mesh.volume)
+
+
+def test_hull_of_two_equal_discs_is_a_slot():
+    hull = hull_of([Disc(0, 0, 2), Disc(10, 0, 2)])
+    assert hull.area == pytest.approx(40 + 4 * math.pi)
+    assert hull.extrude(1.0, 4.0).Volume() == pytest.approx(3 * (40 + 4 * math.pi))
+
+
+def test_hull_drops_what_lies_inside_and_short_cuts_on_one_line():
+    square = [Disc(x, y, 1.0) for x in (0, 5, 10) for y in (0, 5, 10)]
+    hull = hull_of([*square, Disc(5, 5, 1.0), Disc(4, 4, 0.5)])
+    assert hull.area == pytest.approx(100 + 40 + math.pi)
+    assert len(hull.tangents) == 4
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(st.floats(-20, 20), st.floats(-20, 20), st.floats(0.5, 8)), min_size=1, max_size=6))
+def test_hull_area_is_that_of_the_solid_and_of_the_sampled_points(discs):
+    hull = hull_of([Disc(*disc) for disc in discs])
+    angle = np.linspace(0, 2 * np.pi, 721)
+    # Support function of the convex hull, h; its area is 1/2 integral of h (h + h'') = 1/2 integral h^2 - h'^2.
+    support = np.max([x * np.cos(angle) + y * np.sin(angle) + r for x, y, r in discs], axis=0)
+    slope = np.diff(support) / np.diff(angle)
+    middle = (support[1:] + support[:-1]) / 2
+    area = 0.5 * np.sum((middle**2 - slope**2) * np.diff(angle))
+    assert hull.area == pytest.approx(area, rel=2e-3)
+    assert hull.extrude(0.0, 1.0).Volume() == pytest.approx(hull.area, rel=1e-6)
+
+
+def test_shafts_have_their_closed_forms():
+    assert build_arm_shaft(4.0, -3.0, 7.0, (5.0, 6.0)).Volume() == pytest.approx(math.pi * 4 * 10)
+    shaft = build_d_shaft(8.0, -20.0, 10.0, 16.0)
+    assert shaft.Volume() == pytest.approx(d_shaft_volume(8.0, 30.0, 6.0))
+    # A D of 8 mm with a flat at 3.2: the disc less the segment, by numerical integration.
+    x = np.linspace(-4, 3.2, 200_001)
+    chord = 2 * np.sqrt(16 - x**2)
+    assert d_section_area(8.0) == pytest.approx(float(np.sum((chord[1:] + chord[:-1]) / 2 * np.diff(x))), rel=1e-5)
+    assert build_d_bore(8.0, 0.1, 0.0, 5.0).Volume() == pytest.approx(5 * d_section_area(8.0, 0.1))
