@@ -1,7 +1,6 @@
 """Recordings of known legs for the tests of the fit: simulated by MuJoCo, then noise and encoder counts.
 
-The robot is the thesis' (J. Krnacik, springs and dampers of its Table 3, free angles of its Table 4) with the links that
-its CAD model gives.
+The robot is that of Krnacik's thesis: springs and dampers of its Table 3, free angles of its Table 4.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from peers.mujoco_leg import simulate
+from peers.mujoco_leg import ExtraTorque, simulate
 from synth.files.trials import Trial
 from synth.fit.estimate import FitOptions, fit_leg
 from synth.fit.recordings import Recording, recordings
@@ -88,17 +87,19 @@ def release(
     *,
     name: str = "release",
     rate: Sequence[float] | Array | None = None,
-    **conditions: object,
+    locked: Sequence[str] = (),
+    tip_mass: float = 0.0,
+    tilt: float = 0.0,
+    extra_torque: ExtraTorque | None = None,
 ) -> Trial:
     """One trial from ``away`` (deg, measured) off the free angles, at rest or at ``rate`` (rad/s of q)."""
     unloaded = np.array([joint.spring.free_angle if joint.spring else joint.zero for joint in leg.joints])
     start = leg.to_rotation(unloaded + np.radians(np.asarray(away, dtype=float)))
     first = np.zeros(len(start)) if rate is None else np.asarray(rate, dtype=float)
-    given = {"locked": [leg.joint_names.index(str(n)) for n in conditions.pop("locked", ())]} | conditions  # type: ignore[attr-defined]
-    rotation = simulate(leg, start, first, rig.times, step=rig.step, **given)  # type: ignore[arg-type]
-    names = tuple(leg.joint_names[j] for j in given["locked"])  # type: ignore[attr-defined]
-    told = {key: float(value) for key, value in given.items() if key in ("tip_mass", "tilt")}  # type: ignore[arg-type]
-    return Trial(name, rig.times, rig.read(leg.to_measured(rotation), generator), locked=names, **told)
+    held = [leg.joint_names.index(joint) for joint in locked]
+    rotation = simulate(leg, start, first, rig.times, held, tip_mass, tilt, rig.step, extra_torque)
+    angles = rig.read(leg.to_measured(rotation), generator)
+    return Trial(name, rig.times, angles, locked=tuple(locked), tip_mass=tip_mass, tilt=tilt)
 
 
 def releases(leg: Leg, seed: int, rig: Rig = Rig(), count: int = 7, first: int = 0) -> list[Trial]:
@@ -120,9 +121,9 @@ def fitted(leg: Leg, trials: Sequence[Trial], **options: object) -> FitResult:
 
 @dataclass(frozen=True)
 class Errors:
-    """What a fit misses: ``spring`` and ``damper`` (n,) as logarithms, ``angle`` (n,) rad; and their standard deviations.
+    """What a fit misses: ``spring`` and ``damper`` (n,) as logarithms, ``angle`` (n,) rad.
 
-    The deviations are the fit's own, from its 90 % intervals.
+    The standard deviations are the fit's own, from its 90 % intervals.
     """
 
     spring: Array

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from fit.simulated_legs import robot
+from fit.simulated_legs import DAMPER, SPRING, robot
 from peers.mujoco_leg import mechanical_energy
 from synth.model.chain import Conditions, compiled_chain, simulate
 from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
@@ -50,15 +50,16 @@ def undamped() -> Leg:
 
 
 def test_energy_is_kept_for_ten_seconds() -> None:
-    """Within 1e-8 of the swing's energy at tolerance 1e-12; by the project's sum and by one written link by link."""
+    """Within 1e-8 of the largest kinetic energy at tolerance 1e-11; by our sum and by one written link by link."""
     leg = undamped()
     times = np.linspace(0, 10, 200)
-    states = simulate(leg, [0.6, -1.6, 1.0], [0.0, 0.0, 0.0], times, tolerance=1e-12, rates=True)
+    start = lane(leg, [0.6, -1.6, 1.0], [0.0, 0.0, 0.0])[:, None]
+    states = compiled_chain(3).run(start, times, 1e-11, rates=True, max_steps=100_000)[:, :, 0]
     rotation, rate = states[:, :3], states[:, 3:]
     ours, theirs = energy(leg, rotation, rate), mechanical_energy(leg, rotation, rate)
     np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], atol=1e-12)
-    kinetic = 0.5 * np.ptp(theirs - mechanical_energy(leg, rotation, np.zeros_like(rate)))
-    assert np.ptp(ours) < 1e-8 * kinetic
+    kinetic = theirs - mechanical_energy(leg, rotation, np.zeros_like(rate))
+    assert np.ptp(ours) < 1e-8 * kinetic.max()
 
 
 def test_locked_as_one_link_it_swings_as_a_compound_pendulum() -> None:
@@ -79,7 +80,7 @@ def test_locked_as_one_link_it_swings_as_a_compound_pendulum() -> None:
     amplitude = 0.4
     period = 4 * math.sqrt(inertia / (mass.sum() * 9.81 * np.hypot(*of_all))) * ellipk(math.sin(amplitude / 2) ** 2)
     times = np.arange(9) * period / 4
-    start = held + [down + amplitude, 0, 0]
+    start = held + np.array([down + amplitude, 0, 0])
     swing = simulate(leg, start, [0.0, 5.0, 5.0], times, Conditions(locked=(1, 2)), tolerance=1e-12)
     expected = amplitude * np.resize([1.0, 0.0, -1.0, 0.0], 9)
     np.testing.assert_allclose(swing[:, 0] - down, expected, atol=1e-8)
@@ -126,19 +127,8 @@ def lane(leg: Leg, rotation: list[float], rate: list[float]) -> np.ndarray:
 def test_37_lanes_equal_37_single_runs() -> None:
     generator = np.random.default_rng(5)
     times = np.linspace(0, 1, 21)
-    lanes = np.stack(
-        [
-            lane(robot(23 * f, 1.3 * f, generator.uniform(90, 140, 3)), [0.3, -1.0, 0.7], [f, 0.0, -f])
-            if False
-            else lane(
-                robot(np.array([23, 1.7, 0.45]) * f, np.array([1.3, 0.1, 0.06]) * f, generator.uniform(90, 140, 3)),
-                [0.3, -1.0, 0.7],
-                [f, 0.0, -f],
-            )
-            for f in generator.uniform(0.6, 1.4, 37)
-        ],
-        axis=1,
-    )
+    legs = [robot(SPRING * f, DAMPER * f, generator.uniform(90, 140, 3)) for f in generator.uniform(0.6, 1.4, 37)]
+    lanes = np.stack([lane(leg, [0.3, -1.0, 0.7], [1.0, 0.0, -2.0]) for leg in legs], axis=1)
     chain = compiled_chain(3)
     together = chain.run(lanes, times, 1e-10, rates=True)
     alone = np.concatenate([chain.run(lanes[:, i : i + 1], times, 1e-10, rates=True) for i in range(37)], axis=2)
