@@ -1,0 +1,136 @@
+"""The command line: find the command, read its arguments, run it, turn mistakes into messages.
+
+Exit status: 0 done, 1 a bug of ours (with a traceback), 2 a mistake in what was given, 130 interrupted, 141 nobody
+reads the output any more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import NoReturn
+
+from synth import __version__
+from synth.commands.arguments import near_miss
+from synth.commands.progress import Progress, printable
+from synth.errors import Problem, UserError
+
+# A module of synth.commands each, loaded when its command is asked for.
+COMMANDS = {
+    "init": "write an example project to start from",
+    "fit": "springs, dampers and free angles of a leg from its trials",
+    "leg": "from recorded motion to a leg to order, wind and print",
+    "spring": "the torsion spring to wind, or what stands in its way",
+    "catalog": "list, show and check catalogues of springs, dampers and wire",
+    "warmup": "compile the equations of motion now instead of at the first use",
+}
+TOP_OPTIONS = ("--help", "--version", "--quiet")
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is a message like any other."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise UserError."""
+        raise UserError(f"{message} (see {self.prog} --help)")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(AttributeError):  # a stream that a caller put there may be of another kind
+            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    try:
+        status = _dispatch(list(sys.argv[1:] if argv is None else argv))
+        sys.stdout.flush()
+        return status
+    except UserError as error:
+        sys.stderr.write("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
+        return 2
+    except KeyboardInterrupt:
+        sys.stderr.write("synth: interrupted; nothing was left half-written\n")
+        return 130
+    except BrokenPipeError:
+        with suppress(OSError, ValueError):  # so that the flush at exit has somewhere to go
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+
+
+def _dispatch(argv: list[str]) -> int:
+    """Read the options before the command, then hand over to it."""
+    quiet = False
+    while argv and argv[0].startswith("-"):
+        option = argv.pop(0)
+        if option in ("-h", "--help"):
+            sys.stdout.write(_help())
+            return 0
+        if option in ("-V", "--version"):
+            sys.stdout.write(f"synth {__version__}\n")
+            return 0
+        if option not in ("-q", "--quiet"):
+            raise UserError(f'unknown option "{option}"{near_miss(option, TOP_OPTIONS)} (see synth --help)')
+        quiet = True
+    if not argv:
+        sys.stderr.write(_help())
+        return 2
+    name, *rest = argv
+    if name not in COMMANDS:
+        known = ", ".join(COMMANDS)
+        raise UserError(f'unknown command "{name}"{near_miss(name, COMMANDS)}; the commands are {known}')
+    return _run(name, rest, quiet)
+
+
+def _run(name: str, rest: list[str], quiet: bool) -> int:
+    """Read a command's arguments and run it."""
+    module = importlib.import_module(f"synth.commands.{name}")
+    parser = Parser(
+        prog=f"synth {name}",
+        description=(module.__doc__ or "").partition("\n\n")[2].strip() or f"{COMMANDS[name].capitalize()}.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    module.add_arguments(parser)
+    parser.add_argument("-q", "--quiet", action="store_true", help="say nothing but results and mistakes")
+    _refuse_unknown_options(parser, rest)
+    try:
+        arguments, surplus = parser.parse_known_args(rest)
+    except SystemExit as done:  # --help
+        return int(done.code or 0)
+    if surplus:
+        raise UserError([Problem(f'"{word}" is one argument too many (see {parser.prog} --help)') for word in surplus])
+    status: int = module.run(arguments, Progress(quiet=quiet or arguments.quiet))
+    return status
+
+
+def _refuse_unknown_options(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """Name every unknown option before argparse complains of what is missing because it was misspelt."""
+    known = parser._option_string_actions
+    options = words[: words.index("--")] if "--" in words else words
+    names = [word.partition("=")[0] for word in options if word.startswith("--") and " " not in word.partition("=")[0]]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        see = f" (see {parser.prog} --help)"
+        raise UserError([Problem(f'unknown option "{name}"{near_miss(name, known)}{see}') for name in unknown])
+
+
+def _help() -> str:
+    width = max(map(len, COMMANDS))
+    commands = "".join(f"  {name:<{width}}  {summary}\n" for name, summary in COMMANDS.items())
+    return f"""\
+usage: synth COMMAND ... [-q]
+
+From recorded limb motion to springs, dampers and joints that can be bought, wound and printed.
+
+commands:
+{commands}
+options:
+  -h, --help     show this, or with COMMAND what the command takes
+  -V, --version  show the version
+  -q, --quiet    say nothing but results and mistakes
+
+Start with `synth init leg DIR`. Every quantity carries its unit: "200 mm", "38 N*m/rad", "45 deg".
+"""

@@ -1,0 +1,65 @@
+"""What the commands' arguments have in common: names with near misses, quantities with units."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable
+
+from synth.errors import Problem, UserError
+
+
+def near_miss(name: str, known: Iterable[str]) -> str:
+    """``; did you mean ...?`` where a known name is near, else nothing."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def one_of(known: Iterable[str]) -> Callable[[str], str]:
+    """An argument's type: one of some names, a near miss suggested."""
+    names = list(known)
+
+    def check(text: str) -> str:
+        if text in names:
+            return text
+        raise argparse.ArgumentTypeError(f'"{text}" is not one of {", ".join(names)}{near_miss(text, names)}')
+
+    return check
+
+
+class Quantities:
+    """Reads the quantities of a command line and keeps every mistake until ``require`` raises them together."""
+
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self._arguments = arguments
+        self.problems: list[Problem] = []
+
+    def given(self, option: str) -> bool:
+        """Whether the option ``--like-this`` was given."""
+        return getattr(self._arguments, option[2:].replace("-", "_")) is not None
+
+    def read(self, option: str, unit: str, *, positive: bool = True) -> float | None:
+        """The option's value in ``unit``; None where it was not given or is a mistake.
+
+        ``positive``: a value of 0 or below is one.
+        """
+        from synth.units import parse
+
+        text = getattr(self._arguments, option[2:].replace("-", "_"))
+        if text is None:
+            return None
+        try:
+            value = parse(text, unit)
+        except UserError as error:
+            self.problems += [Problem(problem.text, key=option) for problem in error.problems]
+            return None
+        if value <= 0.0 and positive:
+            self.problems.append(Problem(f'"{text}" must be above 0', key=option))
+            return None
+        return value
+
+    def require(self) -> None:
+        """Raise UserError with every mistake found."""
+        if self.problems:
+            raise UserError(self.problems)

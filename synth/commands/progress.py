@@ -1,0 +1,118 @@
+"""What a command says while it works: stages with their seconds on stderr, results on stdout."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TextIO
+
+TICK = 0.5  # s, between updates on a terminal
+
+
+def printable(text: str) -> str:
+    """Text whose control characters (line breaks among them) are escaped: a file's name may hold any."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+class Progress:
+    """Tells the user what goes on.
+
+    Parameters
+    ----------
+    quiet : only ``result`` says anything.
+    messages : where stages go, default stderr.
+    results : where ``say`` and ``result`` go, default stdout.
+    """
+
+    def __init__(self, *, quiet: bool = False, messages: TextIO | None = None, results: TextIO | None = None) -> None:
+        self.quiet = quiet
+        self._messages = messages or sys.stderr
+        self._results = results or sys.stdout
+        self._terminal = self._messages.isatty()
+        self._depth = 0
+        self._open: object = None  # the stage whose line the cursor stands in
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def stage(self, text: str) -> Iterator[None]:
+        """Name a stage of the work; when it ends, its seconds. Stages may hold stages."""
+        if self.quiet:
+            yield
+            return
+        key = object()
+        label = "  " * self._depth + printable(text)
+        start = time.perf_counter()
+        self._break_line()
+        with self._lock:
+            self._write(f"{label} ...")
+            self._open = key
+        finished = threading.Event()
+        ticker = threading.Thread(target=self._tick, args=(key, label, start, finished), daemon=True)
+        if self._terminal:
+            ticker.start()
+        self._depth += 1
+        ending = "stopped after "
+        try:
+            yield
+            ending = ""
+        finally:
+            self._depth -= 1
+            finished.set()
+            self._end(key, label, f"{ending}{time.perf_counter() - start:.1f} s")
+
+    def say(self, text: str) -> None:
+        """One line for people, on stdout; nothing when quiet."""
+        if not self.quiet:
+            self.result(printable(text))
+
+    def result(self, text: str) -> None:
+        """Lines that were asked for, on stdout; also when quiet."""
+        self._break_line()
+        lines = text.split("\n")
+        self._results.write("".join(f"{printable(line)}\n" for line in lines))
+
+    def compiling(self, n_link: int) -> None:
+        """Load the equations of motion of ``n_link`` links; compile them, and say so, where that was never done."""
+        from synth.model.chain import compiled_chain
+        from synth.model.generate import cache_folder
+
+        folder = cache_folder()
+        links = f"{n_link} link{'s' if n_link > 1 else ''}"
+        text = f"loading the equations of motion for {links}"
+        if not any((folder / "__pycache__").glob(f"synth_chain{n_link}_*.nbi")):
+            # Measured on two cores, nothing on disk: 5 s for one link, 7 s for three, 9 s for six.
+            text = f"compiling the equations of motion for {links} (once on this machine, 5 to 10 s; kept in {folder})"
+        with self.stage(text):
+            compiled_chain(n_link)
+
+    def _tick(self, key: object, label: str, start: float, finished: threading.Event) -> None:
+        """Count the seconds in a terminal's line while it is this stage's."""
+        while not finished.wait(TICK):
+            with self._lock:
+                if self._open is key and not finished.is_set():
+                    self._write(f"\r{label} ... {time.perf_counter() - start:.0f} s")
+
+    def _end(self, key: object, label: str, ending: str) -> None:
+        with self._lock:
+            own = self._open is key
+            if self._open is not None and not own:
+                self._write("\n")
+            self._open = None
+            if own and not self._terminal:
+                self._write(f" {ending}\n")
+            else:
+                self._write(f"\r{label} ... {ending}\n" if self._terminal else f"{label} ... {ending}\n")
+
+    def _break_line(self) -> None:
+        """Put the cursor at the start of a line."""
+        with self._lock:
+            if self._open is not None:
+                self._write("\n")
+                self._open = None
+
+    def _write(self, text: str) -> None:
+        self._messages.write(text)
+        self._messages.flush()
