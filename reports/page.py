@@ -124,6 +124,7 @@ def _environment() -> Environment:
     )
     filters: dict[str, Any] = {
         "quantity": quantities.text,
+        "brief": quantities.brief,
         "interval": quantities.interval_text,
         "number": quantities.number,
         "unit": quantities.unit_text,

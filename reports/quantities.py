@@ -37,7 +37,7 @@ def unit_text(unit: str) -> str:
 
 
 def number(value: float | None, digits: int = DIGITS) -> str:
-    """A number with so many significant digits; a dash for None."""
+    """A number with at most so many significant digits; a dash for None."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -45,8 +45,8 @@ def number(value: float | None, digits: int = DIGITS) -> str:
     exponent = math.floor(math.log10(abs(value)))
     if not -4 <= exponent < 6:
         mantissa, power = f"{value:.{digits - 1}e}".split("e")
-        return f"{_minus(mantissa)}·10{str(int(power)).translate(_RAISED)}"
-    return _minus(f"{value:.{max(0, digits - 1 - exponent)}f}")
+        return f"{_minus(_bare(mantissa))}·10{str(int(power)).translate(_RAISED)}"
+    return _minus(_bare(f"{value:.{max(0, digits - 1 - exponent)}f}"))
 
 
 def with_decimals(value: float | None, decimals: int | None) -> str:
@@ -102,10 +102,19 @@ def interval_text(quantity: object) -> str:
 
 def text(quantity: object) -> str:
     """``1.71 N·m/rad`` with a space that does not break, ``12°`` without."""
+    return _with_unit(value_text(quantity), quantity)
+
+
+def brief(quantity: object) -> str:
+    """``text`` with at most three digits: for errors and characteristics."""
+    return _with_unit(number(value_of(quantity), 3), quantity)
+
+
+def _with_unit(shown: str, quantity: object) -> str:
     if value_of(quantity) is None:
         return "–"
     unit = unit_text(unit_of(quantity))
-    return value_text(quantity) + (unit if unit in ("°", "") else f"\u00a0{unit}")
+    return shown + (unit if unit in ("°", "") else f"\u00a0{unit}")
 
 
 def percent(part: float | None, whole: float | None) -> str:
@@ -118,6 +127,11 @@ def percent(part: float | None, whole: float | None) -> str:
     if not shown.strip("0.\u00a0%"):
         return "0\u00a0%"
     return ("+" if share > 0 else "−") + shown
+
+
+def _bare(written: str) -> str:
+    """Without zeros at the end of the decimals: they would claim digits that nobody stated."""
+    return written.rstrip("0").rstrip(".") if "." in written else written
 
 
 def _minus(written: str) -> str:

@@ -26,10 +26,10 @@ class Line:
         return f'stroke="{self.colour}" stroke-width="{self.width}"{dash} stroke-linejoin="round"'
 
 
-RECORDED = Line("#8a8f96", 2.2, dots=True)
-FITTED = Line(BLUE)
-WANTED = Line(BLUE)
-BUILT = Line(VERMILION, 1.7, "6 3")
+RECORDED = Line("#a4abb3", 3.2, dots=True)
+FITTED = Line(BLUE, 1.3)
+WANTED = Line(BLUE, 1.4)
+BUILT = Line(VERMILION, 1.6, "6 3")
 USED_LAW = Line(BLUE, 2.6)
 OTHER_LAWS = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.5, "2 2.5"), Line(ORANGE, 1.6, "8 3 2 3"), Line(SKY, 1.5, "1 4"))
 SECANT = Line(VERMILION, 1.5, "5 4")

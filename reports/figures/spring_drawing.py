@@ -11,10 +11,12 @@ from reports.figures.palette import BLACK, BLUE, GREY
 from reports.figures.svg import Point, Svg
 from reports.quantities import number
 
-WIDTH, HEIGHT = 900.0, 400.0
-AXIS_VIEW = (20.0, 34.0, 520.0, 330.0)  # left, top, width, height of the room for the view along the axis
-GAP = 96.0  # between the views
-WIRE, EDGE = "#dfe6ee", f'stroke="{BLACK}" stroke-width="1"'
+HEIGHT, TOP, LEFT = 400.0, 34.0, 84.0
+ROOM = (330.0, 288.0)  # for the coil with its arms along the axis
+SIDE_ROOM = 300.0  # for the body's length
+ARC = 80.0  # for the included angle's arc and its label beside the coil
+GAP, RIGHT = 70.0, 170.0
+WIRE = "#dfe6ee"
 THIN = f'stroke="{GREY}" stroke-width="0.8"'
 CHAIN = f'stroke="{GREY}" stroke-width="0.8" stroke-dasharray="9 3 2 3"'
 LABEL = f'font-size="12" fill="{BLACK}"'
@@ -71,14 +73,13 @@ def spring_drawing(title: str, spring: Spring) -> Markup:
     outer = (spring.mean + spring.wire) / 2
     xs = [-outer, outer, *(arm.end[0] for arm in arms)]
     ys = [-outer, outer, *(arm.end[1] for arm in arms)]
-    left, top, width, height = AXIS_VIEW
-    scale = min((width - 70) / (max(xs) - min(xs)), (height - 30) / (max(ys) - min(ys)),
-                (WIDTH - width - GAP - 60) / max(spring.body_length, 1e-9))  # fmt: skip
-    centre = (left + 20 - min(xs) * scale, top + height / 2 + (max(ys) + min(ys)) / 2 * scale)
-    svg = Svg(WIDTH, HEIGHT, title)
+    scale = min(ROOM[0] / (max(xs) - min(xs)), ROOM[1] / (max(ys) - min(ys)), SIDE_ROOM / spring.body_length)
+    centre = (LEFT - min(xs) * scale, TOP + ROOM[1] / 2 + (max(ys) + min(ys)) / 2 * scale)
+    right = max(max(xs) * scale, outer * scale + ARC) + centre[0]
+    start = right + GAP
+    svg = Svg(start + spring.body_length * scale + RIGHT, HEIGHT, title)
     _along_axis(svg, spring, arms, centre, scale)
-    start = centre[0] + max(xs) * scale + GAP
-    _from_side(svg, spring, arms, (max(start, left + width * 0.75), centre[1]), scale)
+    _from_side(svg, spring, arms, (start, centre[1]), scale)
     return svg.markup
 
 
@@ -87,21 +88,16 @@ def _along_axis(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], centre: Point, 
         return centre[0] + point[0] * scale, centre[1] - point[1] * scale
 
     wire, radius = spring.wire * scale, spring.mean / 2 * scale
-    for arm in arms[:1]:
-        _rod(svg, place(arm.root), place(arm.end), wire)
+    _rod(svg, place(arms[0].root), place(arms[0].end), wire)
     svg.circle(centre, radius, f'fill="none" stroke="{BLACK}" stroke-width="{wire + 2:.2f}"')
     svg.circle(centre, radius, f'fill="none" stroke="{WIRE}" stroke-width="{max(wire, 0.4):.2f}"')
     _rod(svg, place(arms[1].root), place(arms[1].end), wire)
+    caption = "seen along the axis"
     if spring.arbor:
-        svg.circle(centre, spring.arbor / 2 * scale, f'fill="#fff" {THIN} stroke-dasharray="4 3"')
+        svg.circle(centre, spring.arbor / 2 * scale, f'fill="none" {THIN} stroke-dasharray="4 3"')
+        caption += f"; dashed: arbor Ø {_mm(spring.arbor)}"
     _included_angle(svg, spring, centre, scale)
-    outer = radius + wire / 2
-    _across(svg, centre, outer, f"outside Ø {_mm(spring.mean + spring.wire)}", 118.0)
-    if spring.arbor:
-        svg.text(
-            (centre[0], centre[1] + 4), f"arbor Ø {_mm(spring.arbor)}", f'{LABEL} font-size="11" text-anchor="middle"'
-        )
-    svg.text((centre[0], HEIGHT - 8), "seen along the axis", f'{LABEL} text-anchor="middle" fill="{GREY}"')
+    svg.text((LEFT / 2, HEIGHT - 10), caption, f'font-size="12" fill="{GREY}"')
     for index, arm in enumerate(arms):
         if spring.arms != "axial" and spring.leg_lengths[index] > 0:
             _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), index == 0)
@@ -152,29 +148,17 @@ def _from_side(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], start: Point, sc
     base = middle + radius + wire / 2
     low = max(base, *(middle - arm.end[1] * scale for arm in arms)) + 22
     _between(svg, (left, base), (left + length, base), low, f"body {_mm(spring.body_length)}")
-    high = min(middle - radius - wire / 2, *(middle - arm.end[1] * scale for arm in arms)) - 8
-    svg.text((left + length / 2, max(high, 14.0)), f"wire Ø {_mm(spring.wire)}", f'{LABEL} text-anchor="middle"')
-    side = left + length + 24
-    _upright(svg, (left + length, middle - radius), (left + length, middle + radius), side,
-             f"mean Ø {_mm(spring.mean)}")  # fmt: skip
-    svg.text((left + length / 2, HEIGHT - 8), "from the side", f'{LABEL} text-anchor="middle" fill="{GREY}"')
+    tip = min(middle - arms[0].root[1] * scale, middle - arms[0].end[1] * scale) - wire / 2
+    svg.text((left, tip - 7), f"wire Ø {_mm(spring.wire)}", LABEL)
+    _upright(svg, (left + length, middle - radius - wire / 2), (left + length, base), left + length + 26,
+             f"outside Ø {_mm(spring.mean + spring.wire)}")  # fmt: skip
+    svg.text((left, HEIGHT - 10), "from the side", f'font-size="12" fill="{GREY}"')
 
 
 def _rod(svg: Svg, start: Point, end: Point, width: float) -> None:
     """A round wire from start to end."""
     svg.line(start, end, f'stroke="{BLACK}" stroke-width="{width + 2:.2f}" stroke-linecap="round"')
     svg.line(start, end, f'stroke="{WIRE}" stroke-width="{max(width, 0.4):.2f}" stroke-linecap="round"')
-
-
-def _across(svg: Svg, centre: Point, radius: float, words: str, angle: float) -> None:
-    """A diameter by a leader from the circle's edge, up and to the left."""
-    direction = _unit(math.radians(angle))
-    edge = (centre[0] + radius * direction[0], centre[1] - radius * direction[1])
-    out = (edge[0] + 26 * direction[0], edge[1] - 26 * direction[1])
-    out = (out[0], max(out[1], 20.0))
-    svg.line(out, edge, THIN)
-    _head(svg, edge, (-direction[0], direction[1]), GREY)
-    svg.text((out[0] - 4, out[1] - 3), words, f'{LABEL} text-anchor="middle"')
 
 
 def _leg_length(svg: Svg, root: Point, end: Point, wire: float, words: str, upper: bool) -> None:

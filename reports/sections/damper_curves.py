@@ -47,7 +47,8 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
         if points:
             line = USED_LAW if in_use else next(styles)
             drawn.append(Law(points, line))
-            key.append((line, f"{law.get('law')}, used" if in_use else str(law.get("law"))))
+            name_shown = str(law.get("law")).replace("_", " ")
+            key.append((line, f"{name_shown}, used" if in_use else name_shown))
         rows.append({**law, "drawn": bool(points)})
     if used and not any(law.get("used") for law in laws):
         drawn.append(Law(used, USED_LAW))

@@ -31,11 +31,12 @@ def content(result: Result) -> dict[str, Any] | Missing:
     for joint in joints:
         stages = [_row(stage, fit, joint) for stage, fit in fits.items() if joint in mapping(fit, "joints")]
         rows.append({"name": joint, "stages": stages})
+    choices = [choice for stage, fit in fits.items() if (choice := _choice(stage, fit))]
     return {
         "joints": rows,
         "stages": [{"name": stage, "what": _STAGES[stage]} for stage in fits],
         "single": "" in fits,
-        "choices": [choice for stage, fit in fits.items() if (choice := _choice(stage, fit))],
+        "choices": sorted(choices, key=lambda choice: choice["stage"] != "target"),
         "not_separable": _not_separable(fits),
     }
 
@@ -74,12 +75,14 @@ def _choice(stage: str, fit: Json) -> Json | None:
                 quantity = mapping(variant, key).get(joint)
                 entry[key] = quantity
                 reference = value_of(mapping(used, key).get(joint))
-                entry[f"{key}_off"] = "" if variant is used else percent(value_of(quantity), reference)
+                apart = quantity is not None and variant is not used
+                entry[f"{key}_off"] = percent(value_of(quantity), reference) if apart else ""
             entry["rms"] = mapping(variant, "rms").get(joint)
             entry["spread"] = mapping(variant, "free_angle_spread").get(joint)
             table.append(entry)
     figure = _figure(stage, list(mapping(fit, "joints")), variants, used)
-    return {"stage": stage, "mode": mode, "why": free.get("why"), "table": table, "figure": figure}
+    return {"stage": stage, "mode": mode, "why": free.get("why"), "table": table, "figure": figure,
+            "n_variant": len(variants), "damper": any(row["damper_rate"] for row in table)}  # fmt: skip
 
 
 def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> Markup | None:

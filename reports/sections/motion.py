@@ -8,7 +8,7 @@ from typing import Any
 from reports.figures.legend import legend
 from reports.figures.palette import FITTED, RECORDED
 from reports.figures.trials import shared_limits, trial_figure
-from reports.quantities import number, text, unit_text
+from reports.quantities import brief, number, unit_text
 from reports.reading import Json, Result, value_of
 from reports.responses import MOST_TRIALS, Response, extremes, file_of, read_response
 from reports.section import Missing, Section, fit_key, fit_of, mapping, sequence
@@ -73,7 +73,7 @@ def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joi
             stated = mapping(trials[name], "rms").get(joint)
             own = response.rms(joint, "measured", "fitted")
             unit = unit_text(response.unit(joint, "fitted"))
-            remark = f"rms {text(stated)}" if stated else ("" if own is None else f"rms {number(own, 3)}{unit}")
+            remark = f"rms {brief(stated)}" if stated else ("" if own is None else f"rms {number(own, 3)}{unit}")
             if (panel := response.panel(joint, _LINES, remark)) is not None:
                 panels.append(panel)
         if panels:

@@ -14,13 +14,20 @@ _STAGES = {"source": "fit to the source", "target": "fit to the target", "refit"
 def content(result: Result) -> dict[str, Any]:
     """Every warning once: the design's own, the joints', the dampers' and the fits', each with its key."""
     found: dict[tuple[str, str], str] = {}
+    joints = joint_names(result.content)
     for joint, text, key in _all(result.content):
-        found.setdefault((_bare(joint, text), joint), key)
+        named = joint or next((name for name in joints if text.startswith(f"{name}: ")), "")
+        found.setdefault((_bare(named, text), named), key)
     texts = {text for text, joint in found if joint}
     rows = [
         {"joint": joint, "text": text, "key": key} for (text, joint), key in found.items() if joint or text not in texts
     ]
     return {"warnings": rows}
+
+
+def joint_names(document: Json) -> list[str]:
+    """The joints of a design or a fit."""
+    return list(mapping(document, "joints")) or list(mapping(document, "stages", "source", "joints"))
 
 
 def _all(document: Json) -> list[tuple[str, str, str]]:

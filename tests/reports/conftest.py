@@ -198,7 +198,7 @@ def damper_law(joint: str) -> Json:
 
 def design_joint(folder: Path, name: str, index: int) -> Json:
     """One joint of ``design.json``: the first's spring cannot be made, the second's is bought, the third's is made."""
-    speeds = [0.05 * 50 ** (i / 11) for i in range(12)]
+    speeds = [0.05 * 800 ** (i / 11) for i in range(12)]
     write_columns(
         folder / "dampers" / f"{name}.csv",
         {"speed [rpm]": speeds, "torque [N*m]": [0.0346 * s**0.46 for s in speeds]},
@@ -213,7 +213,7 @@ def design_joint(folder: Path, name: str, index: int) -> Json:
         {"kind": "smaller_travel", "text": "a smaller travel, 18 deg of 25 deg", "make": spring_to_make(rate)},
     ]
     springs: list[Json] = [
-        {"make": None, "binding": ["stress: the nearest spring has 2100 MPa, allowed are 1230 MPa"], "nearest": nearest},
+        {"make": None, "binding": ["stress: it has 2100 MPa, allowed are 1230 MPa"], "nearest": nearest},
         {"part": "LTR135H 10 M", "vendor": "Lee Spring", "rate": quantity(rate * 1.03, "N*m/rad"),
          "free_angle": quantity(111.0, DEG), "included_angle": quantity(120.0, DEG),
          "wire_diameter": quantity(3.43, "mm"), "outer_diameter": quantity(29.5, "mm"),
