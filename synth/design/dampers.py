@@ -156,7 +156,8 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
         )
     if option.law == "curve" and fastest > 1.1 * speeds[1]:
         said.append(
-            f"{joint}: the wanted motion reaches {fastest:.2g} rad/s, the damper was measured up to {speeds[1]:.2g} rad/s"
+            f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
+            "rad/s and its law is drawn on beyond"
         )
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from math import degrees
@@ -21,7 +21,7 @@ from synth.design.stages import Motion, damper_laws, fit_options, read_motion, r
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
 from synth.fit.estimate import fit_leg
-from synth.fit.result import FitResult, TrialFit
+from synth.fit.result import FitResult, JointFit, TrialFit
 from synth.model.leg import Array, Leg
 from synth.parts.catalog import Catalogue
 from synth.parts.response import WantedResponse
@@ -85,7 +85,9 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
             for joint, option in zip(project.target.joints, dampers.chosen, strict=True)
             if option.damper.curve is not None
         }
-        refit = with_held_out(fit_leg(project.target, scaled, replace(options, curves=curves)), motion.held_out_scaled)
+        near = replace(target, joints=_like(target, dampers.leg))
+        again = fit_leg(project.target, scaled, replace(options, curves=curves, near=near))
+        refit = with_held_out(again, motion.held_out_scaled)
     with stage("choosing springs"):
         fitted = _with_dampers(refit.leg, dampers)
         turning = travels(fitted, wanted.motions)
@@ -96,8 +98,32 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     held_out = scored_trials(target, motion.held_out_scaled)
     warnings = tuple(_warnings(project, motion, target, refit, wanted, dampers, springs, laws, errors))
     return LegDesign(
-        project, source, target, refit, held_out, laws, measured, wanted, dampers, springs, built, motions, errors, warnings
-    )  # fmt: skip
+        project=project,
+        source=source,
+        target=target,
+        refit=refit,
+        held_out=held_out,
+        laws=laws,
+        measured=measured,
+        wanted=wanted,
+        dampers=dampers,
+        springs=springs,
+        built=built,
+        built_motions=motions,
+        errors=errors,
+        warnings=warnings,
+    )
+
+
+def _like(result: FitResult, leg: Leg) -> dict[str, JointFit]:
+    """The result's joints with the spring rates and free angles of a leg, to start the next fit from."""
+    joints = {}
+    for joint in leg.joints:
+        assert joint.spring is not None
+        found = result.joints[joint.name]
+        rate = replace(found.spring_rate, value=joint.spring.rate)
+        joints[joint.name] = replace(found, spring_rate=rate)
+    return joints
 
 
 def _with_dampers(leg: Leg, dampers: DamperChoiceMade) -> Leg:
@@ -128,13 +154,7 @@ def _warnings(
 ) -> list[tuple[str | None, str]]:
     said: list[tuple[str | None, str]] = []
     names = project.target.joint_names
-    fastest = np.max(
-        [
-            np.abs(np.gradient(m, r.time, axis=0)).max(axis=0)
-            for m, r in zip(wanted.motions, wanted.releases, strict=True)
-        ],
-        axis=0,
-    )
+    fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])
     for j, name in enumerate(names):
         speeds = (laws[name].speeds.low, laws[name].speeds.high) if name in laws else (0.0, np.inf)
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j])]
@@ -145,11 +165,9 @@ def _warnings(
         said += [(name, text) for text in texts]
     for text in (*target.not_separable, *target.warnings):
         said.append((_joint_of(text, names), text))
-    said += [
-        (_joint_of(text, names), f"with the real dampers: {text}")
-        for text in refit.not_separable
-        if "mass scale" not in text
-    ]
+    for text in refit.not_separable:
+        if "mass scale" not in text:
+            said.append((_joint_of(text, names), f"with the real dampers: {text}"))
     if target.lost_samples:
         said.append((None, f"{target.lost_samples} lost samples were left out of the fit"))
     if motion.factor != 1.0 and project.dynamic_similarity is False:
@@ -159,6 +177,12 @@ def _warnings(
              "(square root of the ratio of leg lengths), so gravity acts differently on the robot than on the animal")
         )  # fmt: skip
     return said
+
+
+def fastest_rates(motions: Sequence[Array], times: Sequence[Array]) -> Array:
+    """(n,) rad/s, the fastest that each joint turns in motions (m, n) rad over times (m,) s."""
+    rates = [np.abs(np.gradient(m, time, axis=0)).max(axis=0) for m, time in zip(motions, times, strict=True)]
+    return np.asarray(np.max(rates, axis=0))
 
 
 def _joint_of(text: str, names: tuple[str, ...]) -> str | None:

@@ -11,7 +11,7 @@ import numpy as np
 
 import synth
 from synth.design.dampers import DamperOption
-from synth.design.leg_design import LegDesign
+from synth.design.leg_design import LegDesign, fastest_rates
 from synth.design.springs import SpringOption
 from synth.files.curve import write_curve
 from synth.files.leg import write_leg
@@ -30,7 +30,8 @@ def write_files(design: LegDesign, folder: Path) -> None:
     """Everything but design.json, solids and pages."""
     write_leg(design.built, folder / "built.leg.yaml")
     write_leg(design.target.leg, folder / "wanted.leg.yaml")
-    write_mjcf(design.built, fastest_rates(design), folder / "leg.mjcf.xml")
+    times = [release.time for release in design.wanted.releases]
+    write_mjcf(design.built, fastest_rates(design.built_motions, times), folder / "leg.mjcf.xml")
     curves = folder / "dampers"
     curves.mkdir()
     for joint in design.built.joints:
@@ -39,15 +40,6 @@ def write_files(design: LegDesign, folder: Path) -> None:
     write_fit_responses(design.source, folder / "responses" / "source")
     _write_target_responses(design, folder / "responses" / "target")
     _write_bom(design, folder / "bom.csv")
-
-
-def fastest_rates(design: LegDesign) -> Array:
-    """(n,) rad/s, the fastest that each joint turns in the built leg's responses."""
-    rates = [
-        np.abs(np.gradient(motion, release.time, axis=0)).max(axis=0)
-        for motion, release in zip(design.built_motions, design.wanted.releases, strict=True)
-    ]
-    return np.asarray(np.max(rates, axis=0))
 
 
 def write_fit_responses(result: FitResult, folder: Path) -> None:
@@ -258,8 +250,8 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
     design = option.design
     assert design is not None
     what = (
-        f"{design.material} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: wind "
-        f"{design.body_coils:.4g} coils on {design.mean_diameter * 1e3:.4g} mm mean diameter"
+        f"{design.material} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: "
+        f"wind {design.body_coils:.4g} coils on {design.mean_diameter * 1e3:.4g} mm mean diameter"
     )
     return _line(joint, what, "to wind", "", str(design.count), design.strength_source)
 

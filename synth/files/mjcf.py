@@ -26,7 +26,7 @@ def cubic_damping(curve: DamperCurve, fastest: float) -> tuple[Array, float]:
     found = np.linalg.lstsq(design, torque, rcond=None)[0]
     if np.any(design @ found <= 0):
         found = np.array([float(speed @ torque / (speed @ speed)), 0.0, 0.0])
-    return found, float(np.abs(design @ found - torque).max() / torque.max())
+    return np.asarray(found), float(np.abs(design @ found - torque).max() / torque.max())
 
 
 def mjcf_text(leg: Leg, fastest: Array) -> str:

@@ -36,8 +36,9 @@ class FitOptions:
     """How to fit.
 
     ``free_angle``: auto, common or per_trial. ``weight``: noise (each joint by its own residual), amplitude (and each
-    trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known torque-speed curve. ``prior``: how far the
-    leg file's own values may be trusted.
+    trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known
+    torque-speed curve. ``prior``: how far the leg file's own values may be trusted. ``near``: an earlier
+    fit of the same recordings, whose spring rates, free angles and their spread this one starts from and keeps to.
     """
 
     free_angle: str = "auto"
@@ -45,6 +46,7 @@ class FitOptions:
     curves: Mapping[str, DamperCurve] = field(default_factory=dict)
     seed: int = 0
     prior: Prior | None = None
+    near: FitResult | None = None
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = FitOptions()) -> FitResult:
@@ -68,6 +70,8 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
     if options.prior is not None:
         unknowns = replace(unknowns, beliefs=_beliefs(unknowns, given, options.prior))
     model = TrajectoryModel(chain, leg, unknowns)
+    if options.near is not None:
+        return _fit_near(model, recordings, options, options.near)
     values, shifts = _start(model, recordings, options)
     locals_ = _first_locals(recordings)
     scatter = _scatter(recordings)
@@ -93,6 +97,26 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
         stages[mode] = (Stage(moved.solution, stage.weights), spread)
         softened = moved.sentences
     return result_of(model, recordings, stages, mode, why, scatter, softened)
+
+
+def _fit_near(
+    model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions, near: FitResult
+) -> FitResult:
+    """Fit from an earlier result of the same recordings, with its treatment of the free angle."""
+    assert isinstance(model.unknowns, SpringsAndDampers)
+    joints = [near.joints[name] for name in model.leg.joint_names]
+    common = np.array([joint.free_angle.value for joint in joints])
+    rates = np.array([joint.spring_rate.value for joint in joints])
+    damping = np.array([joint.damper_rate.value if joint.damper_rate is not None else 0.0 for joint in joints])
+    spread = np.array([joint.free_angle_spread.value for joint in joints])
+    locals_ = [
+        Local(trial.rotation, trial.rate, model.leg.sign * (trial.free_angle - common)) for trial in near.trials
+    ][: len(recordings)]
+    values = model.unknowns.pack(rates, model.leg.to_rotation(common), damping)
+    held = np.maximum(spread, LEAST_SPREAD) if near.free_angle == "per_trial" else np.zeros_like(spread)
+    stage = _refine(model, recordings, values, locals_, options, held)
+    why = "as in the fit before"
+    return result_of(model, recordings, {near.free_angle: (stage, spread)}, near.free_angle, why, _scatter(recordings))
 
 
 def score(

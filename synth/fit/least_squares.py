@@ -1,7 +1,7 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
 Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, and the weak prior of the common unknowns. The normal equations are arrow-shaped, so a trial's own
+their spread, and the weak priors of the common unknowns and of the initial rates. The normal equations are arrow-shaped, so a trial's own
 unknowns are eliminated trial by trial and the cost of a step is linear in the number of trials (Triggs et al. 2000,
 "Bundle adjustment", section 6). Damping after Nielsen 1999 (IMM-REP-1999-05).
 """
@@ -161,6 +161,12 @@ def _assess(
         predictions.append(found.prediction)
         part = _normal(recording, found, weights.noise[t])
         shifted = model.shifted(recording)
+        rate, deviation = recording.initial_rate
+        for k, j in enumerate(recording.free):
+            place, off = len(recording.free) + k, local.rate[j] - rate[j]
+            part.own[place, place] += deviation[j] ** -2
+            part.own_gradient[place] += deviation[j] ** -2 * off
+            part.cost += 0.5 * (off / deviation[j]) ** 2
         first = 2 * len(recording.free)
         for k, j in enumerate(shifted):
             precision = 1.0 / max(weights.spread[j], 1e-9) ** 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,6 +37,17 @@ class Recording:
     smoothed: Smoothed
     known_torque: tuple[Array, Array] | None = None
     n_lost: int = 0
+
+    @cached_property
+    def initial_rate(self) -> tuple[Array, Array]:
+        """Initial rate (n,) rad/s as the smoothed samples show it, and how far it may be off (n,), a standard deviation.
+
+        So wide that it decides nothing that the trajectory shows. It is there for a joint so damped that its initial
+        rate dies within a sample: without it any rate would do, and a thousand degrees a second be found.
+        """
+        step = float(np.median(np.diff(self.time)))
+        largest = np.abs(self.smoothed.rate).max(axis=0)
+        return self.smoothed.rate[0], 0.3 * largest + self.smoothed.noise / step + 1e-6
 
     @property
     def free(self) -> list[int]:

@@ -19,7 +19,7 @@ TUNING_STEPS = 10
 
 @dataclass(frozen=True)
 class Release:
-    """One release: its name, times (m,) s, initial rotation (n,) rad and rate (n,) rad/s, and what was done to the leg."""
+    """One release: times (m,) s, initial rotation (n,) rad and rate (n,) rad/s, and what was done to the leg."""
 
     name: str
     time: Array
@@ -70,7 +70,7 @@ class WantedResponse:
         return np.asarray(np.sqrt(np.mean(self.errors(legs) ** 2, axis=1)))
 
     def at_rest_like_wanted(self, leg: Leg) -> Leg:
-        """The leg with free angles moved so that it comes to rest in the wanted leg's pose, whatever its spring rates."""
+        """The leg with free angles moved so that it rests in the wanted leg's pose, whatever its spring rates."""
         pose = rest_pose(self.leg)
         torque = static_torque(coefficients(leg), pose, leg.tilt)
         joints = []
