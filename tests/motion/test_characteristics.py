@@ -1,0 +1,114 @@
+"""Response characteristics against the closed form of a second-order system released at rest."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from synth.motion.characteristics import characteristics
+
+Array = NDArray[np.float64]
+NATURAL = 20.0  # rad/s
+
+
+def released(time: Array | float, ratio: float) -> Array:
+    """Level of a release at rest from 1; Inman, Engineering Vibration, 4th ed., section 1.3."""
+    t = np.asarray(time)
+    if ratio < 1:
+        damped = NATURAL * math.sqrt(1 - ratio**2)
+        swing = np.cos(damped * t) + ratio * NATURAL / damped * np.sin(damped * t)
+        return np.exp(-ratio * NATURAL * t) * swing
+    if ratio == 1:
+        return np.exp(-NATURAL * t) * (1 + NATURAL * t)
+    root = NATURAL * math.sqrt(ratio**2 - 1)
+    slow, fast = -ratio * NATURAL + root, -ratio * NATURAL - root
+    return (fast * np.exp(slow * t) - slow * np.exp(fast * t)) / (fast - slow)
+
+
+def times(ratio: float) -> Array:
+    """(n,) s, until all has died away."""
+    slowest = ratio if ratio < 1 else ratio - math.sqrt(ratio**2 - 1)
+    return np.arange(0.0, 25.0 / (slowest * NATURAL), 5e-4)
+
+
+def rise_time(ratio: float) -> float:
+    first, last = (
+        brentq(lambda t, level=level: float(released(t, ratio)) - level, 0, 3 * math.pi * max(1, ratio) / NATURAL / 2)
+        for level in (0.9, 0.1)
+    )
+    return last - first
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("amplitude", [0.4, -0.05])
+def test_underdamped_release_shows_its_ratio_frequency_overshoot_and_times(ratio: float, amplitude: float) -> None:
+    time = times(ratio)
+    found = characteristics(time + 3.0, 1.2 + amplitude * released(time, ratio))
+    assert found.validity.startswith("valid")
+    assert found.amplitude == pytest.approx(amplitude, rel=1e-6)
+    assert found.damping_ratio == pytest.approx(ratio, rel=2e-3)
+    assert found.damped_frequency == pytest.approx(NATURAL * math.sqrt(1 - ratio**2), rel=1e-3)
+    assert found.overshoot == pytest.approx(math.exp(-math.pi * ratio / math.sqrt(1 - ratio**2)), rel=1e-4)
+    assert found.rise_time == pytest.approx(rise_time(ratio), rel=1e-4)
+    outside = np.abs(released(time, ratio)) > 0.1
+    assert found.settling_time == pytest.approx(time[np.flatnonzero(outside)[-1] + 1], abs=1e-9)
+
+
+def test_one_half_cycle_is_said_to_be_one() -> None:
+    # exp(-pi 0.5/0.866) = 16 %, its square 2.7 %, its cube 0.4 %: two peaks above the least of 2 %
+    found = characteristics(times(0.5), released(times(0.5), 0.5))
+    assert found.validity == "valid, from one half cycle"
+
+
+@pytest.mark.parametrize("ratio", [0.8, 1.0, 1.5, 4.0])
+def test_well_damped_release_has_rise_time_but_no_ratio(ratio: float) -> None:
+    time = times(ratio)
+    found = characteristics(time, 0.3 * released(time, ratio))
+    assert found.rise_time == pytest.approx(rise_time(ratio), rel=1e-3)
+    assert found.damping_ratio is None
+    assert found.damped_frequency is None
+    assert found.validity == "fewer than two swings past rest"
+    assert found.overshoot == pytest.approx(math.exp(-math.pi * 0.8 / 0.6) if ratio == 0.8 else 0.0, abs=1e-6)
+    assert found.settling_time is not None
+
+
+def test_noise_alone_is_no_swing() -> None:
+    time = times(1.5)
+    noise = np.random.default_rng(0).normal(0, 0.002, len(time))
+    found = characteristics(time, 0.1 * released(time, 1.5) + noise, noise=0.002)
+    assert found.damping_ratio is None
+
+
+def test_dry_friction_decays_by_steps_and_is_called_doubtful() -> None:
+    # Coulomb: half cycles lose the same amount each, not the same share; Inman, section 1.10
+    pieces = [(1.0 - 0.2 * m - 0.1) for m in range(5)]
+    half = np.linspace(0, 1, 200, endpoint=False)
+    swing = np.concatenate([(-1) ** m * (a * np.cos(np.pi * half) + 0.1) for m, a in enumerate(pieces)])
+    angle = np.r_[swing, np.zeros(2000)]
+    found = characteristics(np.arange(len(angle)) / 200, angle)
+    assert found.validity.startswith("doubtful")
+    assert found.damping_ratio is not None
+
+
+def test_growing_swings_have_no_ratio() -> None:
+    time = np.linspace(0, 6 * math.pi, 3000)
+    angle = np.r_[np.cos(time) * np.exp(0.05 * time), np.zeros(3000)]
+    found = characteristics(np.arange(6000) / 1000, angle)
+    assert (found.damping_ratio, found.validity) == (None, "the swings grow")
+
+
+def test_what_starts_at_rest_shows_nothing() -> None:
+    time = np.linspace(0, 1, 200)
+    found = characteristics(time, np.full(200, 0.7))
+    assert found.validity == "starts at rest"
+    assert (found.rise_time, found.damping_ratio, found.overshoot, found.settling_time) == (None,) * 4
+    assert characteristics(time, 0.001 * np.exp(-9 * time), noise=0.002).validity == "starts at rest"
+
+
+def test_a_recording_that_ends_while_it_moves_has_no_settling_time() -> None:
+    time = np.arange(0.0, 1.5, 1e-3)
+    assert characteristics(time, released(time, 0.02)).settling_time is None

@@ -1,0 +1,114 @@
+"""Smoothing against scipy, lost samples found without taking fast swings for them, the noise told rightly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from synth.motion.smoothing import initial_state, lost_samples, savitzky_golay, smooth
+
+Array = NDArray[np.float64]
+
+
+def swing(time: Array, frequency: float = 3.0, amplitude: float = 0.4) -> Array:
+    """(n, 1) rad, a decaying swing."""
+    return (amplitude * np.exp(-2 * time) * np.cos(2 * np.pi * frequency * time))[:, None]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(2, 12), st.integers(1, 4), st.integers(25, 80), st.integers(0, 99), st.floats(1e-4, 0.1))
+def test_savitzky_golay_is_scipys(half: int, degree: int, count: int, seed: int, step: float) -> None:
+    degree = min(degree, 2 * half)
+    value = np.random.default_rng(seed).normal(size=(count, 2))
+    smoothed, rate, kept = savitzky_golay(value, 2 * half + 1, degree, step)
+    wanted = {"window_length": 2 * half + 1, "polyorder": degree, "axis": 0, "mode": "interp"}
+    np.testing.assert_allclose(smoothed, savgol_filter(value, **wanted), atol=1e-10)
+    np.testing.assert_allclose(rate * step, savgol_filter(value, deriv=1, delta=1.0, **wanted), atol=1e-10)
+    # the residual's variance is that of 1 - H in the middle row
+    row = np.eye(2 * half + 1)[half] - savgol_filter(np.eye(2 * half + 1), 2 * half + 1, degree, axis=0)[half]
+    assert kept == pytest.approx(row @ row, abs=1e-12)
+
+
+def test_a_cubic_passes_unchanged_to_its_ends() -> None:
+    time = np.linspace(0.2, 0.7, 101)
+    angle = np.stack([1 - time + 3 * time**2 - 2 * time**3, 0.5 * time], axis=1)
+    rate = np.stack([-1 + 6 * time - 6 * time**2, np.full(101, 0.5)], axis=1)
+    found = smooth(time, angle, np.zeros_like(angle, dtype=bool))
+    np.testing.assert_allclose(found.time, time, atol=1e-12)
+    np.testing.assert_allclose(found.angle, angle, atol=1e-12)
+    np.testing.assert_allclose(found.rate, rate, atol=1e-10)
+    first, speed = initial_state(found)
+    np.testing.assert_allclose([first, speed], [angle[0], rate[0]], atol=1e-10)
+    assert found.noise.max() < 1e-12
+    assert not found.gap.any()
+
+
+@pytest.mark.parametrize(("rate", "joints"), [(100.0, 1), (500.0, 3), (1000.0, 1)])
+def test_noise_is_told_within_five_per_cent(rate: float, joints: int) -> None:
+    time = np.arange(0, 1.0 + 0.5 / rate, 1 / rate)
+    generator = np.random.default_rng(7)
+    told = []
+    for _ in range(round(60_000 / rate / joints)):
+        angle = np.tile(swing(time, 1.5), joints) + generator.normal(0, 1.7e-3, (len(time), joints))
+        told.append(smooth(time, angle, np.zeros_like(angle, dtype=bool)).noise)
+    assert np.sqrt(np.mean(np.square(told))) == pytest.approx(1.7e-3, rel=0.05)
+
+
+def test_missing_and_lone_samples_are_found_in_noise() -> None:
+    time = np.arange(0, 1, 0.002)
+    generator = np.random.default_rng(2)
+    angle = np.tile(swing(time), 2) + generator.normal(0, 1.7e-3, (len(time), 2))
+    wrong = np.zeros_like(angle, dtype=bool)
+    for sample, height in zip((40, 90, 200, 333, 460), (0.05, -0.08, 0.5, -6.28, 0.06), strict=True):
+        angle[sample, 0] += height
+        wrong[sample, 0] = True
+    angle[100:104, 1] = np.nan
+    wrong[100:104, 1] = True
+    np.testing.assert_array_equal(lost_samples(angle), wrong)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.7e-3])
+@pytest.mark.parametrize("frequency", [1.0, 8.0, 25.0])
+def test_fast_swings_and_jumps_of_speed_are_no_lost_samples(frequency: float, noise: float) -> None:
+    time = np.arange(0, 1, 0.002)
+    generator = np.random.default_rng(4)
+    moving = np.where(time[:, None] < 0.3, 0.4, swing(time - 0.3, frequency))  # held, then let go
+    angle = moving + generator.normal(0, 1, moving.shape) * noise
+    assert not lost_samples(angle).any()
+    stopped = np.minimum(np.abs(swing(time, frequency)), 0.2)  # corners where it hits something
+    assert not lost_samples(stopped + generator.normal(0, 1, moving.shape) * noise).any()
+
+
+def test_lost_samples_are_bridged_and_a_hole_is_marked() -> None:
+    time = np.arange(0, 1, 0.002)
+    angle = swing(time)
+    lost = np.zeros_like(angle, dtype=bool)
+    lost[[50, 51, 120]] = True
+    lost[300:310] = True
+    broken = np.where(lost, np.nan, angle)
+    found = smooth(time, broken, lost)
+    np.testing.assert_allclose(found.angle[:290], angle[:290], atol=5e-4)
+    assert found.gap[300:310].all()
+    assert not found.gap[:299].any()
+    assert not found.gap[311:].any()  # its edges may count, two lost samples do not make a hole
+
+
+def test_uneven_times_come_out_even() -> None:
+    generator = np.random.default_rng(8)
+    time = np.arange(0, 1, 0.002) + np.r_[0, generator.uniform(-4e-4, 4e-4, 498), 0]
+    found = smooth(time, swing(time), np.zeros((500, 1), dtype=bool))
+    np.testing.assert_allclose(np.diff(found.time), np.median(np.diff(time)), rtol=1e-9)
+    np.testing.assert_allclose(found.angle, swing(found.time), atol=3e-4)
+
+
+def test_too_few_samples_are_refused() -> None:
+    with pytest.raises(ValueError, match="at least 7"):
+        smooth(np.arange(6) * 0.01, np.zeros((6, 1)), np.zeros((6, 1), dtype=bool))
+    lost = np.zeros((50, 2), dtype=bool)
+    lost[5:, 1] = True
+    with pytest.raises(ValueError, match="joint 1: 5 good samples"):
+        smooth(np.arange(50) * 0.01, np.zeros((50, 2)), lost)
