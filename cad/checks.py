@@ -79,7 +79,9 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
         error = abs(volume / part.exact_volume - 1.0)
         results.append(_at_most("volume", part.name, error, limit, "", f"solid against {part.exact_volume:.2f} mm^3"))
     mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)
-    closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
+    # manifold3d turns a mesh that it cannot use into nothing, and nothing overlaps nothing.
+    usable = not _manifold(part.mesh).is_empty()
+    closed = bool(mesh.is_watertight and mesh.is_winding_consistent and usable)
     bodies = int(mesh.body_count)
     results.append(
         CheckResult(

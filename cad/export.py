@@ -58,8 +58,8 @@ def export_leg(
         write_stl([part.mesh], folder / f"{part.name}.stl")
         written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in ("step", "stl")]
     for index in range(len(leg.joints)):
-        written += _write_assembly(leg, [index], file_name(leg.joints[index].dimensions.name), folder)
-    written += _write_assembly(leg, list(range(len(leg.joints))), "leg", folder)
+        written += _write_assembly(leg, index, folder)
+    written += _write_assembly(leg, None, folder)
     if pictures:
         written += draw_leg(leg, folder)
     return written
@@ -100,24 +100,23 @@ def _joint_items(joint: BuiltJoint) -> list[tuple[Mesh, Colour]]:
     return [(joint.mesh_at(part, angle), part.colour) for part in joint.parts]
 
 
-def _write_assembly(leg: BuiltLeg, indices: list[int], name: str, folder: Path) -> list[ExportedFile]:
-    """STEP and STL of one joint (in its own frame) or of several (in the leg's)."""
+def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[ExportedFile]:
+    """STEP and STL of one joint in its own frame without its link, or (None) of the whole leg in the leg's frame."""
     import cadquery as cq
 
-    assembly = cq.Assembly(name=f"{name}_assembly")
+    name = "leg" if only is None else file_name(leg.joints[only].dimensions.name)
+    stem = f"{name}_assembly"
+    assembly = cq.Assembly(name=stem)
     meshes: list[Mesh] = []
-    for index, place in enumerate(leg.placements()):
-        if index not in indices:
+    for index, (joint, link, place) in enumerate(zip(leg.joints, leg.links, leg.placements(), strict=True)):
+        if only is not None and index != only:
             continue
-        joint, link = leg.joints[index], leg.links[index]
-        alone = len(indices) == 1
-        turn, shift = (0.0, (0.0, 0.0, 0.0)) if alone else (place.turn, (place.x, place.y, 0.0))
+        turn, shift = (place.turn, (place.x, place.y, 0.0)) if only is None else (0.0, (0.0, 0.0, 0.0))
         angle = joint.dimensions.rest_angle
-        for part in (*joint.parts, *([] if alone else [link])):
+        for part in (*joint.parts, *([link] if only is None else [])):
             solid = joint.solid_at(part, angle).rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
             assembly.add(solid, name=part.name, color=cq.Color(*part.colour))
             meshes.append(joint.mesh_at(part, angle).turned(turn, shift))
-    stem = f"{name}_assembly"
     write_step(assembly, folder / f"{stem}.step")
     write_stl(meshes, folder / f"{stem}.stl")
     return [ExportedFile(f"{stem}.{kind}", kind, name) for kind in ("step", "stl")]

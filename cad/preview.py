@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,10 @@ class Camera:
 
     def __init__(self, width: int = 800, height: int = 600) -> None:
         try:
-            import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  registers the off-screen window
-            from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+            self._renderer, self._window = _renderer_and_window()
         except ImportError as error:
             raise PreviewError(f"no pictures: vtk cannot be loaded ({error})") from error
-        self._renderer: Any = vtkRenderer()
         self._renderer.SetBackground(1.0, 1.0, 1.0)
-        self._window: Any = vtkRenderWindow()
         self._window.SetOffScreenRendering(1)
         self._window.SetSize(width, height)
         self._window.SetMultiSamples(4)
@@ -98,6 +96,15 @@ class Camera:
         self._window.Finalize()
 
 
+def _renderer_and_window() -> tuple[Any, Any]:
+    """A renderer and a window; without a display the one that needs none, or vtk grumbles before it falls back."""
+    from vtkmodules import vtkRenderingOpenGL2
+    from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
+
+    headless = not os.environ.get("DISPLAY") and hasattr(vtkRenderingOpenGL2, "vtkEGLRenderWindow")
+    return vtkRenderer(), vtkRenderingOpenGL2.vtkEGLRenderWindow() if headless else vtkRenderWindow()
+
+
 def _actors(mesh: Mesh, colour: Colour) -> list[Any]:
     """The shaded surface and its sharp edges."""
     from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkPolyDataNormals
@@ -137,9 +144,10 @@ def _poly_data(mesh: Mesh) -> Any:
 
     points = vtkPoints()
     points.SetData(numpy_to_vtk(np.ascontiguousarray(mesh.vertices), deep=True))
-    cells = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.int64).ravel()
+    corners = np.ascontiguousarray(mesh.faces, dtype=np.int64).ravel()
+    starts = np.arange(0, len(corners) + 1, 3, dtype=np.int64)
     triangles = vtkCellArray()
-    triangles.SetCells(len(mesh.faces), numpy_to_vtkIdTypeArray(cells, deep=True))
+    triangles.SetData(numpy_to_vtkIdTypeArray(starts, deep=True), numpy_to_vtkIdTypeArray(corners, deep=True))
     data = vtkPolyData()
     data.SetPoints(points)
     data.SetPolys(triangles)

@@ -95,7 +95,8 @@ def test_a_file_in_the_folder_s_place_is_an_os_error(exported, tmp_path):
 def test_normalising_refuses_a_layout_that_it_does_not_know():
     text = (
         "FILE_NAME('x','2026-01-01T00:00:00',('A'));\n"
-        "#1 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#2),#9);\n#2 = OVER_RIDING_STYLED_ITEM();\nENDSEC;\n"
+        "#1 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#2),#9);\n"
+        "#2 = OVER_RIDING_STYLED_ITEM();\nENDSEC;\n"
     )
     with pytest.raises(ValueError, match="unknown style"):
         normalised_step(text)

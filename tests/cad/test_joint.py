@@ -100,9 +100,8 @@ def test_lower_half_turns_with_the_measured_angle(sign):
     link_end = joint.mesh_at(joint.part("lower"), 120.0).vertices
     far = link_end[(link_end[:, 0] ** 2 + link_end[:, 1] ** 2).argmax()]
     # Measured 120 of 180 straight: q = sign (120 - 180) = -60 sign; the link points to -90 + q.
-    assert math.degrees(math.atan2(far[1], far[0])) == pytest.approx(-90.0 - 60.0 * sign, abs=15.0) or (
-        math.degrees(math.atan2(far[1], far[0])) == pytest.approx(270.0 - 60.0 * sign, abs=15.0)
-    )
+    off = (math.degrees(math.atan2(far[1], far[0])) - (-90.0 - 60.0 * sign) + 180.0) % 360.0 - 180.0
+    assert off == pytest.approx(0.0, abs=15.0)
 
 
 @pytest.mark.parametrize("angle", [100.0, 120.0, 139.0, 150.0, 165.0])
@@ -121,8 +120,8 @@ def test_a_loaded_spring_keeps_its_wire_and_its_shafts(angle):
 def test_random_joints_pass_or_are_refused_by_name():
     import random
 
-    built = 0
-    for seed in range(8):
+    built, refused = 0, []
+    for seed in range(6):
         draw = random.Random(seed)
         wire = draw.uniform(0.8, 5.0)
         angle = draw.choice([90.0, 120.0, 180.0, draw.uniform(60.0, 300.0)])
@@ -154,11 +153,12 @@ def test_random_joints_pass_or_are_refused_by_name():
             )
             dimensions = replace(dimensions, upper_arm_angle=clear_upper_arm_angle(dimensions))
         except DimensionError as error:
-            assert all(problem.dimension.startswith("joint.") and problem.reason for problem in error.problems)
+            refused += error.problems
             continue
         assert failed(check_joint(build_joint(dimensions))) == [], dimensions
         built += 1
-    assert built >= 5
+    assert built >= 4
+    assert all(problem.dimension.startswith("joint.") and problem.reason for problem in refused)
 
 
 def test_gates_see_a_wrong_sweep(leg):
@@ -224,9 +224,9 @@ def test_gates_see_an_open_mesh_and_a_swollen_part(leg):
     upper = joint.part("upper")
     holed = replace(upper, mesh=type(upper.mesh)(upper.mesh.vertices, upper.mesh.faces[1:]))
     assert "closed mesh" in failed(check_part(holed))
-    assert failed(check_part(replace(upper, solid=upper.solid.scale(1.001)))) == ["mesh volume", "volume"] or (
-        "volume" in failed(check_part(replace(upper, solid=upper.solid.scale(1.001))))
-    )
+    assert "volume" in failed(check_part(replace(upper, solid=upper.solid.scale(1.001))))
+    inside_out = replace(upper, mesh=type(upper.mesh)(upper.mesh.vertices, upper.mesh.faces[:, ::-1]))
+    assert {"closed mesh", "mesh volume"} & set(failed(check_part(inside_out)))
 
 
 def test_a_failed_gate_raises_with_all_results(leg):
