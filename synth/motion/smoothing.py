@@ -11,6 +11,8 @@ from synth.model.leg import Array
 
 Mask = NDArray[np.bool_]
 
+COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger least difference is none of its counts
+
 
 @dataclass(frozen=True)
 class Smoothed:
@@ -32,7 +34,8 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
 
     A Hampel filter on second differences: a sample is lost when it departs from the mean of its two neighbours by
     more than ``limit`` robust standard deviations of that departure while its neighbours agree with theirs
-    (Pearson, *Mining Imperfect Data*, 2005, section 3.2).
+    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). The deviation is never taken for less than what rounding to
+    the encoder's counts makes: in a quiet recording most departures are zero and a flicker of one count is no spike.
     """
     lost = ~np.isfinite(angle)
     for j in range(angle.shape[1]):
@@ -42,7 +45,9 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
         value = angle[good, j]
         middle = value[1:-1] - 0.5 * (value[:-2] + value[2:])
         floor = 1e-9 + 1e-6 * float(np.ptp(value))
-        scale = 1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + floor
+        counts = np.diff(np.unique(value))
+        rounding = np.sqrt(1.5 / 12.0) * float(counts.min(initial=COARSEST_COUNT, where=counts > 1e-12))
+        scale = max(1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + floor, rounding)
         spike = np.abs(middle) > limit * scale
         # A lone spike of height h shows as h in its own difference and -h/2 in both neighbours'; a fast swing does not.
         before, after = np.r_[0.0, middle[:-1]], np.r_[middle[1:], 0.0]

@@ -83,6 +83,25 @@ def test_fast_swings_and_jumps_of_speed_are_no_lost_samples(frequency: float, no
     assert not lost_samples(stopped + generator.normal(0, 1, moving.shape) * noise).any()
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.002, 0.005, 0.01, 0.02, 0.1])
+@pytest.mark.parametrize("rate", [100.0, 500.0, 1000.0])
+def test_flicker_of_one_count_is_no_lost_sample_but_a_spike_is(noise: float, rate: float) -> None:
+    time = np.arange(0, 2, 1 / rate)
+    generator = np.random.default_rng(1)
+    angle = 100.013 + np.degrees(swing(time)) + generator.normal(0, 1, (len(time), 1)) * noise
+    count = 360 / 8192
+    read = count * np.round(angle / count)
+    assert not lost_samples(np.radians(read)).any()
+    read[-30] += 30 * count
+    np.testing.assert_array_equal(np.flatnonzero(lost_samples(np.radians(read))), [len(time) - 30])
+
+
+def test_a_spike_in_a_joint_that_stands_still_is_found() -> None:
+    angle = np.full((100, 1), 0.3)
+    angle[50] += 0.1
+    np.testing.assert_array_equal(np.flatnonzero(lost_samples(angle)), [50])
+
+
 def test_lost_samples_are_bridged_and_a_hole_is_marked() -> None:
     time = np.arange(0, 1, 0.002)
     angle = swing(time)
