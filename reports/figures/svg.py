@@ -71,7 +71,7 @@ class Svg:
 
     def text(self, place: Point, words: str, style: str = "", most: int | None = None) -> None:
         """Words; longer than ``most`` characters they are cut, the whole being the tooltip."""
-        shown = words if most is None or len(words) <= most else words[: most - 1] + "…"
+        shown = words if most is None else shortened(words, most)
         tip = "" if shown == words else f"<title>{escape(words)}</title>"
         position = f'x="{coordinate(place[0])}" y="{coordinate(place[1])}"'
         self._parts.append(f"<text {position} {style}>{escape(shown)}{tip}</text>")
@@ -80,6 +80,11 @@ class Svg:
     def markup(self) -> Markup:
         """The drawing, safe to put into a page: every word in it was escaped."""
         return Markup("".join(self._parts) + "</svg>")
+
+
+def shortened(words: str, most: int) -> str:
+    """Words of at most so many characters, an ellipsis at the end where they are cut."""
+    return words if len(words) <= most else words[: max(1, most - 1)] + "…"
 
 
 def polyline_path(points: Iterable[Point]) -> str:

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports.figures.axes import Axes, Scale, padded
 from reports.figures.palette import BLACK, GREY, Line
-from reports.figures.svg import Point, Svg, thinned
+from reports.figures.svg import Point, Svg, shortened, thinned
 from reports.quantities import unit_text
 
 WIDTH = 960.0
@@ -91,7 +91,7 @@ def _draw(svg: Svg, panel: Panel, limits: Limits, corner: Point, width: float) -
     most = max(8, int((width - 110) / 6.2))
     svg.text(
         (left + 4, top + 13),
-        f"{_cut(panel.joint, most - len(unit) - 9)} angle [{unit}]",
+        f"{shortened(panel.joint, most - len(unit) - 9)} angle [{unit}]",
         f'font-size="11.5" fill="{BLACK}" font-weight="600"',
     )
     svg.text((axes.x.end, top + 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')
@@ -103,7 +103,3 @@ def _draw(svg: Svg, panel: Panel, limits: Limits, corner: Point, width: float) -
             svg.dots(points, curve.line.width, curve.line.colour)
         else:
             svg.polyline(points, curve.line.style)
-
-
-def _cut(name: str, most: int) -> str:
-    return name if len(name) <= most else name[: max(1, most - 1)] + "…"

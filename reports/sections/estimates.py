@@ -7,6 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from reports.figures.intervals import Row, interval_figure
+from reports.figures.svg import shortened
 from reports.quantities import in_si, interval_of, percent
 from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
@@ -101,7 +102,8 @@ def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> 
                     continue
                 scale = value / (value_of(quantity) or 1.0) / reference
                 low, high = interval_of(quantity) or (None, None)
-                label = f"{joint} {symbol}, {str(variant.get('free_angle')).replace('_', ' ')}"
+                treatment = str(variant.get("free_angle")).replace("_", " ")
+                label = f"{shortened(joint, 14)} {symbol}, {treatment}"
                 ends = (None if low is None else low * scale, None if high is None else high * scale)
                 rows.append(Row(label, group, value / reference, *ends, first))
                 first = False

@@ -30,7 +30,7 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
         "name": name,
         "spring": {} if made else spring,
         "made": made,
-        "no_spring": "make" in spring and not made,
+        "no_spring": not made and any(key in spring for key in ("make", "binding", "nearest")),
         "wanted": mapping(joint, "wanted"),
         "wanted_rate": wanted,
         "off": percent(value_of(spring.get("rate")), value_of(wanted)),

@@ -1,0 +1,183 @@
+"""Numbers as text, ticks, thinning, laws and the spring's drawing against closed forms."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reports import quantities
+from reports.figures.axes import Scale, log_ticks, padded, tick_text, ticks
+from reports.figures.spring_drawing import Spring, arms_of
+from reports.figures.svg import polyline_path, thinned
+from reports.figures.torque_speed import RPM, law_points
+from reports.reading import ReportError, Table, read_table
+from reports.responses import Response, extremes, file_of
+from reports.sections.spring_sheet import drawing_of
+
+
+def quantity(value: float, unit: str, *interval: float | None) -> dict[str, object]:
+    return {"value": value, "unit": unit, **({"interval90": list(interval)} if interval else {})}
+
+
+@pytest.mark.parametrize(
+    ("written", "shown", "between"),
+    [
+        (quantity(1.7104, "N*m/rad", 1.66, 1.76), "1.710\u00a0N·m/rad", "1.660 to 1.760"),
+        (quantity(23.71828, "N*m/rad", 20.1, 27.9), "23.7\u00a0N·m/rad", "20.1 to 27.9"),
+        (quantity(139.04, "deg", 138.6, 139.5), "139.04°", "138.60 to 139.50"),
+        (quantity(-0.004, "deg", -0.8, 0.8), "0.00°", "−0.80 to 0.80"),
+        (quantity(5.0, "N*m/rad", 3.0, None), "5\u00a0N·m/rad", "above 3"),
+        (quantity(5.0, "N*m/rad", None, 9.0), "5\u00a0N·m/rad", "below 9"),
+        (quantity(0.6180339, "1"), "0.618", ""),
+        (quantity(1234.56, "MPa"), "1235\u00a0MPa", ""),
+        (quantity(2.5e-7, "kg*m^2"), "2.5·10⁻⁷\u00a0kg·m²", ""),
+        (quantity(-9.0, "deg"), "−9°", ""),
+        ({}, "–", ""),
+        (None, "–", ""),
+    ],
+)
+def test_a_quantity_has_the_digits_that_its_interval_bears(written: object, shown: str, between: str) -> None:
+    assert quantities.text(written) == shown
+    assert quantities.interval_text(written) == between
+
+
+def test_percent_is_of_the_whole() -> None:
+    assert quantities.percent(2.1, 2.0) == "+5.0\u00a0%"
+    assert quantities.percent(1.0, 2.0) == "−50\u00a0%"
+    assert quantities.percent(2.0, 2.0) == "0\u00a0%"
+    assert quantities.percent(None, 2.0) == quantities.percent(1.0, 0.0) == "–"
+
+
+@given(st.floats(1e-6, 1e6), st.floats(-1e6, 1e6), st.integers(2, 12))
+def test_ticks_are_few_even_and_inside(span: float, low: float, most: int) -> None:
+    found = ticks(low, low + span, most)
+    assert 1 <= len(found) <= most
+    assert all(low - 1e-6 * span <= tick <= low + span * (1 + 1e-6) for tick in found[1:])
+    steps = [b - a for a, b in itertools.pairwise(found)]
+    assert all(math.isclose(step, steps[0], rel_tol=1e-3) for step in steps)
+
+
+@given(st.floats(1e-3, 1e3), st.floats(1.05, 1e5))
+def test_logarithmic_ticks_are_inside(low: float, ratio: float) -> None:
+    found = log_ticks(low, low * ratio, 9)
+    assert 1 <= len(found) <= 9
+    assert all(low * (1 - 1e-6) <= tick <= low * ratio * (1 + 1e-6) for tick in found)
+
+
+def test_tick_labels_have_the_decimals_of_their_step() -> None:
+    assert [tick_text(tick, [0.0, 0.05, 0.1]) for tick in (0.0, 0.05, 0.1)] == ["0", "0.05", "0.10"]
+    assert [tick_text(tick, [-20.0, -10.0, 0.0]) for tick in (-20.0, 0.0)] == ["−20", "0"]
+    assert [tick_text(tick, [0.1, 1.0, 10.0]) for tick in (0.1, 1.0, 10.0)] == ["0.1", "1", "10"]
+
+
+def test_a_scale_maps_its_ends_and_the_middle() -> None:
+    assert Scale(2.0, 6.0, 100.0, 0.0)(3.0) == pytest.approx(75.0)
+    assert Scale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(10.0) == pytest.approx(5.0)
+    assert math.isnan(Scale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(-1.0))
+    assert padded([3.0, math.nan, 3.0], least=2.0) == pytest.approx((1.88, 4.12))
+
+
+@given(st.lists(st.one_of(st.floats(-1e3, 1e3), st.just(math.nan)), min_size=1, max_size=400), st.integers(1, 30))
+def test_thinning_keeps_extremes_and_order(values: list[float], buckets: int) -> None:
+    times = [float(i) for i in range(len(values))]
+    kept = thinned(times, values, buckets)
+    assert [t for t, _ in kept] == sorted(t for t, _ in kept)
+    assert len(kept) <= max(len(values) if len(values) <= 2 * buckets else 0, 2 * buckets + 2)
+    finite = [v for v in values if math.isfinite(v)]
+    if finite:
+        shown = [v for _, v in kept if math.isfinite(v)]
+        assert (min(shown), max(shown)) == (min(finite), max(finite))
+
+
+def test_a_missing_sample_breaks_the_line() -> None:
+    path = polyline_path([(0, 0), (1, 1), (2, math.nan), (3, 3), (4, 4)])
+    assert path == "M0 0L1 1M3 3L4 4"
+    assert polyline_path([(0, math.nan)]) == ""
+
+
+def test_laws_agree_with_their_formulas() -> None:
+    power = law_points("power", {"torque_at_1_rad_per_s": 0.1, "exponent": 0.5}, 4.0 / RPM)
+    assert power is not None
+    assert power[-1] == pytest.approx((4.0 / RPM, 0.2))
+    friction = law_points("coulomb_viscous", {"friction": 0.3, "rate": 0.1}, 2.0 / RPM)
+    assert friction is not None
+    assert friction[-1][1] == pytest.approx(0.5)
+    assert friction[0][1] > 0.3
+    assert law_points("table", {"slope_1": 1.0}, 10.0) is None
+    assert law_points("power", {"exponent": 0.5}, 10.0) is None
+
+
+@given(st.floats(2.0, 30.0), st.floats(0.5, 6.0), st.floats(5.0, 60.0))
+def test_drawn_arms_are_tangent_and_enclose_the_included_angle(coils: float, wire: float, leg: float) -> None:
+    """The wire turns 2 pi N counter-clockwise from the first arm's root to the second's, whatever N."""
+    included = math.radians((180.0 - 360.0 * (coils % 1.0)) % 360.0)
+    mean = 8 * wire
+    first, second = arms_of(Spring(wire, mean, coils, included, (leg, leg), wire * (coils + 1)))
+    for arm in (first, second):
+        assert math.hypot(*arm.root) == pytest.approx(mean / 2)
+        assert arm.root[0] * arm.direction[0] + arm.root[1] * arm.direction[1] == pytest.approx(0.0, abs=1e-9 * mean)
+        assert math.dist(arm.root, arm.end) == pytest.approx(leg)
+    angles = [math.atan2(arm.direction[1], arm.direction[0]) for arm in (first, second)]
+    assert math.remainder(angles[0] - angles[1] - included, math.tau) == pytest.approx(0.0, abs=1e-9)
+    roots = [math.atan2(arm.root[1], arm.root[0]) for arm in (first, second)]
+    assert math.remainder(roots[1] - roots[0] - math.tau * coils, math.tau) == pytest.approx(0.0, abs=1e-6)
+    # The first arm runs into the circle along the winding sense, the second leaves along it.
+    for arm, sense in ((first, -1.0), (second, 1.0)):
+        across = arm.root[0] * arm.direction[1] - arm.root[1] * arm.direction[0]
+        assert across * sense > 0.0
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 90.0, 180.0, 240.0, 330.0])
+@pytest.mark.parametrize("arms", ["tangent", "radial", "axial"])
+def test_any_included_angle_can_be_drawn(degrees: float, arms: str) -> None:
+    make = {
+        "wire_diameter": quantity(2.0, "mm"), "mean_diameter": quantity(20.0, "mm"), "body_coils": quantity(5.0, "1"),
+        "included_angle": quantity(degrees, "deg"), "body_length": quantity(12.0, "mm"), "leg_convention": arms,
+    }  # fmt: skip
+    drawing = drawing_of("spring", make)
+    assert drawing is not None
+    assert f"{degrees:g}°" in drawing or arms == "axial"
+    assert drawing_of("spring", {**make, "wire_diameter": None}) is None
+
+
+def test_rms_skips_missing_samples() -> None:
+    table = Table({"time": [0, 1, 2], "a b wanted": [0.0, 0.0, math.nan], "a b built": [3.0, 4.0, 9.0]}, {})
+    response = Response("x", "x.csv", table)
+    assert response.joints("wanted") == ["a b"]
+    assert response.rms("a b", "wanted", "built") == pytest.approx(math.sqrt(12.5))
+    assert response.rms("a b", "wanted", "animal") is None
+
+
+def test_trials_find_their_files() -> None:
+    files = ["responses/source/a_1.csv", "responses/source/rat_a_2.csv"]
+    assert file_of("trials/a_1.csv", files) == files[0]
+    assert file_of("rat/a_2.csv", files) == files[1]
+    assert file_of("a_3.csv", files) is None
+
+
+def test_extremes_keep_their_order() -> None:
+    names = [f"t{i}" for i in range(20)]
+    kept = extremes(names, {name: float(i) for i, name in enumerate(names)})
+    assert kept == names[:4] + names[12:]
+    assert extremes(names[:12], {}) == names[:12]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time,hip [deg]\n1,2\n", "name \\[unit\\]"),
+        ("t [s],a [deg]\n1\n", "2 cells"),
+        ("t [s]\nx\n", "could not"),
+        ("", "headers"),
+    ],
+)
+def test_a_damaged_table_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    with pytest.raises(ReportError, match=said):
+        read_table(path)

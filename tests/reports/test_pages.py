@@ -1,0 +1,291 @@
+"""Whole pages: self-contained, repeatable, safe with any name, complete without optional parts."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import shutil
+from collections.abc import Callable
+from html import unescape
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+import reports
+from reports import ReportError, write_fit_report, write_leg_report
+
+Json = dict[str, Any]
+LegFolder = Callable[..., tuple[Path, Json]]
+FitFolder = Callable[[list[str], int], tuple[Path, Json]]
+_VOID = {"meta", "br", "img", "link", "input", "hr", "line", "rect", "circle", "path"}
+
+
+class Page(HTMLParser):
+    """Tags in balance, attributes and text of a page."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.sources: list[str] = []
+        self.tags: set[str] = set()
+        self.events: list[str] = []
+        self.words: list[str] = []
+        self.codes: list[str] = []
+        self.feed(html)
+        self.close()
+        assert not self.open, self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            if name == "href":
+                self.links.append(value or "")
+            if name in ("src", "srcset", "data", "xlink:href"):
+                self.sources.append(value or "")
+            if name.startswith("on"):
+                self.events.append(name)
+        if tag not in _VOID:
+            self.open.append(tag)
+        if tag == "code":
+            self.codes.append("")
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in _VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, tag
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] not in ("style", "script"):
+            self.words.append(data)
+        if self.open and self.open[-1] == "code":
+            self.codes[-1] += data
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", " ".join(self.words))
+
+
+def drawings(html: str) -> list[ElementTree.Element]:
+    """Every SVG of the page, read as XML."""
+    return [ElementTree.fromstring(found.replace("&nbsp;", " ")) for found in re.findall(r"<svg.*?</svg>", html, re.S)]
+
+
+def page_of(path: Path) -> tuple[str, Page]:
+    html = path.read_text(encoding="utf-8")
+    return html, Page(html)
+
+
+def test_leg_page_needs_nothing_outside_itself(leg_folder: LegFolder) -> None:
+    folder, _ = leg_folder()
+    html, page = page_of(write_leg_report(folder))
+    assert all(link.startswith("#") and link[1:] in page.ids for link in page.links)
+    assert len(set(page.ids)) == len(page.ids)
+    assert page.sources
+    assert all(source.startswith("data:image/png;base64,") for source in page.sources)
+    assert not page.tags & {"link", "iframe", "object", "embed", "base", "form"}
+    assert not re.search(r"url\(|@import|https?://", re.sub(r"<title>.*?</title>", "", html))
+    assert "default-src 'none'" in html
+
+
+def test_sections_come_in_order_with_warnings_first(leg_folder: LegFolder) -> None:
+    folder, _ = leg_folder()
+    _, page = page_of(write_leg_report(folder))
+    order = "warnings summary inputs estimates motion parts damper-curves built spring-sheet pictures files equations"
+    assert [name for name in page.ids if not re.fullmatch(r"E\d+", name)] == order.split()
+    assert "Left out" not in page.text
+
+
+def test_same_input_gives_the_same_bytes_anywhere(leg_folder: LegFolder, tmp_path: Path) -> None:
+    folder, _ = leg_folder()
+    first = write_leg_report(folder).read_bytes()
+    assert write_leg_report(folder).read_bytes() == first
+    shutil.copytree(folder, tmp_path / "elsewhere")
+    (tmp_path / "elsewhere" / "report.html").unlink()
+    assert write_leg_report(tmp_path / "elsewhere").read_bytes() == first
+
+
+def test_names_with_markup_stay_text(leg_folder: LegFolder) -> None:
+    wicked = "<img src=x onerror=alert(1)>\"'&{{7*7}}"
+    folder, design = leg_folder(joints=[wicked.replace("/", ""), "knee"], trials=2, name=f"</title><script>{wicked}")
+    for joint in design["joints"].values():
+        joint["damper"]["part"] = joint["warnings"][0] = wicked
+        joint["left_out"] = {"springs": {wicked: 3}}
+    design["joints"]["knee"]["spring"]["source"] = wicked
+    design["stages"]["source"]["not_separable"] = [wicked]
+    design["settings"]["time_scale"]["how"] = wicked
+    design["settings"][wicked] = wicked
+    design["defaults"][0] = {"key": wicked, "value": wicked, "why": wicked}
+    design["versions"][wicked] = wicked
+    design["pictures"][0]["caption"] = wicked
+    design["files"].append({"path": wicked, "sha256": wicked})
+    design["stages"]["source"]["trials"][0]["damping_ratio_validity"] = {"knee": wicked}
+    design["stages"]["source"]["trials"][0]["damping_ratio"] = {"knee": {"value": 0.1, "unit": wicked}}
+    (folder / "design.json").write_text(json.dumps(design))
+    html, page = page_of(write_leg_report(folder))
+    assert not page.events
+    assert "<img src=x" not in html
+    assert html.count("<script>") == 1
+    assert unescape(page.text).count("<img src=x onerror=alert(1)>\"'&{{7*7}}") > 15
+    assert drawings(html)
+
+
+def test_every_key_that_a_caption_names_is_in_the_design(leg_folder: LegFolder) -> None:
+    folder, design = leg_folder()
+    _, page = page_of(write_leg_report(folder))
+    keys = [code for code in page.codes if code.split(".")[0].split("[")[0] in design]
+    assert len(keys) > 40
+    unknown = [key for key in keys if not _resolves(design, key)]
+    assert unknown == ["joints.*.refit"] * 0
+
+
+def _resolves(value: object, key: str) -> bool:
+    """Whether a dotted key with ``[3]``, ``[*]`` and ``*`` leads to something."""
+    if not key:
+        return True
+    head, _, rest = key.partition(".")
+    name, _, index = head.partition("[")
+    if name == "*":
+        return isinstance(value, dict) and any(_resolves(item, rest) for item in value.values())
+    if not isinstance(value, dict) or name not in value:
+        return False
+    found = value[name]
+    if index:
+        items = found if index == "*]" else found[int(index[:-1]) : int(index[:-1]) + 1]
+        return any(_resolves(item, rest) for item in items)
+    return _resolves(found, rest)
+
+
+@pytest.mark.parametrize(
+    "key",
+    ["name", "versions", "inputs", "defaults", "settings", "stages", "held_out", "damper_laws", "joints", "response",
+     "warnings", "pictures", "files"],
+)  # fmt: skip
+@pytest.mark.parametrize("absent", ["missing", "null"])
+def test_a_missing_part_leaves_the_rest(leg_folder: LegFolder, key: str, absent: str) -> None:
+    folder, design = leg_folder(trials=2)
+    design[key] = None
+    if absent == "missing":
+        del design[key]
+    (folder / "design.json").write_text(json.dumps(design))
+    _, page = page_of(write_leg_report(folder))
+    assert "How each number is computed" in page.text
+    said = {"joints": "design.json names no part", "pictures": "names no picture", "files": "lists no file"}
+    if key in said:
+        assert "Left out" in page.text
+        assert said[key] in page.text
+
+
+def test_a_design_with_nothing_in_it_says_so(tmp_path: Path) -> None:
+    (tmp_path / "design.json").write_text('{"format": "synth/leg-design/1"}')
+    _, page = page_of(write_leg_report(tmp_path))
+    for title in ("The design in short", "Chosen parts", "Springs to make", "Files", "Measured against fitted motion"):
+        assert f"{title} :" in page.text
+
+
+def test_many_trials_show_the_worst_and_the_best(fit_folder: FitFolder) -> None:
+    folder, fit = fit_folder(["hip", "knee"], 40)
+    for index, trial in enumerate(fit["trials"]):
+        trial["rms"] = {joint: {"value": 0.1 + 0.01 * ((index * 17) % 40), "unit": "deg"} for joint in ("hip", "knee")}
+    (folder / "fit.json").write_text(json.dumps(fit))
+    html, page = page_of(write_fit_report(folder))
+    ranked = sorted(fit["trials"], key=lambda trial: -trial["rms"]["hip"]["value"])
+    expected = {trial["file"] for trial in [*ranked[:8], *ranked[-4:]]}
+    drawn = {found.split(" (")[0] for found in re.findall(r'figcaption class="above">(trials[^<]*)', html)}
+    assert drawn == expected
+    assert "12 of 40 trials are drawn" in page.text
+    assert all(trial["file"] in page.text for trial in fit["trials"])
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6])
+def test_no_words_leave_their_drawing(fit_folder: FitFolder, count: int) -> None:
+    folder, _ = fit_folder([f"joint with a rather long name {i}" for i in range(count)], 2)
+    html, _ = page_of(write_fit_report(folder))
+    found = drawings(html)
+    assert len(found) == 2 + 2 + 1  # two trials, two swatches, one comparison of the free angle's variants
+    for drawing in found:
+        check_words(drawing)
+
+
+def test_no_words_leave_the_drawings_of_a_leg(leg_folder: LegFolder) -> None:
+    folder, _ = leg_folder()
+    html, _ = page_of(write_leg_report(folder))
+    for drawing in drawings(html):
+        check_words(drawing)
+
+
+def check_words(drawing: ElementTree.Element) -> None:
+    """Words, 0.6 of their height wide a letter, lie inside the view box (turned ones aside)."""
+    width, height = (float(x) for x in drawing.attrib["viewBox"].split()[2:])
+    for text in drawing.iter("text"):
+        if "transform" in text.attrib:
+            continue
+        length = 0.6 * float(text.attrib["font-size"]) * len(text.text or "")
+        share = {"end": 1.0, "middle": 0.5}.get(text.attrib.get("text-anchor", ""), 0.0)
+        left = float(text.attrib["x"]) - share * length
+        assert left >= -2.0, (text.text, left)
+        assert left + length <= width + 2.0, (text.text, left + length, width)
+        assert 6.0 <= float(text.attrib["y"]) <= height
+
+
+def test_axes_carry_units_and_panels_their_rms(fit_folder: FitFolder) -> None:
+    folder, _ = fit_folder(["hip", "knee"], 1)
+    html, _ = page_of(write_fit_report(folder))
+    words = [text.text or "" for drawing in drawings(html)[-1:] for text in drawing.iter("text")]
+    assert "hip angle [°]" in words
+    assert words.count("time [s]") == 2
+    assert "rms 0.3°" in words
+
+
+def test_a_lost_response_file_is_named(fit_folder: FitFolder) -> None:
+    folder, _ = fit_folder(["hip"], 3)
+    (folder / "responses" / "source" / "free_2.csv").unlink()
+    _, page = page_of(write_fit_report(folder))
+    assert "so not drawn: trials/free_2.csv" in page.text
+
+
+def test_pictures_outside_the_folder_are_not_read(leg_folder: LegFolder, tmp_path: Path) -> None:
+    folder, design = leg_folder(trials=1)
+    secret = tmp_path / "secret.png"
+    secret.write_bytes((folder / "parts" / "knee.png").read_bytes())
+    (folder / "link.png").symlink_to(secret)
+    design["pictures"] = [{"path": name} for name in ("../secret.png", "link.png", str(secret), "none.png")]
+    (folder / "design.json").write_text(json.dumps(design))
+    _, page = page_of(write_leg_report(folder))
+    assert not page.sources
+    assert "no PNG in the folder: ../secret.png, link.png" in page.text
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [("{", "not valid JSON"), ("[]", "its format is None"), ('{"format": "synth/fit/1"}', "synth/leg-design/1")],
+)
+def test_a_damaged_design_is_refused(tmp_path: Path, content: str, said: str) -> None:
+    (tmp_path / "design.json").write_text(content)
+    with pytest.raises(ReportError, match=said):
+        write_leg_report(tmp_path)
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_missing_design_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ReportError, match="is missing"):
+        write_leg_report(tmp_path)
+
+
+def test_reports_import_nothing_from_synth_and_no_plotting_library() -> None:
+    for path in Path(reports.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not {name.split(".")[0] for name in names} & {"synth", "cad", "matplotlib", "numpy", "pandas"}, path
