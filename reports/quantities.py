@@ -36,8 +36,9 @@ def unit_text(unit: str) -> str:
     return unit.replace("*", "·").replace("^2", "²").replace("^3", "³")
 
 
-def number(value: float | None, digits: int = DIGITS) -> str:
-    """A number with at most so many significant digits; a dash for None."""
+def number(value: float | None, digits: int = DIGITS, bare: bool = True) -> str:
+    """A number with so many significant digits, ``bare`` without zeros at the end; a dash for None."""
+    shorten = _bare if bare else str
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -45,8 +46,8 @@ def number(value: float | None, digits: int = DIGITS) -> str:
     exponent = math.floor(math.log10(abs(value)))
     if not -4 <= exponent < 6:
         mantissa, power = f"{value:.{digits - 1}e}".split("e")
-        return f"{_minus(_bare(mantissa))}·10{str(int(power)).translate(_RAISED)}"
-    return _minus(_bare(f"{value:.{max(0, digits - 1 - exponent)}f}"))
+        return f"{_minus(shorten(mantissa))}·10{str(int(power)).translate(_RAISED)}"
+    return _minus(shorten(f"{value:.{max(0, digits - 1 - exponent)}f}"))
 
 
 def with_decimals(value: float | None, decimals: int | None) -> str:
@@ -106,8 +107,8 @@ def text(quantity: object) -> str:
 
 
 def brief(quantity: object) -> str:
-    """``text`` with at most three digits: for errors and characteristics."""
-    return _with_unit(number(value_of(quantity), 3), quantity)
+    """``text`` with three digits, zeros too: for errors and characteristics, which stand in columns."""
+    return _with_unit(number(value_of(quantity), 3, bare=False), quantity)
 
 
 def _with_unit(shown: str, quantity: object) -> str:

@@ -51,7 +51,7 @@ def _figures(responses: list[Response]) -> list[Json]:
         for joint in response.joints("wanted"):
             rms = response.rms(joint, "wanted", "built")
             unit = unit_text(response.unit(joint, "wanted"))
-            remark = "" if rms is None else f"rms {number(rms, 3)}{unit}"
+            remark = "" if rms is None else f"rms {number(rms, 3, bare=False)}{unit}"
             if (panel := response.panel(joint, _LINES, remark)) is not None:
                 panels.append(panel)
         if panels:

@@ -73,7 +73,9 @@ def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joi
             stated = mapping(trials[name], "rms").get(joint)
             own = response.rms(joint, "measured", "fitted")
             unit = unit_text(response.unit(joint, "fitted"))
-            remark = f"rms {brief(stated)}" if stated else ("" if own is None else f"rms {number(own, 3)}{unit}")
+            remark = (
+                f"rms {brief(stated)}" if stated else ("" if own is None else f"rms {number(own, 3, bare=False)}{unit}")
+            )
             if (panel := response.panel(joint, _LINES, remark)) is not None:
                 panels.append(panel)
         if panels:

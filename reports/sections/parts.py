@@ -38,8 +38,17 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
         "arm_offset": joint.get("arm_offset"),
         "springs": alternatives,
         "dampers": [item for item in sequence(joint, "damper_alternatives") if isinstance(item, Mapping)],
-        "left_out": {kind: found for kind in ("springs", "dampers") if (found := mapping(joint, "left_out", kind))},
+        "left_out": [found for kind in ("springs", "dampers") if (found := _left_out(joint, kind))],
     }
+
+
+def _left_out(joint: Mapping[str, Any], kind: str) -> Json | None:
+    """Reasons by how many parts they keep out, most first."""
+    reasons = mapping(joint, "left_out", kind)
+    counted = [(int(count), reason) for reason, count in reasons.items() if isinstance(count, (int, float))]
+    total = sum(count for count, _ in counted)
+    ranked = sorted(counted, key=lambda item: (-item[0], item[1]))
+    return {"kind": kind, "total": total, "reasons": ranked} if ranked else None
 
 
 SECTION = Section("parts", "Chosen parts", content)

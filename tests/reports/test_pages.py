@@ -245,7 +245,7 @@ def test_axes_carry_units_and_panels_their_rms(fit_folder: FitFolder) -> None:
     words = [text.text or "" for drawing in drawings(html)[-1:] for text in drawing.iter("text")]
     assert "hip angle [°]" in words
     assert words.count("time [s]") == 2
-    assert "rms 0.3°" in words
+    assert "rms 0.300°" in words
 
 
 def test_a_lost_response_file_is_named(fit_folder: FitFolder) -> None:
