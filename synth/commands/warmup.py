@@ -39,9 +39,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     folder = cache_folder()
     files = [path for path in folder.rglob("synth_*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
-    progress.say(
-        f"{n_compiled} of {len(wanted)} compiled now, the others were on disk: {spent:.1f} s; {folder} has {size:.1f} MB"
-    )
+    progress.say(f"{n_compiled} of {len(wanted)} compiled now, the others were on disk: {spent:.1f} s")
+    progress.say(f"kept in {folder}: {size:.1f} MB")
     return 0
 
 

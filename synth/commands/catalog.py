@@ -1,0 +1,122 @@
+"""``synth catalog``: what can be bought and wound, where each value comes from, and what is wrong with a table.
+
+synth catalog list                    every family and how many of its rows can be used
+synth catalog list dampers            the rows of one family
+synth catalog show 6597K19            one part in full, with its source and what follows from its values
+synth catalog check my_parts/*.csv    every mistake in your own tables (exit status 2 if there is one)
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from synth.commands.arguments import near_miss, one_of
+from synth.errors import UserError
+
+if TYPE_CHECKING:
+    from synth.commands.progress import Progress
+    from synth.parts.catalog import Catalogue
+    from synth.parts.rows import MaterialRow, Row
+
+LONG = ("as_published", "source", "note")  # columns that only ``show`` has
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("action", type=one_of(["list", "show", "check"]), metavar="list|show|check")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="list: a family; show: a part; check: files")
+    parser.add_argument(
+        "--catalog",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="your own table beside the built-in ones; repeatable",
+    )
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Do one of the three."""
+    from synth.parts.catalog import Catalogue
+
+    extra = [Path(name) for name in arguments.catalog]
+    if arguments.action == "check":
+        return _check([*map(Path, arguments.names), *extra], progress)
+    if arguments.action == "show":
+        if len(arguments.names) != 1:
+            raise UserError("synth catalog show takes one part, such as synth catalog show 6597K19")
+        progress.result(_part_text(Catalogue.load(extra), arguments.names[0]))
+        return 0
+    if len(arguments.names) > 1:
+        raise UserError("synth catalog list takes one family, or none for all of them")
+    catalogue = Catalogue.load(extra)
+    progress.result(_family_text(catalogue, arguments.names[0]) if arguments.names else _overview(catalogue))
+    return 0
+
+
+def _check(paths: list[Path], progress: Progress) -> int:
+    """Raise every mistake of the user's files; of the built-in ones, whose flagged rows are meant, list them."""
+    from synth.parts.catalog import check_catalogue
+
+    problems = check_catalogue(paths)
+    if paths and problems:
+        raise UserError(problems)
+    for problem in problems:
+        progress.result(f"flagged, never chosen: {problem}")
+    progress.say(f"{len(paths)} checked, nothing wrong" if paths else "the built-in catalogues hold no other fault")
+    return 0
+
+
+def _overview(catalogue: Catalogue) -> str:
+    """Families with how many rows can be used."""
+    from synth.commands.table_text import table_text
+    from synth.parts.rows import FAMILIES
+
+    lines = [["family", "rows", "complete", "incomplete", "contradiction", "other"]]
+    for family in FAMILIES:
+        statuses = [row.status.partition(":")[0] for row in catalogue.rows(family)]
+        counts = [statuses.count(status) for status in ("complete", "incomplete", "contradiction")]
+        lines.append([family, *map(str, (len(statuses), *counts, len(statuses) - sum(counts)))])
+    return "\n".join(
+        [
+            table_text(lines),
+            "Complete rows can be chosen. Others are sizes without a strength, and values kept for comparison only.",
+        ]
+    )
+
+
+def _family_text(catalogue: Catalogue, family: str) -> str:
+    """The rows of one family, without the columns of words that ``show`` has."""
+    from synth.commands.table_text import table_text
+    from synth.parts.catalog import catalogue_rows_as_table
+
+    table = catalogue_rows_as_table(family, catalogue)
+    kept = [index for index, title in enumerate(table.header) if title not in LONG]
+    rows = [[row[index] for index in kept] for row in (table.header, *table.rows)]
+    return table_text(rows, numbers_right=False)
+
+
+def _part_text(catalogue: Catalogue, part: str) -> str:
+    """Every row with this part number, or of this wire material, in full."""
+    from synth.commands.part_text import row_text, stock_text
+
+    wanted = part.strip().casefold()
+    sold: list[Row] = [*catalogue.springs, *catalogue.dampers]
+    found = [row for row in sold if getattr(row, "part", "").casefold() == wanted]
+    if found:
+        return "\n\n".join(row_text(row, catalogue) for row in found)
+    records = _material(catalogue, wanted)
+    if not records:
+        known = [*(getattr(row, "part", "") for row in sold), *(row.material for row in catalogue.materials)]
+        raise UserError(f'no part or wire material "{part}" in the catalogues{near_miss(part, known)}')
+    return "\n\n".join([stock_text(records[0].material, catalogue), *(row_text(row, catalogue) for row in records)])
+
+
+def _material(catalogue: Catalogue, wanted: str) -> list[MaterialRow]:
+    """All records of a wire material, by its name or an alias."""
+    from synth.parts.wire import ALIASES
+
+    aliases = {alias.casefold(): name for alias, name in ALIASES.items()}
+    name = aliases.get(wanted, wanted).casefold()
+    return [row for row in catalogue.materials if row.material.casefold() == name]

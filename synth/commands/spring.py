@@ -1,0 +1,200 @@
+"""``synth spring``: the torsion spring to wind, or why there is none and the nearest that can be made.
+
+With --rate and --travel it looks through all stock wire; with --wire-diameter, --mean-diameter and --coils it checks
+a given spring (then --rate is its measured rate). It writes spring.json, and with --out also STEP, STL and a winding
+sheet. Sizes of a row are those of the free spring unless it says otherwise.
+
+  synth spring --rate "1.7 N*m/rad" --travel "40 deg" --included-angle "120 deg" --arbor "12 mm" --out spring
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.commands.arguments import Quantities, one_of
+from synth.errors import Problem
+
+if TYPE_CHECKING:
+    from synth.commands.progress import Progress
+    from synth.commands.spring_files import Answer
+    from synth.parts.catalog import Catalogue
+    from synth.spring.design import SpringWish
+    from synth.spring.result import SpringLimits
+
+GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+
+    def quantity(option: str, example: str, text: str) -> None:
+        parser.add_argument(option, metavar=f'"{example}"', help=text)
+
+    quantity("--rate", "38 N*m/rad", "torque per angle")
+    quantity("--travel", "45 deg", "largest angle from rest that winds the coil up")
+    quantity("--opening-travel", "10 deg", "largest angle from rest the other way (default: 0)")
+    quantity("--included-angle", "120 deg", "between the legs of the free spring (default: 90 deg)")
+    quantity("--leg-length", "25 mm", "of each leg, to where the load acts (default: 25 mm)")
+    quantity("--arbor", "12 mm", "shaft inside the coil, which the spring must not grip")
+    quantity("--max-outer-diameter", "32 mm", "room around the coil")
+    quantity("--max-body-length", "32 mm", "room along the coil, at full travel")
+    quantity("--safety", "1.1", "yield over the stress at full travel (default: 1.1)")
+    parser.add_argument("--material", help="wire: music (default), stainless, A228 ...; see synth catalog list")
+    parser.add_argument("--system", type=one_of(["inch", "metric"]), help="stock sizes to look through (default: both)")
+    parser.add_argument(
+        "--objective", type=one_of(["mass", "space"]), default="mass", help="mass (default): lightest; space: smallest"
+    )
+    parser.add_argument(
+        "--legs",
+        type=one_of(["tangent", "radial", "axial"]),
+        default="tangent",
+        help="how the legs leave the coil: tangent (default), radial, axial",
+    )
+    parser.add_argument("--hand", type=one_of(["right", "left"]), default="right", help="right (default) or left wound")
+    check = parser.add_argument_group("to check a given spring")
+    check.add_argument("--wire-diameter", metavar='"2 mm"')
+    check.add_argument("--mean-diameter", metavar='"18 mm"')
+    check.add_argument("--coils", metavar="N", help="of the body")
+    parser.add_argument(
+        "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
+    )
+    parser.add_argument("--json", metavar="FILE", help="where the result goes (default: spring.json here or in --out)")
+    parser.add_argument("--out", metavar="DIR", help="folder for spring.json, STEP, STL and winding sheet")
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Read what is wanted, design or check, write, print."""
+    from synth.commands.spring_files import write_folder, write_result
+    from synth.parts.catalog import Catalogue
+
+    wish, given = _read(arguments)
+    catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
+    answer = _design(wish, catalogue) if given is None else _check(wish, given, catalogue, arguments)
+    written = []
+    if arguments.out:
+        written = write_folder(Path(arguments.out), answer, arguments.hand, progress)
+    if arguments.json or not arguments.out:
+        written.append(write_result(Path(arguments.json or "spring.json"), answer.content))
+    progress.result(answer.text)
+    progress.say(f"written: {', '.join(written)}")
+    return 0
+
+
+def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float, float] | None]:
+    """What is wanted, and wire diameter m, mean diameter m and coils of a spring to check; every mistake at once."""
+    import math
+    from dataclasses import replace
+
+    from synth.spring.design import SpringWish
+
+    read = Quantities(arguments)
+    rate, travel = read.read("--rate", "N*m/rad"), read.read("--travel", "rad")
+    opening = read.read("--opening-travel", "rad", positive=False)
+    angle = read.read("--included-angle", "rad", positive=False)
+    leg = read.read("--leg-length", "m", positive=False)
+    limits = _limits(read)
+    sizes = [read.read(option, unit) for option, unit in zip(GIVEN, ("m", "m", "1"), strict=True)]
+    checking = any(read.given(option) for option in GIVEN)
+    needed = ["--travel", *(GIVEN if checking else ["--rate"])]
+    for option in needed:
+        if not read.given(option):
+            why = "a spring is checked by wire diameter, mean diameter and coils" if option in GIVEN else "it is needed"
+            read.problems.append(Problem(f"{why}; see synth spring --help", key=option))
+    if angle is not None and not 0.0 <= angle < math.tau:
+        read.problems.append(Problem("must be from 0 to below 360 deg", key="--included-angle"))
+    for option, value in (("--opening-travel", opening), ("--leg-length", leg)):
+        if value is not None and value < 0.0:
+            read.problems.append(Problem("must be 0 or more", key=option))
+    read.require()
+    wish = SpringWish(
+        rate=rate if rate is not None else 0.0,
+        travel=travel or 0.0,
+        opening_travel=opening or 0.0,
+        convention=arguments.legs,
+        material=arguments.material or "music wire",
+        system=arguments.system,
+        objective=arguments.objective,
+        limits=limits,
+    )
+    if angle is not None:
+        wish = replace(wish, included_angle=angle)
+    if leg is not None:
+        wish = replace(wish, leg_lengths=(leg, leg))
+    return wish, (sizes[0] or 0.0, sizes[1] or 0.0, sizes[2] or 0.0) if checking else None
+
+
+def _limits(read: Quantities) -> SpringLimits:
+    from dataclasses import replace
+
+    from synth.spring.result import SpringLimits
+
+    limits = SpringLimits(
+        arbor_diameter=read.read("--arbor", "m"),
+        max_outer_diameter=read.read("--max-outer-diameter", "m"),
+        max_body_length=read.read("--max-body-length", "m"),
+    )
+    safety = read.read("--safety", "1")
+    if safety is not None and safety < 1.0:
+        read.problems.append(Problem("below 1 would let the spring yield", key="--safety"))
+    return limits if safety is None else replace(limits, safety=safety)
+
+
+def _design(wish: SpringWish, catalogue: Catalogue) -> Answer:
+    """The spring to wind, or why there is none."""
+    from synth.commands.spring_files import Answer
+    from synth.commands.spring_text import design_text
+    from synth.spring.design import design_spring
+
+    result = design_spring(wish, catalogue)
+    content = result.as_json()
+    content["wanted"] |= _kept_to(wish)
+    return Answer(result.best, content, design_text(result))
+
+
+def _check(
+    wish: SpringWish, given: tuple[float, float, float], catalogue: Catalogue, arguments: argparse.Namespace
+) -> Answer:
+    """A given spring evaluated."""
+    from synth.commands.spring_files import Answer
+    from synth.commands.spring_text import check_text
+    from synth.spring.evaluate import check_spring
+    from synth.units import quantity
+
+    spring = check_spring(
+        catalogue.find_material(wish.material),
+        *given,
+        wish.task,
+        included_angle=None if arguments.included_angle is None else wish.included_angle,
+        stated_rate=None if arguments.rate is None else wish.rate,
+    )
+    content = {
+        "format": "synth/spring/1",
+        "wanted": {
+            "travel": quantity(wish.travel, "deg"),
+            "opening_travel": quantity(wish.opening_travel, "deg"),
+            "leg_convention": wish.convention,
+            "material": wish.material,
+            **_kept_to(wish),
+        },
+        "checked": spring.as_json(),
+        "make": spring.as_json() if spring.feasible else None,
+        "alternatives": [],
+        "binding": [violation.text for violation in spring.violations],
+        "nearest": [],
+    }
+    return Answer(spring, content, check_text(spring))
+
+
+def _kept_to(wish: SpringWish) -> dict[str, Any]:
+    """Legs and limits that were asked for, with their units."""
+    from synth.units import quantity
+
+    limits = wish.limits
+    lengths = {name: getattr(limits, name) for name in ("arbor_diameter", "max_outer_diameter", "max_body_length")}
+    return {
+        "leg_lengths": [quantity(length, "mm") for length in wish.leg_lengths],
+        **{name: quantity(value, "mm") for name, value in lengths.items() if value is not None},
+        "safety": quantity(limits.safety, "1"),
+    }

@@ -1,0 +1,120 @@
+"""The files of ``synth spring``: the result, the solid, the sheet for winding it."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.commands.spring_text import winding_sheet
+from synth.errors import Problem, UserError
+from synth.files.output import output_folder, write_json
+from synth.spring.result import SpringDesign
+
+if TYPE_CHECKING:
+    from synth.commands.progress import Progress
+
+FORMAT = '"format": "synth/spring/'  # near the start of every file that may be replaced
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a run found: the spring if there is one, ``spring.json``'s content, the text for the screen."""
+
+    spring: SpringDesign | None
+    content: Mapping[str, Any]
+    text: str
+
+
+def write_result(path: Path, content: Mapping[str, Any]) -> str:
+    """Write the JSON, whole or not at all; an earlier result is replaced, nothing else is.
+
+    Raises
+    ------
+    UserError
+        If another file has that name or it cannot be written.
+    """
+    name = str(path)
+    try:
+        if path.exists() and not (path.is_file() and _is_result(path)):
+            raise UserError(Problem("exists and is no result of synth spring; name another with --json", name))
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        os.close(handle)
+        try:
+            write_json(Path(temporary), content)
+            mask = os.umask(0)
+            os.umask(mask)
+            Path(temporary).chmod(0o666 & ~mask)
+            Path(temporary).replace(path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        if not isinstance(error, OSError) and "null" not in str(error):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(Problem(f"cannot be written: {reason}; name another place with --json", name)) from None
+    return name
+
+
+def write_folder(folder: Path, answer: Answer, hand: str, progress: Progress) -> list[str]:
+    """Write ``spring.json`` and, where there is a spring, its solid and winding sheet; the files' names."""
+    with output_folder(folder) as made:
+        write_json(made / "spring.json", answer.content)
+        if answer.spring is not None:
+            sheet = winding_sheet(answer.spring, hand)
+            (made / "winding_sheet.txt").write_text(sheet, encoding="utf-8")
+            if answer.spring.convention == "tangent":
+                with progress.stage("drawing the spring"):
+                    write_solid(answer.spring, hand, made)
+            else:
+                progress.say(
+                    f"note: no STEP or STL, {answer.spring.convention} legs cannot be drawn, only tangent ones"
+                )
+        names = sorted(path.name for path in made.iterdir())
+    return [str(folder / name) for name in names]
+
+
+def write_solid(spring: SpringDesign, hand: str, folder: Path) -> None:
+    """Draw the free spring, check the solid against its closed form, write ``spring.step`` and ``spring.stl``.
+
+    Raises
+    ------
+    UserError
+        If it cannot be drawn, with the dimension.
+    """
+    import cadquery as cq
+
+    from cad import DimensionError, SpringDimensions
+    from cad.checks import check_part, require
+    from cad.export import write_step, write_stl
+    from cad.parts import BuiltPart, Mesh
+    from cad.torsion_spring import build_spring, spring_mesh, spring_volume
+
+    arm = spring.leg_lengths[0] * 1e3
+    dimensions = SpringDimensions(
+        wire_diameter=spring.wire_diameter * 1e3,
+        mean_diameter=spring.mean_diameter * 1e3,
+        coils=spring.body_coils,
+        included_angle=math.degrees(spring.included_angle),
+        arm_length=arm,
+        hand=hand,
+    )
+    if problems := dimensions.problems():
+        raise UserError([Problem(str(problem), key="--out") for problem in DimensionError(problems).problems])
+    solid = build_spring(dimensions, arm)
+    mesh = Mesh(*spring_mesh(dimensions, arm))
+    exact = spring_volume(dimensions, arm)
+    part = BuiltPart("spring", "spring", "spring", solid, mesh, False, exact, "wound")
+    require(tuple(check_part(part)))
+    assembly = cq.Assembly(name="spring_part").add(solid, name="spring", color=cq.Color(*part.colour))
+    write_step(assembly, folder / "spring.step")
+    write_stl([mesh], folder / "spring.stl")
+
+
+def _is_result(path: Path) -> bool:
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        return FORMAT in stream.read(200)

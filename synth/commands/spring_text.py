@@ -1,0 +1,111 @@
+"""A torsion spring in words: the table on the screen and the sheet for the one who winds it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from synth.commands.table_text import table_text
+from synth.spring.design import SpringResult
+from synth.spring.result import SpringDesign
+
+Row = tuple[str, Callable[[SpringDesign], str]]
+
+ROWS: tuple[Row, ...] = (
+    ("material", lambda s: s.material),
+    ("springs side by side", lambda s: f"{s.count}"),
+    ("wire diameter [mm]", lambda s: f"{s.wire_diameter * 1e3:.4g}"),
+    ("mean coil diameter [mm]", lambda s: f"{s.mean_diameter * 1e3:.2f}"),
+    ("outer diameter [mm]", lambda s: f"{s.outer_diameter * 1e3:.2f}"),
+    ("inside diameter, free [mm]", lambda s: f"{s.inside_diameter * 1e3:.2f}"),
+    ("inside diameter, at travel [mm]", lambda s: f"{s.wound_inside_diameter * 1e3:.2f}"),
+    ("body coils", lambda s: f"{s.body_coils:.3f}"),
+    ("active coils, with the legs", lambda s: f"{s.active_coils:.3f}"),
+    ("included angle [deg]", lambda s: f"{math.degrees(s.included_angle):.1f}"),
+    ("each leg, to its load [mm]", lambda s: f"{s.leg_lengths[0] * 1e3:.4g}"),
+    ("body length, free [mm]", lambda s: f"{s.body_length * 1e3:.2f}"),
+    ("body length, at travel [mm]", lambda s: f"{s.wound_body_length * 1e3:.2f}"),
+    ("spring index D/d", lambda s: f"{s.index:.2f}"),
+    ("rate [N*m/rad]", lambda s: f"{s.rate:.4g}"),
+    ("rate, d^4 E/(64 D N) [N*m/rad]", lambda s: f"{s.rate_bending_form:.4g}"),
+    ("rate, 10.8 per turn [N*m/rad]", lambda s: f"{s.rate_friction_form:.4g}"),
+    ("travel [deg]", lambda s: f"{math.degrees(s.travel):.4g}"),
+    ("torque at travel [N*m]", lambda s: f"{s.moment:.4g}"),
+    ("stress at travel [MPa]", lambda s: f"{s.stress / 1e6:.0f}"),
+    ("allowed stress [MPa]", lambda s: f"{s.allowed_stress / 1e6:.0f}"),
+    ("travel to yield [deg]", lambda s: f"{math.degrees(s.free_travel):.1f}"),
+    ("wire length [mm]", lambda s: f"{s.wire_length * 1e3:.0f}"),
+    ("mass [g]", lambda s: f"{s.mass * 1e3:.1f}"),
+)
+
+
+def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str]) -> str:
+    """Springs beside each other, a property a line; one count a column is not shown."""
+    several = any(spring.count > 1 for spring in springs)
+    rows = [[label, *(show(spring) for spring in springs)] for label, show in ROWS if several or "side by" not in label]
+    return table_text([["", *heads], *rows])
+
+
+def design_text(result: SpringResult) -> str:
+    """The spring to wind and the next best wires, or what stands in the way and the nearest that can be made."""
+    if result.best is not None:
+        heads = ["to wind", *(f"or {i + 1}" for i in range(len(result.alternatives)))]
+        notes = [f"note: {warning}" for warning in result.best.warnings]
+        return "\n".join([spring_table([result.best, *result.alternatives], heads), *notes])
+    wish = result.wish
+    asked = f"{wish.rate:.4g} N*m/rad over {math.degrees(wish.travel):.4g} deg"
+    lines = [f"No single spring of {wish.material} gives {asked} within the limits.", "In the way:"]
+    lines += [f"  - {text}" for text in result.binding]
+    if not result.nearest:
+        return "\n".join([*lines, "Nothing near it can be made either: widen the limits."])
+    lines += ["The nearest that can be made:", *(f"  - {item.text}" for item in result.nearest), ""]
+    heads = [item.kind.replace("_", " ") for item in result.nearest]
+    return "\n".join([*lines, spring_table([item.design for item in result.nearest], heads)])
+
+
+def check_text(spring: SpringDesign) -> str:
+    """A given spring and the limits that it does not keep."""
+    notes = [f"note: {warning}" for warning in spring.warnings]
+    if spring.feasible:
+        verdict = ["It keeps all limits."]
+    else:
+        verdict = ["It does not keep:", *(f"  - {violation.text}" for violation in spring.violations)]
+    return "\n".join([spring_table([spring], ["checked"]), *verdict, *notes])
+
+
+def winding_sheet(spring: SpringDesign, hand: str) -> str:
+    """What the one who winds the spring needs, as text; ``hand`` is ``right`` or ``left``."""
+    closing, opening = math.degrees(spring.travel), math.degrees(spring.opening_travel)
+    lines = [
+        "WINDING SHEET: helical torsion spring of round wire",
+        "",
+        f"Wire: {spring.material}, {spring.wire_diameter * 1e3:.4g} mm; cut {spring.wire_length * 1e3:.0f} mm or more",
+        f"Coil: {spring.body_coils:.3f} coils, {hand}-hand, touching",
+        f"      inside diameter {spring.inside_diameter * 1e3:.2f} mm, mean {spring.mean_diameter * 1e3:.2f} mm",
+        f"      body {spring.body_length * 1e3:.2f} mm long",
+        f"Legs: straight, {spring.convention}, {math.degrees(spring.included_angle):.1f} deg between them when free;",
+        f"      each {spring.leg_lengths[0] * 1e3:.4g} mm from the coil to where the load acts",
+        f"Use:  winds up by at most {closing:.4g} deg" + (f", opens by at most {opening:.4g} deg" if opening else ""),
+        "",
+        "The wire springs back after winding: wind a trial coil, measure its inside diameter when free and change the",
+        "mandrel until it is as above. The rate changes by 1 % for each 1 % of the mean diameter or of the coils, and",
+        "by 4 % for each 1 % of the wire's diameter: measure the wire.",
+        "",
+        "To check it: torque at the leg against the angle from rest",
+        table_text([["angle [deg]", "torque [N*m]"], *_torques(spring)]),
+        f"Where the coils rub on each other it may come out softer, {spring.rate_friction_form:.4g} N*m/rad instead of",
+        f"{spring.rate_bending_form:.4g} N*m/rad.",
+        "",
+        f"Stress at full travel {spring.stress / 1e6:.0f} MPa of {spring.allowed_stress / 1e6:.0f} MPa allowed;",
+        f"it yields at {math.degrees(spring.free_travel):.1f} deg.",
+        f"Strength {spring.tensile_strength / 1e6:.0f} MPa: {spring.strength_source}",
+        f"Yield {spring.yield_stress / 1e6:.0f} MPa: {spring.yield_source}",
+        *(f"NOT KEPT: {violation.text}" for violation in spring.violations),
+        *(f"Note: {warning}" for warning in spring.warnings),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _torques(spring: SpringDesign) -> list[list[str]]:
+    angles = [spring.travel * part / 4.0 for part in range(1, 5)]
+    return [[f"{math.degrees(angle):.4g}", f"{spring.rate * angle:.4g}"] for angle in angles]

@@ -1,0 +1,22 @@
+"""Tables for the screen: plain text, columns as wide as their longest cell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from synth.commands.progress import printable
+
+
+def table_text(rows: Sequence[Sequence[str]], *, numbers_right: bool = True) -> str:
+    """Rows of equal length as lines, the first row as heads; columns but the first stand right if asked."""
+    cells = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(len(cell) for cell in column) for column in zip(*cells, strict=True)]
+    lines = []
+    for row in cells:
+        shown = [
+            cell.rjust(width) if numbers_right and index else cell.ljust(width)
+            for index, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(shown).rstrip())
+    lines.insert(1, "-" * min(max(map(len, lines)), 160))
+    return "\n".join(lines)
