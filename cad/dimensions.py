@@ -208,6 +208,17 @@ class JointDimensions:
                     prefix + "rest_angle", self.rest_angle, f"{low:g} to {high:g} deg", "it lies in the joint's range"
                 )
             )
+        if not found:
+            smallest = self.shaft_diameter + 4 * self.clearance + 2.0
+            if self.damper.outer_diameter < smallest:
+                found.append(
+                    DimensionProblem(
+                        prefix + "damper.outer_diameter",
+                        self.damper.outer_diameter,
+                        f"at least {smallest:.4g} mm with a shaft of {self.shaft_diameter:g} mm",
+                        "the shaft goes into the damper's body",
+                    )
+                )
         if not found and 2 * self.tube_wall >= self.link_width:
             found.append(
                 DimensionProblem(

@@ -16,6 +16,7 @@ from cad.dimensions import JointDimensions
 from cad.layout import ArmLayout, JointLayout, Point
 from cad.outline import Disc, Hull, hull_of
 
+THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot
 CROSS_SCREW = 3.4  # mm, M3 through socket and tube
 
 
@@ -123,9 +124,14 @@ def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
     width = spring.wire_diameter / 2 + dimensions.clearance
     # The coil's radius, and with it the arm's line near the coil and its tip, moves over the joint's travel.
     end = layout.arm_reach + max(0.0, -layout.slips[1]) + 2 * dimensions.clearance
+    outside = layout.radius_open - spring.radius + width
+    # What the slot leaves on its outer side is a blade when thin: then the slot is open to that side.
+    _, cup = tongue_outlines(dimensions, layout)
+    if cup.reach(arm.direction + 90.0) - spring.radius - outside < THINNEST_CHEEK * dimensions.wall:
+        outside = layout.web_radius
     slot = _box(
         (0.0, end),
-        (layout.radius_closed - spring.radius - width, layout.radius_open - spring.radius + width),
+        (layout.radius_closed - spring.radius - width, outside),
         (layout.floor_top, layout.half_width + 1),
     )
     # Round the shafts it widens, or thin horns of print would stand between slot and shaft holes.

@@ -45,6 +45,11 @@ class Hull:
             result.append((self.discs[tangent.end], tangent.angle, tangent.angle + sweep))
         return result
 
+    def reach(self, direction: float) -> float:
+        """Support function: how far (mm) the hull reaches from the origin in a ``direction``, deg."""
+        x, y = math.cos(math.radians(direction)), math.sin(math.radians(direction))
+        return max(x * disc.x + y * disc.y + disc.radius for disc in self.discs)
+
     @property
     def area(self) -> float:
         """Enclosed area, mm^2, by Green's theorem over arcs and lines."""

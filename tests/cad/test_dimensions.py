@@ -81,6 +81,10 @@ def test_a_spring_that_cannot_be_is_refused_by_name(change, named):
         ({"upper_arm_angle": 110.0}, r"knee\.upper_arm_angle = 110.*lower link"),
         ({"spring": replace(SPRING, arm_length=12.0)}, r"knee\.spring\.arm_length = 12: allowed is at least 21\."),
         ({"damper": DamperDimensions(40.0, 16.0, 40.0)}, r"knee\.damper\.bolt_circle = 40: allowed is at least 45.4"),
+        (
+            {"damper": DamperDimensions(9.0, 16.0, 50.0)},
+            r"knee\.damper\.outer_diameter = 9: .*11.6 mm with a shaft of 8",
+        ),
         ({"tube_wall": 10.0}, r"knee\.tube_wall"),
     ],
 )
