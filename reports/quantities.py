@@ -43,7 +43,7 @@ def number(value: float | None, digits: int = DIGITS, bare: bool = True) -> str:
         return "–"
     if value == 0.0:
         return "0"
-    exponent = math.floor(math.log10(abs(value)))
+    exponent = int(f"{value:.{digits - 1}e}".split("e")[1])  # of the rounded value: 0.009999 is 0.01
     if not -4 <= exponent < 6:
         mantissa, power = f"{value:.{digits - 1}e}".split("e")
         return f"{_minus(shorten(mantissa))}·10{str(int(power)).translate(_RAISED)}"

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import PurePosixPath
 from typing import Any
 
 from reports.reading import Result, png_uri
 from reports.section import Missing, Section, mapping, sequence
 
+WHOLE = ("assembly", "leg")  # names of pictures of the whole
+
 
 def content(result: Result) -> dict[str, Any] | Missing:
-    """PNG pictures as data URIs; the first, or the assembly, large."""
+    """PNG pictures as data URIs; that of the whole leg first and large."""
     named = [item for item in sequence(result.content, "pictures") if isinstance(item, Mapping)]
     if not named:
         return Missing("design.json names no picture")
@@ -22,8 +25,9 @@ def content(result: Result) -> dict[str, Any] | Missing:
             absent.append(name)
         else:
             shown.append({"path": name, "caption": item.get("caption") or name, "uri": png_uri(path)})
-    for index, picture in enumerate(shown):
-        picture["large"] = "assembly" in picture["path"] or (index == 0 and len(shown) % 2 == 1)
+    for picture in shown:
+        picture["large"] = PurePosixPath(picture["path"]).stem in WHOLE
+    shown.sort(key=lambda picture: not picture["large"])
     joints = mapping(result.content, "joints")
     offsets = {name: joint.get("arm_offset") for name, joint in joints.items() if isinstance(joint, Mapping)}
     frees = {name: _free_angle(joint) for name, joint in joints.items()}

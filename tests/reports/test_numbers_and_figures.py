@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reports import quantities
@@ -37,6 +37,7 @@ def quantity(value: float, unit: str, *interval: float | None) -> dict[str, obje
         (quantity(1234.56, "MPa"), "1235\u00a0MPa", ""),
         (quantity(2.5e-7, "kg*m^2"), "2.5·10⁻⁷\u00a0kg·m²", ""),
         (quantity(-9.0, "deg"), "−9°", ""),
+        (quantity(0.0099999999, "1"), "0.01", ""),
         ({}, "–", ""),
         (None, "–", ""),
     ],
@@ -53,6 +54,7 @@ def test_percent_is_of_the_whole() -> None:
     assert quantities.percent(None, 2.0) == quantities.percent(1.0, 0.0) == "–"
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(st.floats(1e-6, 1e6), st.floats(-1e6, 1e6), st.integers(2, 12))
 def test_ticks_are_few_even_and_inside(span: float, low: float, most: int) -> None:
     found = ticks(low, low + span, most)
@@ -62,6 +64,7 @@ def test_ticks_are_few_even_and_inside(span: float, low: float, most: int) -> No
     assert all(math.isclose(step, steps[0], rel_tol=1e-3) for step in steps)
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(st.floats(1e-3, 1e3), st.floats(1.05, 1e5))
 def test_logarithmic_ticks_are_inside(low: float, ratio: float) -> None:
     found = log_ticks(low, low * ratio, 9)
@@ -82,6 +85,7 @@ def test_a_scale_maps_its_ends_and_the_middle() -> None:
     assert padded([3.0, math.nan, 3.0], least=2.0) == pytest.approx((1.88, 4.12))
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(st.lists(st.one_of(st.floats(-1e3, 1e3), st.just(math.nan)), min_size=1, max_size=400), st.integers(1, 30))
 def test_thinning_keeps_extremes_and_order(values: list[float], buckets: int) -> None:
     times = [float(i) for i in range(len(values))]
@@ -112,6 +116,7 @@ def test_laws_agree_with_their_formulas() -> None:
     assert law_points("power", {"exponent": 0.5}, 10.0) is None
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(st.floats(2.0, 30.0), st.floats(0.5, 6.0), st.floats(5.0, 60.0))
 def test_drawn_arms_are_tangent_and_enclose_the_included_angle(coils: float, wire: float, leg: float) -> None:
     """The wire turns 2 pi N counter-clockwise from the first arm's root to the second's, whatever N."""
