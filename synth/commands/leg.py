@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
-
     from synth.design.leg_design import LegDesign
 
 

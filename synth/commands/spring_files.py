@@ -86,13 +86,7 @@ def write_solid(spring: SpringDesign, hand: str, folder: Path) -> None:
     UserError
         If it cannot be drawn, with the dimension.
     """
-    import cadquery as cq
-
-    from cad import DimensionError, SpringDimensions
-    from cad.checks import check_part, require
-    from cad.export import write_step, write_stl
-    from cad.parts import BuiltPart, Mesh
-    from cad.torsion_spring import build_spring, spring_mesh, spring_volume
+    from cad import SpringDimensions
 
     arm = spring.leg_lengths[0] * 1e3
     dimensions = SpringDimensions(
@@ -104,7 +98,15 @@ def write_solid(spring: SpringDesign, hand: str, folder: Path) -> None:
         hand=hand,
     )
     if problems := dimensions.problems():
-        raise UserError([Problem(str(problem), key="--out") for problem in DimensionError(problems).problems])
+        raise UserError([Problem(f"it cannot be drawn: {problem}", key="--out") for problem in problems])
+
+    import cadquery as cq
+
+    from cad.checks import check_part, require
+    from cad.export import write_step, write_stl
+    from cad.parts import BuiltPart, Mesh
+    from cad.torsion_spring import build_spring, spring_mesh, spring_volume
+
     solid = build_spring(dimensions, arm)
     mesh = Mesh(*spring_mesh(dimensions, arm))
     exact = spring_volume(dimensions, arm)

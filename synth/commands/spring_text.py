@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from synth.commands.table_text import table_text
+from synth.parts.check import DISAGREEMENT
 from synth.spring.design import SpringResult
 from synth.spring.result import SpringDesign
 
@@ -66,6 +67,10 @@ def design_text(result: SpringResult) -> str:
 def check_text(spring: SpringDesign) -> str:
     """A given spring and the limits that it does not keep."""
     notes = [f"note: {warning}" for warning in spring.warnings]
+    apart = spring.rate / spring.rate_bending_form - 1.0
+    if abs(apart) > DISAGREEMENT:
+        text = f"the rate given is {apart:+.0%} from that of these sizes: measure the wire and count the coils"
+        notes.insert(0, f"note: {text}")
     if spring.feasible:
         verdict = ["It keeps all limits."]
     else:

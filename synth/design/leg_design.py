@@ -17,7 +17,7 @@ from synth.design.dampers import (
     measured_curves,
 )
 from synth.design.springs import SpringChoiceMade, choose_springs, spring_warnings, travels
-from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, scored_trials, with_held_out
+from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
 from synth.fit.estimate import fit_leg
@@ -95,7 +95,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         built = _named(springs.leg, springs, dampers)
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
-    held_out = scored_trials(target, motion.held_out_scaled)
+    held_out = tuple(trial for trial in target.trials if trial.held_out)
     warnings = tuple(_warnings(project, motion, target, refit, wanted, dampers, springs, laws, errors))
     return LegDesign(
         project=project,

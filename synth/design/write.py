@@ -93,7 +93,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
         "format": FORMAT,
         "name": project.name,
         "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
-        "inputs": [{"file": item.name, "sha256": item.sha256} for item in project.inputs],
+        "inputs": _inputs(design),
         "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
         "settings": {
             "time_scale": {**quantity(project.time_scale, "1"), "how": how},
@@ -125,6 +125,14 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
         **extra,
         "files": [{"path": path.relative_to(folder).as_posix(), "sha256": sha256_file(path)} for path in files],
     }
+
+
+def _inputs(design: LegDesign) -> list[dict[str, str]]:
+    """Every file that the design rests on: project, legs, catalogues and curves, then the recordings."""
+    project = design.project
+    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
+    found = {item.name: item.sha256 for item in project.inputs} | {trial.name: trial.sha256 for trial in trials}
+    return [{"file": name, "sha256": digest} for name, digest in found.items()]
 
 
 def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any] | None:

@@ -29,7 +29,8 @@ from synth.units import quantity
 
 SIMPLER = 0.02  # share of the held-out RMS that a law with more numbers must gain
 TABLE_POINTS = 6
-SAMPLES = 250  # of a drop that take part: more of one slow motion tell nothing more
+NOISE_ROUNDS = 2  # the noise of a single joint only says from where Huber's function is linear
+SAMPLES = 150  # of a drop that take part: more of one slow motion tell nothing more
 BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: where a table is drawn on as a power law
 
 
@@ -280,7 +281,7 @@ def _fit(model: TrajectoryModel, drops: Sequence[Recording], joint: int, values:
     """Fit one law to drops; the noise follows the residual for a few rounds."""
     locals_: Sequence[Local] = _locals(drops)
     noise = np.radians(2.0)
-    for _ in range(4):
+    for _ in range(NOISE_ROUNDS):
         weights = Weights(np.full((len(drops), model.chain.layout.n), noise), np.zeros(model.chain.layout.n))
         solution = solve(model, drops, values, locals_, weights, max_iterations=30, tolerance=0.1)
         if not np.isfinite(solution.cost):

@@ -271,7 +271,7 @@ def _refine(
         change = np.abs(np.log(found / noise)).max()
         noise = found
         weights = Weights(relative * noise, spread)
-        solution = solve(model, recordings, solution.values, solution.locals, weights)
+        solution = solve(model, recordings, solution.values, solution.locals, weights, tolerance=1e-2)
         if change < 0.02:
             break
     return Stage(solution, weights)

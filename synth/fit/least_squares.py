@@ -1,9 +1,9 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
 Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, and the weak priors of the common unknowns and of the initial rates. The normal equations are arrow-shaped, so a trial's own
-unknowns are eliminated trial by trial and the cost of a step is linear in the number of trials (Triggs et al. 2000,
-"Bundle adjustment", section 6). Damping after Nielsen 1999 (IMM-REP-1999-05).
+their spread, and the weak priors of the common unknowns and of the initial rates. The normal equations are
+arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is linear in the number of
+trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999 (IMM-REP-1999-05).
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ class Recording:
 
     @cached_property
     def initial_rate(self) -> tuple[Array, Array]:
-        """Initial rate (n,) rad/s as the smoothed samples show it, and how far it may be off (n,), a standard deviation.
+        """Initial rate (n,) rad/s as the smoothed samples show it, and its standard deviation (n,).
 
         So wide that it decides nothing that the trajectory shows. It is there for a joint so damped that its initial
         rate dies within a sample: without it any rate would do, and a thousand degrees a second be found.

@@ -14,7 +14,8 @@ from synth.model.chain import Chain, Conditions, compiled_chain
 from synth.model.leg import Array, Leg, Spring
 from synth.model.mechanics import coefficients, rest_pose, static_torque
 
-TUNING_STEPS = 10
+TUNING_STEPS = 8
+TUNED = 0.02  # share by which a step must lower the squared error for another to be taken
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ class WantedResponse:
             normal = jacobian.T @ jacobian
             damped = normal + np.diag(1e-4 * np.diag(normal) + 1e-12)
             step = np.clip(-np.linalg.solve(damped, jacobian.T @ residual), -0.7, 0.7)
-            for halving in range(5):
+            for halving in range(3):
                 moved = np.clip(values + step * 0.5**halving, unknowns.lower, unknowns.upper)
                 new_residual, new_jacobian = self._linearised(model, moved)
                 if new_residual @ new_residual < residual @ residual:
@@ -104,7 +105,7 @@ class WantedResponse:
                 break
             gain = 1 - (new_residual @ new_residual) / (residual @ residual)
             values, residual, jacobian = moved, new_residual, new_jacobian
-            if gain < 1e-3:
+            if gain < TUNED:
                 break
         natural = unknowns.natural(values)
         changed = list(leg.joints)
