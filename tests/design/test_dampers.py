@@ -1,0 +1,115 @@
+"""Choosing dampers, and the trap that the thesis fell into."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.design.dampers import MeasuredCurve, choose_dampers
+from synth.errors import UserError
+from synth.files.options import DamperChoice, JointChoice, SpringChoice
+from synth.model.chain import Conditions
+from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
+from synth.parts.catalog import Catalogue
+from synth.parts.damper_law import power_law_curve
+from synth.parts.response import Release, WantedResponse
+
+TIME = np.linspace(0.0, 1.4, 141)
+TRAVEL = (2.0,)
+
+
+def one_link(damper: Damper, rate: float = 1.2) -> Leg:
+    """A knee with what hangs from it."""
+    link = Link(0.3, 0.3, 0.12, 4e-3)
+    return Leg("knee alone", (Joint("knee", link, np.pi, 1, None, Spring(rate, np.pi), damper),))
+
+
+def response(leg: Leg) -> WantedResponse:
+    release = Release("a", TIME, np.array([0.25]), np.zeros(1), Conditions())
+    return WantedResponse.of(leg, [release])
+
+
+def choices(**damper: object) -> dict[str, JointChoice]:
+    return {"knee": JointChoice(SpringChoice(), DamperChoice(**damper))}  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> Catalogue:
+    return Catalogue.load()
+
+
+def swing_left(leg: Leg, wanted: WantedResponse) -> float:
+    """How much the leg still swings in the second half of the release, over what the wanted one does then."""
+    half = len(TIME) // 2
+    motion, target = wanted.simulate([leg])[0][half:, 0, 0], wanted.motions[0][half:, 0]
+    return float(np.std(motion) / np.std(target))
+
+
+def test_the_linear_secant_of_the_vendors_one_point_chooses_too_strong(catalogue: Catalogue) -> None:
+    """Thesis section 4.3: chosen by the slope through (max speed, max torque), the first dampers were too strong.
+
+    Between rest and its rated speed an oil damper resists more than that slope says. So the damper whose slope comes
+    nearest the wanted rate really brakes several times as much; the law that is concave chooses a weaker one.
+    """
+    wanted = response(one_link(Damper(0.024)))  # between the secants of 6597K8, 0.0094, and 6597K19, 0.0418
+    linear = choose_dampers(wanted, choices(), catalogue, {}, TRAVEL, law="linear")
+    concave = choose_dampers(wanted, choices(), catalogue, {}, TRAVEL)
+    by_secant, by_curve = linear.chosen[0].row, concave.chosen[0].row
+    assert by_secant is not None
+    assert by_curve is not None
+    assert (by_secant.part, by_curve.part) == ("6597K19", "6597K8")
+    real = wanted.tuned(one_link(by_secant.damper("concave")), (0,))
+    better = wanted.tuned(one_link(by_curve.damper("concave")), (0,))
+    assert wanted.overall([better])[0] < wanted.overall([real])[0]
+    promised = swing_left(one_link(by_secant.damper("linear")), wanted)
+    assert swing_left(one_link(by_secant.damper("concave")), wanted) < 0.5 * promised
+
+
+def test_a_measured_curve_takes_the_place_of_the_assumed_law_of_its_part(catalogue: Catalogue) -> None:
+    wanted = response(one_link(Damper(0.1)))
+    curve = power_law_curve(0.125, 1.0, 0.44)
+    measured = {"knee": MeasuredCurve("6597K19", curve, "drops")}
+    made = choose_dampers(wanted, choices(), catalogue, measured, TRAVEL)
+    laws = {option.part: option.law for option in made.ranked[0]}
+    assert laws == {"6597K19": "curve", "6597K21": "concave", "6597K8": "concave"}
+    used = next(option for option in made.ranked[0] if option.part == "6597K19")
+    assert used.damper.curve == curve
+
+
+def test_ranking_is_by_response_error_and_says_what_the_others_cost(catalogue: Catalogue) -> None:
+    made = choose_dampers(response(one_link(Damper(0.1))), choices(), catalogue, {}, TRAVEL)
+    errors = [option.error for option in made.ranked[0]]
+    assert errors == sorted(errors)
+    assert len({option.part for option in made.ranked[0]}) == 3
+    assert [error for _, error in made.sets] == sorted(error for _, error in made.sets)
+
+
+def test_a_damper_forced_by_part_is_taken(catalogue: Catalogue) -> None:
+    made = choose_dampers(response(one_link(Damper(0.1))), choices(part="6597K21"), catalogue, {}, TRAVEL)
+    assert [option.part for option in made.ranked[0]] == ["6597K21"]
+
+
+def test_no_damper_left_names_the_reasons_and_the_way_out(catalogue: Catalogue) -> None:
+    wanted = response(one_link(Damper(0.1)))
+    with pytest.raises(UserError, match=r"knee: no damper.*incomplete.*select\.joints\.knee\.damper") as caught:
+        choose_dampers(wanted, choices(max_outer_diameter=1e-3, travel=9.0), _without_sizes(catalogue), {}, TRAVEL)
+    assert "turns less than 516 deg" in str(caught.value)
+
+
+def _without_sizes(catalogue: Catalogue) -> Catalogue:
+    """A catalogue whose complete dampers turn through 360 deg only."""
+    from dataclasses import replace
+
+    rows = tuple(replace(row, continuous="no", travel=2 * np.pi) if row.complete else row for row in catalogue.dampers)
+    return replace(catalogue, dampers=rows)
+
+
+def test_a_near_miss_of_a_part_is_suggested(catalogue: Catalogue) -> None:
+    with pytest.raises(UserError, match="6597K19"):
+        choose_dampers(response(one_link(Damper(0.1))), choices(part="6597K9"), catalogue, {}, TRAVEL)
+
+
+def test_the_response_follows_the_curve_not_its_secant() -> None:
+    """A curve that is a straight line acts as a linear damper of that rate."""
+    straight = one_link(Damper(curve=DamperCurve((10.0,), (1.0,))))
+    assert response(one_link(Damper(0.1))).errors([straight])[0, 0] < 1e-5

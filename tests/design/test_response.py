@@ -1,0 +1,70 @@
+"""The whole leg's response as the yardstick of choosing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from synth.model.chain import Conditions
+from synth.model.leg import Damper, Joint, Leg, Link, Spring
+from synth.model.mechanics import rest_pose
+from synth.parts.response import Release, WantedResponse
+
+LEG = Leg(
+    "two links",
+    (
+        Joint("hip", Link(0.22, 0.22, 0.08, 1.1e-3), np.pi / 2, 1, None, Spring(20.0, 1.8), Damper(1.0)),
+        Joint("knee", Link(0.22, 0.2, 0.075, 1.1e-3), np.pi, -1, None, Spring(1.7, 2.0), Damper(0.1)),
+    ),
+)
+TIME = np.linspace(0.0, 1.0, 101)
+
+
+@pytest.fixture(scope="module")
+def wanted() -> WantedResponse:
+    releases = [
+        Release("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions()),
+        Release("b", TIME, np.array([0.5, 0.9]), np.array([0.0, -2.0]), Conditions()),
+    ]
+    return WantedResponse.of(LEG, releases)
+
+
+def test_the_wanted_leg_itself_has_no_error(wanted: WantedResponse) -> None:
+    assert wanted.errors([LEG]).max() < 1e-12
+
+
+def test_errors_are_the_root_mean_square_of_the_difference(wanted: WantedResponse) -> None:
+    other = LEG.with_joints(knee={"spring": Spring(2.5, 2.0)})
+    motions = [motion[:, :, 0] for motion in wanted.simulate([other])]
+    difference = np.concatenate([m - w for m, w in zip(motions, wanted.motions, strict=True)])
+    assert wanted.errors([other])[0] == pytest.approx(np.sqrt(np.mean(difference**2, axis=0)), rel=1e-9)
+
+
+def test_a_locked_joint_does_not_count() -> None:
+    release = Release("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions(locked=(1,)))
+    wanted = WantedResponse.of(LEG, [release])
+    other = LEG.with_joints(knee={"spring": Spring(9.0, 2.0)})
+    assert wanted.errors([other])[0] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_at_rest_like_wanted_keeps_the_rest_pose_at_any_spring_rate(wanted: WantedResponse) -> None:
+    other = LEG.with_joints(hip={"spring": Spring(6.0, 0.0)}, knee={"spring": Spring(4.0, 0.0)})
+    moved = wanted.at_rest_like_wanted(other)
+    assert rest_pose(moved) == pytest.approx(rest_pose(LEG), abs=1e-9)
+
+
+def test_tuning_finds_the_spring_that_was_taken_away(wanted: WantedResponse) -> None:
+    off = LEG.with_joints(hip={"spring": Spring(31.0, 1.7)}, knee={"spring": Spring(1.2, 2.1)})
+    tuned = wanted.tuned(off, (0, 1))
+    assert wanted.overall([tuned])[0] < 0.05 * wanted.overall([off])[0]
+    for joint, true in zip(tuned.joints, LEG.joints, strict=True):
+        assert joint.spring is not None
+        assert true.spring is not None
+        assert joint.spring.rate == pytest.approx(true.spring.rate, rel=0.02)
+
+
+def test_a_leg_too_stiff_to_follow_is_the_worst_not_an_accident(wanted: WantedResponse) -> None:
+    stiff = replace(LEG, joints=(LEG.joints[0], replace(LEG.joints[1], damper=Damper(1e7))))
+    assert wanted.errors([stiff]).max() == pytest.approx(np.pi)
