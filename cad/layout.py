@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad.dimensions import JointDimensions, LegDimensions
+from cad.dimensions import JointDimensions
 from cad.limits import DimensionError, DimensionProblem
 
 Point = tuple[float, float]
@@ -375,46 +375,3 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
         else:
             return angle
     raise DimensionError(problems)
-
-
-def lay_out_leg(dimensions: LegDimensions) -> tuple[JointLayout, ...]:
-    """Lay out every joint of a leg and check that the link tubes between them have room.
-
-    Raises
-    ------
-    DimensionError
-        with the problems of all joints.
-    """
-    found = dimensions.problems()
-    if found:
-        raise DimensionError(found)
-    layouts: list[JointLayout] = []
-    for joint in dimensions.joints:
-        try:
-            layouts.append(lay_out(joint))
-        except DimensionError as error:
-            found += error.problems
-    if found:
-        raise DimensionError(found)
-    for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True)):
-        shortest = layout.lower_bottom + layout.socket_depth
-        if index + 1 < len(layouts):
-            shortest += layouts[index + 1].upper_bottom + layouts[index + 1].socket_depth
-        if joint.link_length < shortest:
-            found.append(
-                DimensionProblem(
-                    f"{joint.name}.link_length",
-                    joint.link_length,
-                    f"at least {shortest:.4g} mm",
-                    "the sockets of its two hinges would meet; smaller springs or dampers make them shorter",
-                )
-            )
-    if found:
-        raise DimensionError(found)
-    return tuple(layouts)
-
-
-def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], index: int) -> float:
-    """Length (mm) of the tube of link ``index``: from socket to socket, the last one to the leg's tip."""
-    length = dimensions.joints[index].link_length - layouts[index].lower_bottom
-    return length - layouts[index + 1].upper_bottom if index + 1 < len(layouts) else length
