@@ -4,8 +4,9 @@ Internal numerical differentiation (Bock 1983, as told in Hairer et al., *Solvin
 Wright, *Numerical Optimization*, section 8.1): perturbed trajectories that share the nominal's steps differ from it
 smoothly, so forward differences at rtol 1e-5 are good to 3e-5 of the largest. That is too little for an overdamped
 joint, whose steps lie at the limit of stability: how its error of 1e-5 rad depends on b then looks like information
-that separates k from b, and the interval comes out up to seven times too narrow (measured: hip at 60 N m/rad and 12
-N m s/rad, 0.3 deg noise). At rtol 1e-7 it comes out right, and fits take no longer: the iteration does not grope in noise.
+that separates k from b, and the interval comes out up to seven times too narrow (measured: hip at 60 N m/rad and
+12 N m s/rad, 0.3 deg noise). At rtol 1e-7 it comes out right, and fits take no longer: the iteration does not grope
+in noise.
 """
 
 from __future__ import annotations
