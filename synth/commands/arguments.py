@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable
 from synth.errors import Problem, UserError
 
 
-def near_miss(name: str, known: Iterable[str]) -> str:
-    """``; did you mean ...?`` where a known name is near, else nothing."""
+def near_miss(name: str, known: Iterable[str], most: int = 1) -> str:
+    """``; did you mean ...?`` with at most so many known names where any is near, else nothing."""
     from difflib import get_close_matches
 
-    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
+    folded = {each.casefold(): each for each in known}
+    near = get_close_matches(name.casefold(), list(folded), n=most, cutoff=0.6)
+    return f"; did you mean {' or '.join(folded[each] for each in near)}?" if near else ""
 
 
 def one_of(known: Iterable[str]) -> Callable[[str], str]:

@@ -109,7 +109,7 @@ def _part_text(catalogue: Catalogue, part: str) -> str:
     records = _material(catalogue, wanted)
     if not records:
         known = [*(getattr(row, "part", "") for row in sold), *(row.material for row in catalogue.materials)]
-        raise UserError(f'no part or wire material "{part}" in the catalogues{near_miss(part, known)}')
+        raise UserError(f'no part or wire material "{part}" in the catalogues{near_miss(part, known, 3)}')
     return "\n\n".join([stock_text(records[0].material, catalogue), *(row_text(row, catalogue) for row in records)])
 
 

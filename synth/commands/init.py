@@ -52,6 +52,9 @@ def copy_example(source: Path, target: Path) -> None:
             raise UserError(Problem("is not empty; name a new folder", name))
         if whole.exists() and not whole.is_dir():
             raise UserError(Problem("is a file; name a new folder", name))
+        above = next(parent for parent in whole.parents if parent.exists())
+        if not above.is_dir():
+            raise UserError(Problem(f"cannot be written: {above} is a file", name))
         whole.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{whole.name}.partial-", dir=whole.parent))
         try:

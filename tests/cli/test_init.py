@@ -1,0 +1,88 @@
+"""``synth init``: a project to start from, in an empty folder and nowhere else."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from synth.cli import main
+from synth.commands import init
+
+EXAMPLES = Path(init.__file__).resolve().parent.parent / "examples"
+
+
+def files_in(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_every_example_can_be_had() -> None:
+    assert sorted(init.PROJECTS) == sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir())
+    assert all((EXAMPLES / kind / project).is_file() for kind, project in init.PROJECTS.items())
+
+
+@pytest.mark.parametrize("kind", init.PROJECTS)
+def test_the_copy_is_whole_and_the_next_command_runs(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "new folder" / "my <b>leg</b>"
+    assert main(["init", kind, str(target)]) == 0
+    assert files_in(target) == files_in(EXAMPLES / kind)
+    assert [path.name for path in target.parent.iterdir()] == [target.name]
+    command = shlex.split(capsys.readouterr().out.splitlines()[-1])
+    assert command[:3] == ["synth", kind, str(target / init.PROJECTS[kind])]
+    assert main([*command[1:], "--dry-run"]) == 0
+    assert "can be used" in capsys.readouterr().out
+
+
+def test_the_copy_can_be_edited_where_the_package_cannot(tmp_path: Path) -> None:
+    source = tmp_path / "installed"
+    (source / "trials").mkdir(parents=True)
+    (source / "trials" / "a.csv").write_text("time [s]\n")
+    (source / "trials" / "a.csv").chmod(0o444)
+    (source / "trials").chmod(0o555)
+    try:
+        init.copy_example(source, tmp_path / "copy")
+    finally:
+        (source / "trials").chmod(0o755)
+    copied = tmp_path / "copy" / "trials"
+    assert copied.stat().st_mode & 0o700 == 0o700
+    assert (copied / "a.csv").stat().st_mode & 0o200
+
+
+def test_an_empty_folder_is_filled_even_when_it_is_the_current_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    assert main(["init", "fit", "."]) == 0
+    assert (Path.cwd() / "fit.yaml").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["empty"]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("full", "is not empty"),
+        ("full/mine.txt", "is a file"),
+        ("full/mine.txt/below", "mine.txt is a file"),
+        ("/proc/synth-example", "cannot be written"),
+        ("a\0b", "cannot be written: embedded null"),
+        ("x" * 300, "cannot be written: File name too long"),
+    ],
+)
+def test_what_is_there_stays(
+    name: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if name.startswith("/proc") and not Path("/proc").is_dir():
+        pytest.skip("no /proc here")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    assert main(["init", "leg", name]) == 2
+    shown = capsys.readouterr()
+    assert shown.err.startswith("synth: ")
+    assert message in shown.err
+    assert shown.err.count("\n") == 1
+    assert files_in(tmp_path) == {str(Path("full", "mine.txt")): b"mine"}

@@ -1,0 +1,215 @@
+"""``synth spring`` from the command line to the files that a workshop gets."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.cli import main
+
+WISH = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 deg", "--arbor", "12 mm"]
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test in a folder of its own: the command writes into the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def spring(*words: str) -> dict[str, Any]:
+    """The result of a run that ends well."""
+    assert main(["spring", "-q", *words]) == 0
+    content: dict[str, Any] = json.loads(Path("spring.json").read_text(encoding="utf-8"))
+    return content
+
+
+def value(item: dict[str, Any], unit: str) -> float:
+    assert item["unit"] == unit
+    number: float = item["value"]
+    return number
+
+
+def problems(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
+    """The messages of a run that ends with status 2 and leaves nothing."""
+    before = sorted(Path.cwd().rglob("*"))
+    assert main(["spring", *words]) == 2
+    assert sorted(Path.cwd().rglob("*")) == before
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    lines = shown.err.splitlines()
+    assert all(line.startswith("synth: ") for line in lines)
+    return [line.removeprefix("synth: ") for line in lines]
+
+
+def test_the_spring_does_what_was_asked() -> None:
+    content = spring(*WISH)
+    assert content["format"] == "synth/spring/1"
+    assert value(content["wanted"]["arbor_diameter"], "mm") == 12.0
+    made = content["make"]
+    d, mean = value(made["wire_diameter"], "mm"), value(made["mean_diameter"], "mm")
+    coils, modulus = value(made["body_coils"], "1"), value(made["elastic_modulus"], "GPa")
+    # Shigley 10-48 and 10-51 in N mm: k = E d^4 / (64 D Na), Na = Nb + (l1 + l2) / (3 pi D)
+    active = coils + 50.0 / (3.0 * math.pi * mean)
+    assert modulus * 1e3 * d**4 / (64.0 * mean * active) == pytest.approx(1700.0, rel=1e-6)
+    assert 180.0 - 360.0 * (coils % 1.0) == pytest.approx(120.0)
+    # Shigley 10-43 and 10-44 at 40 degrees
+    index = mean / d
+    factor = (4 * index**2 - index - 1) / (4 * index * (index - 1))
+    stress = factor * 32.0 * 1700.0 * math.radians(40.0) / (math.pi * d**3)
+    assert value(made["stress"], "MPa") == pytest.approx(stress, rel=1e-6)
+    assert stress <= value(made["allowed_stress"], "MPa")
+    # Shigley 10-53: the wound coil leaves the arbor its tenth
+    assert mean * coils / (coils + 40.0 / 360.0) - d >= 12.0 / 0.9 - 1e-6
+    others = [value(other["wire_diameter"], "mm") for other in content["alternatives"]]
+    assert len(others) == 4
+    assert d not in others
+
+
+def test_the_table_shows_what_the_file_has(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spring", *WISH]) == 0
+    shown = capsys.readouterr().out
+    made = json.loads(Path("spring.json").read_text(encoding="utf-8"))["make"]
+    rows = {line[:32].strip(): line[32:].split() for line in shown.splitlines()}
+    assert float(rows["wire diameter [mm]"][0]) == pytest.approx(made["wire_diameter"]["value"], rel=1e-3)
+    assert float(rows["travel to yield [deg]"][0]) == pytest.approx(made["free_travel"]["value"], abs=0.05)
+    assert float(rows["mass [g]"][0]) == pytest.approx(made["mass"]["value"], abs=0.05)
+    assert shown.splitlines()[-1] == "written: spring.json"
+
+
+def test_no_spring_says_why_and_what_can_be_made(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--rate", "79 N*m/rad", "--travel", "45 deg", "--max-outer-diameter", "60 mm"]
+    assert main(["spring", *words]) == 0
+    shown = capsys.readouterr().out
+    assert shown.startswith("No single spring of music wire gives 79 N*m/rad over 45 deg")
+    content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
+    assert content["make"] is None
+    assert content["binding"]
+    assert content["nearest"]
+    assert all(text in shown for text in [*content["binding"], *(item["text"] for item in content["nearest"])])
+    for item in content["nearest"]:
+        rate = value(item["make"]["rate"], "N*m/rad") * item["make"]["count"]
+        assert rate == pytest.approx(79.0, rel=1e-6)
+
+
+def test_a_given_spring_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    sizes = ["--wire-diameter", "2 mm", "--mean-diameter", "20 mm", "--coils", "4.25", "--travel", "60 deg"]
+    assert main(["spring", *sizes, "--rate", "1.2 N*m/rad", "--arbor", "17 mm"]) == 0
+    shown = capsys.readouterr().out
+    content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
+    assert value(content["checked"]["moment"], "N*m") == pytest.approx(1.2 * math.pi / 3.0)
+    assert content["make"] is None  # the stress is too high and it grips the arbor
+    assert [text.split()[0] for text in content["binding"]] == ["stress", "inside"]
+    assert all(text in shown for text in content["binding"])
+    assert "the rate given is +121% from that of these sizes" in shown  # 196.5 GPa, 4.25 + 0.265 coils: 0.544
+    assert spring(*sizes[:-1], "20 deg")["make"] is not None
+
+
+def test_the_folder_holds_solid_and_sheet(capsys: pytest.CaptureFixture[str]) -> None:
+    import cadquery as cq
+    import trimesh
+
+    assert main(["spring", *WISH, "--leg-length", "30 mm", "--hand", "left", "--out", "out/spring"]) == 0
+    capsys.readouterr()
+    out = Path("out/spring")
+    visible = sorted(path.name for path in out.iterdir() if not path.name.startswith("."))
+    assert visible == ["spring.json", "spring.step", "spring.stl", "winding_sheet.txt"]
+    assert not Path("spring.json").exists()
+    made = json.loads((out / "spring.json").read_text(encoding="utf-8"))["make"]
+    d, mean = made["wire_diameter"]["value"], made["mean_diameter"]["value"]
+    coils = made["body_coils"]["value"]
+    # Pappus: section times length; the drawn coils do not quite touch, a pitch of 1.03 wires
+    length = coils * math.hypot(math.pi * mean, 1.03 * d) + 60.0
+    volume = math.pi * d**2 / 4.0 * length
+    solid = cq.importers.importStep(str(out / "spring.step")).val()
+    assert solid.Volume() == pytest.approx(volume, rel=1e-4)
+    mesh = trimesh.load_mesh(out / "spring.stl")
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(volume, rel=5e-3)
+    # left-hand: going up along z, the wire turns clockwise, over -y before +y
+    x, y, z = mesh.vertices.T
+    across = np.abs(x) < 0.2 * mean  # the lower arm starts from +x
+    assert z[across & (y < -0.3 * mean)].min() < z[across & (y > 0.3 * mean)].min() - 0.4 * d
+    sheet = (out / "winding_sheet.txt").read_text(encoding="utf-8")
+    assert f"{coils:.3f} coils, left-hand" in sheet
+    assert f"music wire, {d:.4g} mm" in sheet
+    angle, torque = re.findall(r"^([\d.]+) +([\d.]+)$", sheet, re.MULTILINE)[-1]
+    assert float(angle) == 40.0
+    assert float(torque) == pytest.approx(1.7 * math.radians(float(angle)), rel=1e-3)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert main(["spring", *WISH, "--leg-length", "30 mm", "--hand", "left", "--out", "out/spring"]) == 0
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_legs_that_cannot_be_drawn_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spring", *WISH, "--legs", "radial", "--out", "out"]) == 0
+    assert "note: no STEP or STL" in capsys.readouterr().out
+    assert not list(Path("out").glob("spring.st*"))
+
+
+def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--rate", "38 N*m", "--travel", "45", "--arbor", "-3 mm", "--safety", "90 %", "--leg-length", "2 furlong"]
+    lines = problems(capsys, *words, "--opening-travel=-5 deg", "--included-angle", "400 deg")
+    keys = [line.partition(":")[0] for line in lines]
+    assert sorted(keys) == sorted(
+        ["--rate", "--travel", "--arbor", "--safety", "--leg-length", "--opening-travel", "--included-angle"]
+    )
+    text = "\n".join(lines)
+    assert "did you mean N*m/rad?" in text
+    assert '"45" has no unit' in text
+    assert 'unit "furlong"' in text
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--rate", "1 N*m/rad"], "--travel: it is needed"),
+        (["--travel", "45 deg"], "--rate: it is needed"),
+        (["--travel", "45 deg", "--wire-diameter", "2 mm", "--mean-diameter", "9 mm"], "--coils: a spring is checked"),
+        ([*WISH, "--material", "musik"], 'no wire material "musik"; did you mean music?'),
+        ([*WISH, "--system", "metrik"], "did you mean metric?"),
+        ([*WISH, "--json", "nowhere/spring.json"], "nowhere/spring.json: cannot be written: No such file"),
+        ([*WISH, "--json", "/proc/spring.json"], "/proc/spring.json: cannot be written"),
+        ([*WISH, "--json", "."], ".: exists and is no result"),
+        ([*WISH, "--out", "/proc/spring"], "/proc/spring: cannot be written"),
+        ([*WISH, "--catalog", "my.csv"], "my.csv: cannot be read"),
+        (["--rate", "1 N*m/rad", "--travel", "20 deg", "--included-angle", "359 deg", "--out", "o"], "cannot be drawn"),
+        (["--wire-diameter", "2 mm", "--mean-diameter", "1 mm", "--coils", "4", "--travel", "1 deg"], "no coil has"),
+        (["--wire-diameter", "9 m", "--mean-diameter", "90 m", "--coils", "4", "--travel", "1 deg"], "no strength"),
+    ],
+)
+def test_one_mistake(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (line,) = problems(capsys, *words, "-q")
+    assert message in line
+
+
+def test_a_file_of_the_user_is_not_replaced(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("leg.yaml").write_text("kind: leg\n", encoding="utf-8")
+    assert "is no result of synth spring" in problems(capsys, *WISH, "--json", "leg.yaml")[0]
+    assert Path("leg.yaml").read_text(encoding="utf-8") == "kind: leg\n"
+    spring(*WISH)
+    assert value(spring("--rate", "1 N*m/rad", "--travel", "20 deg")["wanted"]["rate"], "N*m/rad") == 1.0
+    assert [path.name for path in Path.cwd().iterdir() if path.name.startswith(".")] == []
+
+
+def test_a_real_run_from_a_folder_with_markup_in_its_name(tmp_path: Path) -> None:
+    folder = tmp_path / "<b>&amp; springs"
+    folder.mkdir()
+    done = subprocess.run(
+        [sys.executable, "-m", "synth", "spring", *WISH, "--json", str(folder / "a.json")],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith(f"written: {folder / 'a.json'}\n")
+    assert json.loads((folder / "a.json").read_text(encoding="utf-8"))["make"]["count"] == 1
