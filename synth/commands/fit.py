@@ -50,7 +50,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         with progress.stage("fitting"):
             options = FitOptions(project.free_angle, project.fit.weight, curves, project.fit.seed, project.prior)
             result = with_held_out(fit_leg(project.leg, made, options), held_out)
-            inputs = {item.name: item.sha256 for item in (*project.inputs, *project.trials)}
+            inputs = {item.name: item.sha256 for item in project.inputs}
+            inputs |= {trial.name: trial.sha256 for trial in project.trials}
             result = replace(result, inputs=inputs)
         with progress.stage("writing"):
             write_json(folder / "fit.json", result.as_json())

@@ -70,13 +70,28 @@ def _solids(design: LegDesign, folder: Path, *, pictures: bool) -> dict[str, Any
         raise UserError(Problem(f"the joints cannot be exported: {error}", file, key="cad")) from None
     shown = [item for item in written if item.kind == "png"]
     return {
-        "pictures": [{"path": f"parts/{item.path}", "caption": item.part} for item in shown],
+        "pictures": [{"path": f"parts/{item.path}", "caption": _caption(design, item.path)} for item in shown],
         "solids": {
             "drawn": True,
             "checks": [{"name": c.name, "part": c.part, "passed": c.passed, "text": str(c)} for c in checks],
             "notes": list(solids.notes),
         },
     }
+
+
+def _caption(design: LegDesign, path: str) -> str:
+    """What a picture shows: the leg, a joint with its arm offset, or a part of a joint."""
+    from math import degrees
+
+    stem = path.removesuffix(".png")
+    for index, name in enumerate(design.built.joint_names):
+        if stem == name or stem.startswith(f"{name}_"):
+            part = stem.removeprefix(name).lstrip("_").replace("_", " ")
+            offset = f"arm offset {degrees(design.arm_offset(index)):+.1f} deg"
+            return (
+                f"{name}, {part}" if part and part != "inside" else f"{name} joint{', cut open' * bool(part)}: {offset}"
+            )
+    return "the whole leg in its rest pose" if stem == "leg" else stem
 
 
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any]) -> None:

@@ -47,6 +47,15 @@ class DamperOption:
 
 
 @dataclass(frozen=True)
+class DamperSet:
+    """A damper for each joint, the leg with them and the springs that suit them, and its response error (rad)."""
+
+    options: tuple[DamperOption, ...]
+    leg: Leg
+    error: float
+
+
+@dataclass(frozen=True)
 class DamperChoiceMade:
     """The chosen damper of each joint, the ranking at each joint, what was left out, and the next best sets."""
 
@@ -54,7 +63,7 @@ class DamperChoiceMade:
     ranked: tuple[tuple[DamperOption, ...], ...]
     left_out: tuple[Mapping[str, int], ...]
     leg: Leg  # the wanted leg with these dampers and the springs that suit them
-    sets: tuple[tuple[tuple[DamperOption, ...], float], ...]  # all sets tried with their errors, best first
+    sets: tuple[DamperSet, ...]  # all that were tried, best first
 
 
 def measured_curves(
@@ -103,8 +112,8 @@ def choose_dampers(
     ]
     errors = wanted.overall(legs)
     order = np.argsort(errors, kind="stable")
-    tried = tuple((sets[k], float(errors[k])) for k in order)
-    return DamperChoiceMade(tried[0][0], tuple(ranked), tuple(left_out), legs[order[0]], tried)
+    tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)
+    return DamperChoiceMade(tried[0].options, tuple(ranked), tuple(left_out), tried[0].leg, tried)
 
 
 def _options(

@@ -160,6 +160,7 @@ def _warnings(
         texts = [*springs.warnings[j], *spring_warnings(name, springs.chosen[j])]
         texts += curve_warnings(name, dampers.chosen[j], speeds, float(fastest[j]))
         texts += laws[name].warnings if name in laws else []
+        texts += _rate_warning(name, target, refit)
         if errors[j] > np.radians(2.0):
             texts.append(f"{name}: the built leg will move {degrees(errors[j]):.1f} deg (RMS) off the wanted motion")
         said += [(name, text) for text in texts]
@@ -183,6 +184,17 @@ def fastest_rates(motions: Sequence[Array], times: Sequence[Array]) -> Array:
     """(n,) rad/s, the fastest that each joint turns in motions (m, n) rad over times (m,) s."""
     rates = [np.abs(np.gradient(m, time, axis=0)).max(axis=0) for m, time in zip(motions, times, strict=True)]
     return np.asarray(np.max(rates, axis=0))
+
+
+def _rate_warning(joint: str, target: FitResult, refit: FitResult) -> list[str]:
+    """What a real damper's curve does to the spring that is wanted, where it is much."""
+    linear, curved = (result.joints[joint].spring_rate.value for result in (target, refit))
+    if 0.8 < curved / linear < 1.25:
+        return []
+    return [
+        f"{joint}: with the chosen damper's curve the trials ask for a spring of {curved:.3g} N*m/rad, with a linear "
+        f"damper for {linear:.3g}. The damper's law decides about the spring: a wrong one costs as much"
+    ]
 
 
 def _joint_of(text: str, names: tuple[str, ...]) -> str | None:

@@ -37,6 +37,10 @@ def write_files(design: LegDesign, folder: Path) -> None:
     for joint in design.built.joints:
         if joint.damper is not None and joint.damper.curve is not None:
             write_curve(joint.damper.curve, curves / f"{joint.name}.csv")
+    for name, law in design.laws.items():
+        write_curve(law.used.curve, curves / f"{name}_measured.csv")
+        for fit in law.fits:
+            write_curve(fit.curve, curves / f"{name}_{fit.law.name}.csv")
     write_fit_responses(design.source, folder / "responses" / "source")
     _write_target_responses(design, folder / "responses" / "target")
     _write_bom(design, folder / "bom.csv")
@@ -110,7 +114,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
         },
         "held_out": _held_out(design.held_out, names),
         "damper_laws": {
-            joint: {"part": project.dampers[joint].part, **law.as_json(), "curve": f"dampers/{joint}.csv"}
+            joint: {"part": project.dampers[joint].part, **law.as_json(), "curve": f"dampers/{joint}_measured.csv"}
             for joint, law in design.laws.items()
         },
         "joints": {name: _joint(design, j) for j, name in enumerate(names)},
@@ -171,7 +175,13 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         "spring": {**spring.as_json(), "free_angle": quantity(built.free_angle, "deg")},
         "arm_offset": quantity(design.arm_offset(j), "deg"),
         "spring_alternatives": [_ranked_spring(option) for option in design.springs.ranked[j] if option is not spring],
-        "damper_alternatives": [_ranked_damper(option) for option in design.dampers.ranked[j]],
+        "damper_alternatives": [
+            _ranked_damper(option) for option in design.dampers.ranked[j] if option.part != damper.part
+        ],
+        "alternatives_basis": (
+            "response_error: RMS over all joints and releases against the wanted motion with only this joint's part "
+            "changed; a damper is judged with the spring that suits it, a spring with the chosen dampers"
+        ),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
         "warnings": [text for joint, text in design.warnings if joint == name],
     }
@@ -229,9 +239,12 @@ def _alternatives(design: LegDesign) -> list[dict[str, Any]]:
             for name, s, d in zip(names, springs, design.dampers.chosen, strict=True)
         }
         found.append((error, {"parts": parts, "rms": quantity(error, "deg")}))
-    for dampers, error in design.dampers.sets[1:]:
-        parts = {name: {"spring": "one that suits", "damper": d.part} for name, d in zip(names, dampers, strict=True)}
-        found.append((error, {"parts": parts, "rms": quantity(error, "deg")}))
+    for other in design.dampers.sets[1:]:
+        parts = {}
+        for joint, option in zip(other.leg.joints, other.options, strict=True):
+            assert joint.spring is not None
+            parts[joint.name] = {"spring": f"one of {joint.spring.rate:.3g} N*m/rad", "damper": option.part}
+        found.append((other.error, {"parts": parts, "rms": quantity(other.error, "deg")}))
     found.sort(key=lambda item: item[0])
     return [item for _, item in found[:ALTERNATIVES]]
 

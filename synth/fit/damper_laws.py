@@ -162,8 +162,8 @@ class LawFit:
     rms_fitted: float
     rms_held_out: float
 
-    def as_json(self, used: bool) -> dict[str, Any]:
-        """One entry under ``laws``."""
+    def as_json(self, used: bool, joint: str) -> dict[str, Any]:
+        """One entry under ``laws``; its curve lies in ``dampers/JOINT_LAW.csv`` beside the result."""
         return {
             "law": self.law.name,
             "formula": self.law.formula,
@@ -171,6 +171,7 @@ class LawFit:
             "rms_fitted": quantity(self.rms_fitted, "deg"),
             "rms_held_out": quantity(self.rms_held_out, "deg"),
             "used": used,
+            "curve": f"dampers/{joint}_{self.law.name}.csv",
         }
 
 
@@ -192,7 +193,7 @@ class DamperLaw:
             "speed_range": [quantity(self.speeds.low, "rad/s"), quantity(self.speeds.high, "rad/s")],
             "trials": [{"file": name, "held_out": out} for name, out in self.trials],
             "how_held_out": self.how_held_out,
-            "laws": [fit.as_json(fit is self.used) for fit in self.fits],
+            "laws": [fit.as_json(fit is self.used, self.joint) for fit in self.fits],
             "warnings": list(self.warnings),
         }
 

@@ -81,7 +81,7 @@ def test_ranking_is_by_response_error_and_says_what_the_others_cost(catalogue: C
     errors = [option.error for option in made.ranked[0]]
     assert errors == sorted(errors)
     assert len({option.part for option in made.ranked[0]}) == 3
-    assert [error for _, error in made.sets] == sorted(error for _, error in made.sets)
+    assert [item.error for item in made.sets] == sorted(item.error for item in made.sets)
 
 
 def test_a_damper_forced_by_part_is_taken(catalogue: Catalogue) -> None:

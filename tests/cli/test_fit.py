@@ -1,0 +1,62 @@
+"""``synth fit`` end to end on the built-in example."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from synth.cli import main
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
+CASES = Path(__file__).resolve().parents[3] / "shared" / "cases" / "fit"
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("fit")
+    shutil.copytree(EXAMPLES / "fit", folder / "project")
+    assert main(["--quiet", "fit", str(folder / "project" / "fit.yaml"), "--out", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+def test_fit_json_has_the_public_form(result: Path) -> None:
+    fit = json.loads((result / "fit.json").read_text())
+    assert fit["format"] == "synth/fit/1"
+    for joint in fit["joints"].values():
+        for key, unit in (("spring_rate", "N*m/rad"), ("damper_rate", "N*m*s/rad"), ("free_angle", "deg")):
+            estimate = joint[key]
+            assert estimate["unit"] == unit
+            low, high = estimate["interval90"]
+            assert low <= estimate["value"] <= high
+        assert joint["free_angle_spread"]["unit"] == "deg"
+    for trial in fit["trials"]:
+        assert trial["file"].endswith(".csv")
+        assert set(trial) >= {"rms", "free_angle", "rise_time", "damping_ratio", "damped_frequency"}
+    assert (result / "report.html").is_file()
+    assert (result / "fitted.leg.yaml").is_file()
+
+
+def test_held_out_trials_are_scored_and_marked(result: Path) -> None:
+    fit = json.loads((result / "fit.json").read_text())
+    held_out = [trial for trial in fit["trials"] if trial["held_out"]]
+    assert held_out
+    for trial in held_out:
+        for name, rms in trial["rms"].items():
+            assert rms["value"] < 3 * fit["rms"][name]["value"]
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason="the shared example cases are not here")
+@pytest.mark.parametrize("case", ["000", "001", "002"])
+def test_the_shared_cases_are_recovered(case: str, tmp_path: Path) -> None:
+    """Spring and damper rates within 1 %, free angles within 0.2 deg of what the recordings were made with."""
+    answers = json.loads((CASES / "answers.json").read_text())[case]["joints"]
+    assert main(["--quiet", "fit", str(CASES / case / "fit.yaml"), "--out", str(tmp_path / "out")]) == 0
+    fit = json.loads((tmp_path / "out" / "fit.json").read_text())
+    for name, answer in answers.items():
+        found = fit["joints"][name]
+        assert found["spring_rate"]["value"] == pytest.approx(answer["spring_rate"], rel=0.01)
+        assert found["damper_rate"]["value"] == pytest.approx(answer["damper_rate"], rel=0.01)
+        assert found["free_angle"]["value"] == pytest.approx(answer["free_angle"], abs=0.2)

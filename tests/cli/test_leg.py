@@ -1,0 +1,232 @@
+"""``synth leg`` and ``synth fit`` end to end on the built-in examples, and what bad input does to them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from synth.cli import main
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
+Edit = Callable[[Path], None]
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("example") / "leg"
+    shutil.copytree(EXAMPLES / "leg", folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(project: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("result") / "out"
+    assert main(["--quiet", "leg", str(project / "leg-design.yaml"), "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def design(result: Path) -> dict[str, object]:
+    return json.loads((result / "design.json").read_text())  # type: ignore[no-any-return]
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {p.relative_to(folder).as_posix(): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def test_the_example_gives_a_whole_design(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+    assert design["format"] == "synth/leg-design/1"
+    for name in ("design.json", "bom.csv", "report.html", "leg.mjcf.xml", "built.leg.yaml", "wanted.leg.yaml"):
+        assert (result / name).stat().st_size > 0
+    for joint in ("hip", "knee", "ankle"):
+        assert (result / "parts" / f"{joint}_upper.step").is_file()
+        assert (result / "parts" / f"{joint}_lower.stl").is_file()
+    assert list(design["joints"]) == ["hip", "knee", "ankle"]
+    assert all(check["passed"] for check in design["solids"]["checks"])
+
+
+def test_listed_files_have_the_hashes_that_are_written(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+    found = hashes(result)
+    for item in design["files"]:
+        assert found[item["path"]] == item["sha256"]
+    unlisted = set(found) - {item["path"] for item in design["files"]}
+    assert unlisted == {"design.json", "report.html", ".synth-output"}
+
+
+def test_the_source_fit_finds_the_published_values(project: Path, design: dict) -> None:  # type: ignore[type-arg]
+    """The example's truth lies within five per cent of the estimates, damper rates too."""
+    truth = json.loads((project / "truth.json").read_text())
+    animal = next(value for key, value in truth.items() if "animal" in key or "source" in key)
+    for name, joint in design["stages"]["source"]["joints"].items():
+        known = animal["joints"][name] if "joints" in animal else animal[name]
+        assert joint["spring_rate"]["value"] == pytest.approx(known["spring_rate"]["value"], rel=0.05)
+        assert joint["damper_rate"]["value"] == pytest.approx(known["damper_rate"]["value"], rel=0.05)
+
+
+def test_the_arm_offset_is_the_free_angle_less_the_included_angle(design: dict) -> None:  # type: ignore[type-arg]
+    for joint in design["joints"].values():
+        spring = joint["spring"]
+        included = spring.get("make", spring)["included_angle"]["value"]
+        assert joint["arm_offset"]["value"] == pytest.approx(spring["free_angle"]["value"] - included, abs=1e-6)
+
+
+def test_alternatives_are_ranked_by_response_error(design: dict) -> None:  # type: ignore[type-arg]
+    errors = [item["rms"]["value"] for item in design["response"]["alternatives"]]
+    assert errors == sorted(errors)
+    assert len(errors) >= 2
+
+
+def test_the_same_input_gives_the_same_bytes(project: Path, result: Path, tmp_path: Path) -> None:
+    assert main(["--quiet", "leg", str(project / "leg-design.yaml"), "--out", str(tmp_path / "again")]) == 0
+    first, second = hashes(result), hashes(tmp_path / "again")
+    assert {name for name in first if first[name] != second[name]} == set()
+    assert first.keys() == second.keys()
+
+
+def test_the_built_leg_reads_back_and_the_mjcf_moves_like_it(result: Path) -> None:
+    """The exported model, simulated by MuJoCo, follows our trajectory; its damper is a cubic, so within 2 deg."""
+    mujoco = pytest.importorskip("mujoco")
+    import numpy as np
+
+    from synth.files.leg import read_leg
+    from synth.model.chain import simulate
+
+    leg = read_leg(result / "built.leg.yaml")
+    model = mujoco.MjModel.from_xml_path(str(result / "leg.mjcf.xml"))
+    data = mujoco.MjData(model)
+    start = np.array([0.3, -0.9, 0.6])
+    data.qpos[:] = start
+    times = np.arange(0, 1.0, model.opt.timestep)
+    ours = simulate(leg, start, np.zeros(3), times)
+    theirs = np.empty_like(ours)
+    for index in range(len(times)):
+        theirs[index] = data.qpos
+        mujoco.mj_step(model, data)
+    assert np.degrees(np.sqrt(np.mean((ours - theirs) ** 2, axis=0))).max() < 2.0
+
+
+def edited(project: Path, tmp_path: Path, edit: Edit) -> Path:
+    copy = tmp_path / "project"
+    shutil.copytree(project, copy)
+    edit(copy)
+    return copy / "leg-design.yaml"
+
+
+def replace_in(name: str, old: str, new: str) -> Edit:
+    def edit(folder: Path) -> None:
+        path = folder / name
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+
+    return edit
+
+
+def first_release(folder: Path) -> Path:
+    return sorted((folder / "animal" / "releases").glob("release_*.csv"))[0]
+
+
+def no_unit(folder: Path) -> None:
+    path = first_release(folder)
+    path.write_text(path.read_text().replace("hip [deg]", "hip", 1))
+
+
+def backwards(folder: Path) -> None:
+    path = first_release(folder)
+    lines = path.read_text().splitlines()
+    lines[5], lines[6] = lines[6], lines[5]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def too_short(folder: Path) -> None:
+    path = first_release(folder)
+    path.write_text("\n".join(path.read_text().splitlines()[:10]) + "\n")
+
+
+def missing_joint(folder: Path) -> None:
+    path = first_release(folder)
+    path.write_text(path.read_text().replace("ankle [deg]", "ankel [deg]", 1))
+
+
+def never_moves(folder: Path) -> None:
+    for path in (folder / "animal" / "releases").glob("*.csv"):
+        lines = path.read_text().splitlines()
+        column = lines[0].split(",").index("ankle [deg]")
+        rows = [line.split(",") for line in lines]
+        for row in rows[1:]:
+            row[column] = "139.0"
+        path.write_text("\n".join(",".join(row) for row in rows) + "\n")
+
+
+def link_outside(folder: Path) -> None:
+    outside = folder.parent / "outside.csv"
+    outside.write_text(first_release(folder).read_text())
+    first_release(folder).unlink()
+    (folder / "animal" / "releases" / "release_x.csv").symlink_to(outside)
+
+
+def huge(folder: Path) -> None:
+    with first_release(folder).open("ab") as stream:
+        stream.truncate(200_000_000)
+
+
+BAD = {
+    "a column without unit": (no_unit, ["hip", "[deg]"]),
+    "time backwards": (backwards, ["runs backwards"]),
+    "a trial too short": (too_short, ["at least 12 samples"]),
+    "a missing joint": (missing_joint, ["ankle [deg]", "ankel"]),
+    "a joint that never moves": (never_moves, ["ankle", "never moves"]),
+    "a link out of the folder": (link_outside, ["release_x.csv", "leads out of"]),
+    "a 200 MB recording": (huge, ["200 MB"]),
+    "an unknown key": (replace_in("leg-design.yaml", "scale:", "skale:"), ["skale", "scale"]),
+    "a method to come": (replace_in("leg-design.yaml", "target:", "fit: {method: swarm}\ntarget:"), ["swarm"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_message_and_leaves_nothing(
+    case: str, project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    edit, words = BAD[case]
+    file = edited(project, tmp_path, edit)
+    assert main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+    assert "Traceback" not in said
+    assert sorted(path.name for path in tmp_path.iterdir() if "out" in path.name and path.name != "outside.csv") == []
+
+
+def test_no_part_left_after_the_constraints(project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (project / "leg-design.yaml").read_text()
+    assert "ankle:" in text
+    edit = replace_in("leg-design.yaml", "ankle:", "ankle: {spring: {make: false, max_outer_diameter: 2 mm}} #")
+    file = edited(project, tmp_path, edit)
+    assert main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out"), "--no-cad"]) == 2
+    said = capsys.readouterr().err
+    assert "ankle: none of the" in said
+    assert "make: true" in said
+
+
+def test_a_spring_too_wide_to_draw_names_the_dimension(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    edit = replace_in("leg-design.yaml", "cad:", "cad: {shaft_diameter: 29 mm} #")
+    file = edited(project, tmp_path, edit)
+    status = main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")])
+    said = capsys.readouterr().err
+    assert status == 2
+    assert "mm" in said
+    assert "--no-cad" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_dry_run_writes_nothing(project: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert main(["--quiet", "leg", str(project / "leg-design.yaml"), "--out", str(out), "--dry-run"]) == 0
+    assert not out.exists()
