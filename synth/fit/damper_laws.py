@@ -20,7 +20,7 @@ from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import root_mean_square
 from synth.fit.unknowns import NORMAL90
 from synth.model.chain import Chain, compiled_chain
-from synth.model.curves import compiled_rows
+from synth.model.curves import compiled_rows, torque_at
 from synth.model.layout import CURVE_POINTS
 from synth.model.leg import Array, DamperCurve, Leg, Spring
 from synth.model.mechanics import coefficients, outboard_inertia, static_torque
@@ -74,6 +74,7 @@ class LawUnknowns:
     joint: int
     speeds: SpeedRange
     scale: float  # N m s/rad, a rate to start from
+    like: DamperCurve | None = None  # a law already found, to start a table from
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,7 +91,14 @@ class LawUnknowns:
             return np.array([np.log(self.scale * middle) - 0.6 * np.log(middle), 0.6])
         if self.law is FRICTION:
             return np.log([0.3 * self.scale * middle, 0.7 * self.scale])
-        return np.full(TABLE_POINTS, np.log(self.scale))
+        if self.like is None:
+            return np.full(TABLE_POINTS, np.log(self.scale))
+        torque = torque_at(self.like, self._table_speeds)
+        return np.asarray(np.log(np.diff(torque, prepend=0.0) / np.diff(self._table_speeds, prepend=0.0)))
+
+    @property
+    def _table_speeds(self) -> Array:
+        return np.geomspace(self.speeds.low, 1.2 * self.speeds.fastest, TABLE_POINTS)
 
     @cached_property
     def _bounds(self) -> tuple[Array, Array]:
@@ -112,7 +120,7 @@ class LawUnknowns:
 
     @property
     def prior(self) -> tuple[Array, Array]:
-        """None, but for the table's slopes: each within a factor of ten of the scale, so that an unseen one stays."""
+        """None, but for the table's slopes: each within a factor of ten of its start, so that an unseen one stays."""
         precision = (NORMAL90 / np.log(10.0)) ** 2 if self.law is TABLE else 0.0
         return self.start, np.full(len(self.names), precision)
 
@@ -132,7 +140,7 @@ class LawUnknowns:
         if self.law is FRICTION:
             friction, rate = np.exp(values)
             return DamperCurve((low, high), (float(friction + rate * low), float(friction + rate * high)))
-        speed = np.geomspace(self.speeds.low, high, TABLE_POINTS)
+        speed = self._table_speeds
         torque = np.cumsum(np.exp(values) * np.diff(speed, prepend=0.0))
         return DamperCurve(tuple(speed.tolist()), tuple(torque.tolist()))
 
@@ -141,8 +149,10 @@ class LawUnknowns:
         layout = self.chain.layout
         rows = slice(self.joint * CURVE_POINTS, (self.joint + 1) * CURVE_POINTS)
         speeds, slopes = lanes[layout.rows("curve_speed")], lanes[layout.rows("curve_slope")]
-        for column in range(lanes.shape[1]):
-            speeds[rows, column], slopes[rows, column] = compiled_rows(self.curve(values[:, column]))
+        distinct, column_of = np.unique(values, axis=1, return_inverse=True)
+        made = [compiled_rows(self.curve(column)) for column in distinct.T]
+        speeds[rows] = np.stack([speed for speed, _ in made], axis=1)[:, column_of.ravel()]
+        slopes[rows] = np.stack([slope for _, slope in made], axis=1)[:, column_of.ravel()]
 
     def natural(self, values: Array) -> dict[str, dict[str, Any]]:
         """The law's numbers with units."""
@@ -210,15 +220,16 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
     both = [*drops, *held_out]
     speeds = _speed_range(both, index)
     folds = [(list(drops), list(held_out))] if held_out else _halves(list(drops))
-    fits = []
+    fits: list[LawFit] = []
     for law in LAWS:
-        unknowns = LawUnknowns(chain, law, index, speeds, _first_rate(bare, both, index))
+        power = next((fit.curve for fit in fits if fit.law is POWER), None)
+        unknowns = LawUnknowns(chain, law, index, speeds, _first_rate(bare, both, index), power)
         model = TrajectoryModel(chain, bare, unknowns, tolerance=1e-5)
         squares, values = [], unknowns.start
         for fitted, scored in folds:
             values = _fit(model, fitted, index, values).values
             squares.append(_score(model, scored, values, index) ** 2)
-        final = _fit(model, list(drops), index, values)
+        final = _fit(model, list(drops), index, values, tolerance=0.1)
         rms = float(root_mean_square(drops, final.predictions)[index])
         held = float(np.sqrt(np.mean(squares)))
         fits.append(LawFit(law, unknowns.natural(final.values), unknowns.curve(final.values), rms, held))
@@ -278,13 +289,15 @@ def _halves(drops: list[Recording]) -> list[tuple[list[Recording], list[Recordin
     return [(even, odd), (odd, even)] if odd else [(even, even)]
 
 
-def _fit(model: TrajectoryModel, drops: Sequence[Recording], joint: int, values: Array) -> Solution:
+def _fit(
+    model: TrajectoryModel, drops: Sequence[Recording], joint: int, values: Array, tolerance: float = 1.0
+) -> Solution:
     """Fit one law to drops; the noise follows the residual for a few rounds."""
     locals_: Sequence[Local] = _locals(drops)
     noise = np.radians(2.0)
     for _ in range(NOISE_ROUNDS):
         weights = Weights(np.full((len(drops), model.chain.layout.n), noise), np.zeros(model.chain.layout.n))
-        solution = solve(model, drops, values, locals_, weights, max_iterations=30, tolerance=0.1)
+        solution = solve(model, drops, values, locals_, weights, max_iterations=30, tolerance=tolerance)
         if not np.isfinite(solution.cost):
             break
         values, locals_ = solution.values, solution.locals
@@ -300,7 +313,7 @@ def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, jo
     """RMS (rad) of drops with the law held and their initial states estimated."""
     n = model.chain.layout.n
     weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
-    solution = solve(model, drops, values, _locals(drops), weights, fixed=True, tolerance=0.1)
+    solution = solve(model, drops, values, _locals(drops), weights, fixed=True, tolerance=1.0)
     rms = float(root_mean_square(drops, solution.predictions)[joint])
     return rms if np.isfinite(rms) else np.pi
 
