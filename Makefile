@@ -4,7 +4,7 @@ WORKERS ?= 2
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check format bench example lock clean
+.PHONY: help setup demo test check format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -26,14 +26,11 @@ check: $(READY)  ## style and types
 	$(BIN)/mypy
 
 test: check  ## style, types and all tests
-	$(BIN)/python -m pytest -n $(WORKERS) --ignore=tests/bench
+	$(BIN)/python -m pytest -n $(WORKERS)
 
 format: $(READY)  ## let ruff mend the style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-
-bench: $(READY)  ## speed, one process at a time
-	$(BIN)/python -m pytest tests/bench -s
 
 example: $(READY)  ## make the built-in examples again
 	$(BIN)/python tools/make_example.py

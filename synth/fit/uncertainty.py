@@ -135,4 +135,6 @@ def mass_scale_sentence(recordings: Sequence[Recording]) -> str | None:
 
 def _percent(deviation: float) -> str:
     high = 100 * (np.exp(min(NORMAL90 * deviation, 20.0)) - 1)
-    return f"+-{high:.2g} %" if high < 300 else "no better than a factor of four"
+    if high > 300:
+        return "no better than a factor of four"
+    return f"+-{high:.0f} %" if high >= 10 else f"+-{high:.2g} %"
