@@ -10,8 +10,8 @@ import numpy as np
 
 from synth.files.options import JointChoice
 from synth.fit.damper_laws import DamperLaw
-from synth.model.curves import thinning_error
-from synth.model.leg import Damper, DamperCurve, Leg
+from synth.model.curves import thinning_error, torque_at
+from synth.model.leg import Damper, DamperCurve, Leg, Spring
 from synth.parts.candidates import damper_candidates
 from synth.parts.catalog import Catalogue
 from synth.parts.response import WantedResponse
@@ -19,6 +19,7 @@ from synth.parts.rows import DamperRow
 
 KEPT = 2  # dampers a joint that take part in the choice for all joints together
 ALONE = 40  # dampers a joint that are tried at all, nearest torque first
+FAR = 8.0  # times the wanted damper's torque, or its part
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class DamperOption:
     law: str
     why: str
     error: float = float("nan")
+    spring: Spring | None = None  # the one that suits it, with the other joints as wanted
 
     @property
     def part(self) -> str:
@@ -98,18 +100,18 @@ def choose_dampers(
     ranked, left_out = [], []
     for j, joint in enumerate(wanted.leg.joints):
         found = damper_candidates(catalogue, choices[joint.name].damper, travel[j], joint.name)
-        left_out.append(found.left_out)
         options = _options(list(found.rows), measured.get(joint.name), choices[joint.name].damper.part, law)
-        options = _nearest(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
-        tuned = [wanted.tuned(_with(wanted.leg, {j: option.damper}), (j,)) for option in options]
+        options, far = _near(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
+        left_out.append({**found.left_out, **far})
+        tuned = [wanted.tuned(_with(wanted.leg, {j: option}), (j,)) for option in options]
         errors = wanted.overall(tuned)
         order = np.argsort(errors, kind="stable")
-        ranked.append(tuple(replace(options[k], error=float(errors[k])) for k in order))
+        ranked.append(
+            tuple(replace(options[k], error=float(errors[k]), spring=tuned[k].joints[j].spring) for k in order)
+        )
     joints = tuple(range(len(wanted.leg.joints)))
     sets = list(product(*(options[:KEPT] for options in ranked)))
-    legs = [
-        wanted.tuned(_with(wanted.leg, {j: o.damper for j, o in zip(joints, s, strict=True)}), joints) for s in sets
-    ]
+    legs = [wanted.tuned(_with(wanted.leg, dict(enumerate(chosen))), joints) for chosen in sets]
     errors = wanted.overall(legs)
     order = np.argsort(errors, kind="stable")
     tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)
@@ -138,20 +140,30 @@ def _options(
     return options
 
 
-def _nearest(options: list[DamperOption], rate: float) -> list[DamperOption]:
-    """At most ``ALONE`` options, those whose torque at 1 rad/s lies nearest that of the wanted rate."""
-    from synth.model.curves import torque_at
+def _near(options: list[DamperOption], rate: float) -> tuple[list[DamperOption], dict[str, int]]:
+    """Options whose torque at 1 rad/s lies near that of the wanted rate, nearest first, and how many do not.
+
+    A damper ten times off cannot be mended by any spring, and one far too strong for its link is the slowest of all to
+    simulate; two are kept in any case.
+    """
 
     def distance(option: DamperOption) -> float:
         curve, damper = option.damper.curve, option.damper
         torque = float(torque_at(curve, np.array([1.0]))[0]) if curve is not None else (damper.rate or 0.0)
         return abs(float(np.log(max(torque, 1e-12) / max(rate, 1e-12))))
 
-    return sorted(options, key=distance)[:ALONE]
+    ordered = sorted(options, key=distance)
+    kept = [o for k, o in enumerate(ordered) if k < 2 or (k < ALONE and distance(o) <= np.log(FAR))]
+    far = len(ordered) - len(kept)
+    return kept, {f"torque at 1 rad/s more than {FAR:g} times off the wanted damper's": far} if far else {}
 
 
-def _with(leg: Leg, dampers: Mapping[int, Damper]) -> Leg:
-    joints = tuple(replace(joint, damper=dampers.get(j, joint.damper)) for j, joint in enumerate(leg.joints))
+def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
+    """The leg with these dampers, and with the springs that were found to suit them."""
+    joints = tuple(
+        replace(joint, damper=options[j].damper, spring=options[j].spring or joint.spring) if j in options else joint
+        for j, joint in enumerate(leg.joints)
+    )
     return replace(leg, joints=joints)
 
 

@@ -66,7 +66,7 @@ def test_the_linear_secant_of_the_vendors_one_point_chooses_too_strong(catalogue
 
 
 def test_a_measured_curve_takes_the_place_of_the_assumed_law_of_its_part(catalogue: Catalogue) -> None:
-    wanted = response(one_link(Damper(0.1)))
+    wanted = response(one_link(Damper(0.13)))
     curve = power_law_curve(0.125, 1.0, 0.44)
     measured = {"knee": MeasuredCurve("6597K19", curve, "drops")}
     made = choose_dampers(wanted, choices(), catalogue, measured, TRAVEL)
@@ -77,11 +77,18 @@ def test_a_measured_curve_takes_the_place_of_the_assumed_law_of_its_part(catalog
 
 
 def test_ranking_is_by_response_error_and_says_what_the_others_cost(catalogue: Catalogue) -> None:
-    made = choose_dampers(response(one_link(Damper(0.1))), choices(), catalogue, {}, TRAVEL)
+    made = choose_dampers(response(one_link(Damper(0.13))), choices(), catalogue, {}, TRAVEL)
     errors = [option.error for option in made.ranked[0]]
     assert errors == sorted(errors)
     assert len({option.part for option in made.ranked[0]}) == 3
     assert [item.error for item in made.sets] == sorted(item.error for item in made.sets)
+
+
+def test_a_damper_far_off_is_left_out_with_the_reason(catalogue: Catalogue) -> None:
+    """6597K21 resists ten times what is wanted at 1 rad/s; two are kept however far they are."""
+    made = choose_dampers(response(one_link(Damper(0.1))), choices(), catalogue, {}, TRAVEL)
+    assert {option.part for option in made.ranked[0]} == {"6597K19", "6597K8"}
+    assert made.left_out[0]["torque at 1 rad/s more than 8 times off the wanted damper's"] == 1
 
 
 def test_a_damper_forced_by_part_is_taken(catalogue: Catalogue) -> None:
