@@ -86,7 +86,8 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float = 0.03) -> Smooth
         raise ValueError(f"{count} samples, at least 7 are needed")
     value, rate, kept = savitzky_golay(even, points, 3, step)
     # The residual of a local fit with `kept` of its degrees of freedom left underestimates the noise by that share.
-    noise = np.sqrt(np.mean((even - value) ** 2, axis=0) / kept)
+    # By the median, so that glitches which were not found as lost do not pass for noise.
+    noise = 1.4826 * np.median(np.abs(even - value), axis=0) / np.sqrt(kept)
     return Smoothed(grid, value, rate, noise, gap)
 
 

@@ -58,6 +58,16 @@ def test_noise_is_told_within_five_per_cent(rate: float, joints: int) -> None:
     assert np.sqrt(np.mean(np.square(told))) == pytest.approx(1.7e-3, rel=0.05)
 
 
+def test_glitches_in_pairs_do_not_pass_for_noise() -> None:
+    time = np.arange(0, 1, 0.002)
+    generator = np.random.default_rng(3)
+    angle = swing(time) + generator.normal(0, 1.7e-3, (len(time), 1))
+    for first in range(20, 500, 80):
+        angle[first : first + 2] += 1.0  # not alone, so not found as lost
+    assert not lost_samples(angle).any()
+    assert smooth(time, angle, lost_samples(angle)).noise[0] == pytest.approx(1.7e-3, rel=0.4)
+
+
 def test_missing_and_lone_samples_are_found_in_noise() -> None:
     time = np.arange(0, 1, 0.002)
     generator = np.random.default_rng(2)
