@@ -1,0 +1,109 @@
+"""The weak form: exact to its discretisation error, and what it does with gaps, curves, known torques."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, recorded, releases, robot
+from peers.mujoco_leg import simulate_states
+from synth.files.trials import Trial
+from synth.fit.recordings import Recording
+from synth.fit.weak_form import LinearEstimate, weak_form
+from synth.model.chain import simulate
+from synth.model.leg import Damper, DamperCurve, Leg
+from synth.motion.smoothing import Smoothed
+
+REST = np.array([j.sign * (j.spring.free_angle - j.zero) for j in robot().joints if j.spring])
+SILENT = Rig(noise=0.0, counts=0)
+
+
+def misses(found: LinearEstimate, spring: np.ndarray = SPRING, damper: np.ndarray = DAMPER) -> np.ndarray:
+    """Largest relative error of rates and error of rests, rad."""
+    errors = [found.spring_rate / spring - 1, found.damper_rate / damper - 1, found.rest - REST]
+    return np.array([np.abs(error).max() for error in errors])
+
+
+def exact(leg: Leg, rate: float, duration: float = 1.0) -> list[Recording]:
+    """Releases with exact angles and rates in place of smoothed ones."""
+    rig = Rig(noise=0.0, counts=0, rate=rate, duration=duration)
+    made = []
+    for recording, away in zip(recorded(leg, releases(leg, 0, rig, 3)), RELEASES, strict=False):
+        start = REST + leg.sign * np.radians(away)
+        rotation, speed = simulate_states(leg, start, np.zeros(3), recording.time, step=2e-4)
+        still = np.zeros(len(recording.time), dtype=bool)
+        made.append(replace(recording, smoothed=Smoothed(recording.time, rotation, speed, np.zeros(3), still)))
+    return made
+
+
+def test_with_exact_angles_and_rates_only_the_quadrature_errs() -> None:
+    # bump and slope vanish at the ends, so the trapezoid rule gains at least its second order
+    leg = robot()
+    coarse, fine = (misses(weak_form(bare(leg), exact(leg, rate))) for rate in (250.0, 500.0))
+    assert np.all(fine < coarse / 4)
+    assert fine.max() < 1e-5
+
+
+@pytest.mark.parametrize("per_trial", [False, True])
+@pytest.mark.parametrize("window", [0.05, 0.1, 0.2])
+def test_noise_free_recordings_give_the_leg_to_about_a_thousandth(per_trial: bool, window: float) -> None:
+    # what is left is the smoothing: cubics over 30 ms of a motion with a 290 1/s mode in it
+    leg = robot()
+    found = weak_form(bare(leg), recorded(leg, releases(leg, 0, SILENT)), window=window, per_trial_rest=per_trial)
+    assert misses(found).max() < 1.5e-3
+    np.testing.assert_allclose(found.rest_by_trial, np.tile(REST, (7, 1)), atol=1e-3)
+
+
+def test_noisy_recordings_give_it_to_a_few_per_cent() -> None:
+    leg = robot()
+    found = misses(weak_form(bare(leg), recorded(leg, releases(leg, 1))))
+    assert found[:2].max() < 0.05
+    assert found[2] < np.radians(0.2)
+
+
+def test_a_known_curve_takes_the_dampers_place() -> None:
+    speed = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+    curve = DamperCurve(speed, tuple(0.12 * s**0.45 for s in speed))
+    leg = robot().with_joints(knee={"damper": Damper(curve=curve)})
+    rig = Rig(noise=0.0, counts=0, step=2e-4)
+    found = weak_form(bare(leg), recorded(leg, releases(leg, 0, rig)), [None, curve, None])
+    np.testing.assert_allclose(found.spring_rate, SPRING, rtol=5e-3)
+    assert found.damper_rate[1] == 0.0
+
+
+def test_a_known_torque_is_taken_into_account() -> None:
+    leg, times = robot(), SILENT.times
+    torque = 0.3 * np.sin(9 * times)[:, None] * np.array([4.0, 1.0, 0.3])
+    trials = []
+    for i, away in enumerate(RELEASES[:3]):
+        start = REST + leg.sign * np.radians(away)
+        rotation = simulate(leg, start, np.zeros(3), times, tolerance=1e-9, known_torque=(times, torque))
+        trials.append(Trial(f"{i}", times, leg.to_measured(rotation), torques=leg.sign * torque))
+    assert misses(weak_form(bare(leg), recorded(leg, trials))).max() < 2e-3
+    untold = [replace(trial, torques=None) for trial in trials]
+    assert misses(weak_form(bare(leg), recorded(leg, untold))).max() > 0.02
+
+
+def test_a_hole_in_the_recording_is_left_out_not_bridged() -> None:
+    leg = robot()
+    trials = releases(leg, 0, SILENT)
+    holed = []
+    for trial in trials:
+        angles = trial.angles.copy()
+        angles[60:110] = np.nan  # 0.1 s of the fastest motion
+        holed.append(replace(trial, angles=angles))
+    recordings = recorded(leg, holed)
+    assert misses(weak_form(bare(leg), recordings)).max() < 5e-3
+    unmarked = [replace(r, smoothed=replace(r.smoothed, gap=np.zeros_like(r.smoothed.gap))) for r in recordings]
+    assert misses(weak_form(bare(leg), unmarked)).max() > 0.02
+
+
+def test_a_joint_that_is_locked_everywhere_is_nan() -> None:
+    leg = robot()
+    recordings = recorded(leg, releases(leg, 0, SILENT, 2))
+    held = [replace(r, conditions=replace(r.conditions, locked=(1,))) for r in recordings]
+    found = weak_form(bare(leg), held)
+    assert np.isnan([found.spring_rate[1], found.damper_rate[1], found.rest[1]]).all()
+    assert np.isfinite(found.spring_rate[[0, 2]]).all()
