@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ class Camera:
     """One off-screen window, kept open because opening it costs more than a picture."""
 
     def __init__(self, width: int = 800, height: int = 600) -> None:
+        _require_a_way_to_draw()
         try:
             self._renderer, self._window = _renderer_and_window()
         except ImportError as error:
@@ -103,6 +106,20 @@ def _renderer_and_window() -> tuple[Any, Any]:
 
     headless = not os.environ.get("DISPLAY") and hasattr(vtkRenderingOpenGL2, "vtkEGLRenderWindow")
     return vtkRenderer(), vtkRenderingOpenGL2.vtkEGLRenderWindow() if headless else vtkRenderWindow()
+
+
+def _require_a_way_to_draw() -> None:
+    """Without EGL, which draws with no screen, vtk opens an X window; where there is no screen either it crashes.
+
+    A crash of the driver cannot be caught, so it is asked for first.
+    """
+    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
+        return
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        text = "no pictures: the system library libEGL.so.1 is missing. Debian: apt-get install libegl1"
+        raise PreviewError(text) from None
 
 
 def _actors(mesh: Mesh, colour: Colour) -> list[Any]:

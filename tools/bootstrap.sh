@@ -36,6 +36,18 @@ if [ "$(uname -s)" = Linux ] && ! has_opengl; then
     has_opengl || fail 'libgl1 is installed, and libGL.so.1 still does not load'
 fi
 
+# Pictures of the parts are drawn without a screen, by EGL; without it a design has none, and says so.
+if [ "$(uname -s)" = Linux ] && ! "$python" -c 'import ctypes; ctypes.CDLL("libEGL.so.1")' 2>/dev/null; then
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        echo 'set-up: installing libegl1, which draws the pictures of the parts'
+        { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends libegl1; } \
+            >.apt.log 2>&1 || echo 'set-up: libegl1 could not be installed; designs will have no pictures' >&2
+        rm -f .apt.log
+    else
+        echo 'set-up: libEGL.so.1 is missing, so designs will have no pictures. Debian: apt-get install libegl1' >&2
+    fi
+fi
+
 # An environment of another Python version cannot be mended, only made again.
 version='import sys; print(sys.version_info[:2])'
 if [ "$(.venv/bin/python -c "$version" 2>/dev/null || true)" = "$("$python" -c "$version")" ]; then

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cad import BuiltLeg, ExportedFile
     from synth.commands.progress import Progress
     from synth.design.leg_design import LegDesign
 
@@ -62,7 +63,10 @@ def _solids(design: LegDesign, folder: Path, *, pictures: bool) -> dict[str, Any
         solids = dimensions_of(design)
         leg = cad.build_leg(solids.dimensions)
         checks = cad.check_leg(leg)
-        written = cad.export_leg(leg, folder / "parts", checks=checks, pictures=pictures)
+        written = cad.export_leg(leg, folder / "parts", checks=checks, pictures=False)
+        notes = list(solids.notes)
+        if pictures:
+            written += _pictures(leg, folder / "parts", notes)
     except cad.DimensionError as error:
         hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
         raise UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems]) from None
@@ -74,9 +78,21 @@ def _solids(design: LegDesign, folder: Path, *, pictures: bool) -> dict[str, Any
         "solids": {
             "drawn": True,
             "checks": [{"name": c.name, "part": c.part, "passed": c.passed, "text": str(c)} for c in checks],
-            "notes": list(solids.notes),
+            "notes": notes,
         },
     }
+
+
+def _pictures(leg: BuiltLeg, folder: Path, notes: list[str]) -> list[ExportedFile]:
+    """Pictures of the parts; a machine that cannot draw gets a design without them, and is told."""
+    import cad
+    from cad.export import draw_leg
+
+    try:
+        return draw_leg(leg, folder)
+    except cad.PreviewError as error:
+        notes.append(str(error))
+        return []
 
 
 def _caption(design: LegDesign, path: str) -> str:

@@ -119,3 +119,18 @@ def test_pictures_are_drawn_and_not_blank(leg, tmp_path):
         inked = np.any(pixels < 0.97, axis=-1)
         assert 0.02 < inked.mean() < 0.9
         assert not inked[[0, -1]].any()  # nothing is cut off at the border
+
+
+def test_a_machine_that_cannot_draw_is_told_so_and_does_not_crash(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A minimal Debian has libGL without libEGL: vtk would then open an X window, find no screen and crash."""
+    import ctypes
+
+    from cad.preview import Camera, PreviewError
+
+    def missing(name: str) -> None:
+        raise OSError(f"{name}: cannot open shared object file")
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setattr(ctypes, "CDLL", missing)
+    with pytest.raises(PreviewError, match="apt-get install libegl1"):
+        Camera()
