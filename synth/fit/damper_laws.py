@@ -221,15 +221,18 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
     speeds = _speed_range(both, index)
     folds = [(list(drops), list(held_out))] if held_out else _halves(list(drops))
     fits: list[LawFit] = []
+    scale = _first_rate(bare, both, index)
     for law in LAWS:
         power = next((fit.curve for fit in fits if fit.law is POWER), None)
-        unknowns = LawUnknowns(chain, law, index, speeds, _first_rate(bare, both, index), power)
+        unknowns = LawUnknowns(chain, law, index, speeds, scale, power)
         model = TrajectoryModel(chain, bare, unknowns, tolerance=1e-5)
         squares, values = [], unknowns.start
         for fitted, scored in folds:
             values = _fit(model, fitted, index, values).values
             squares.append(_score(model, scored, values, index) ** 2)
         final = _fit(model, list(drops), index, values, tolerance=0.1)
+        if law is LINEAR:  # the first: from a rate too low, friction is sent to zero and finds no way back
+            scale = float(np.exp(final.values[0]))
         rms = float(root_mean_square(drops, final.predictions)[index])
         held = float(np.sqrt(np.mean(squares)))
         fits.append(LawFit(law, unknowns.natural(final.values), unknowns.curve(final.values), rms, held))
