@@ -345,13 +345,16 @@ def _warnings(
     alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * (1 + 3 * SIMPLER)]
     if alike:
         said.append(f"{joint}: these drops do not tell {used.law.name} from {' or '.join(alike)}")
-    ends = []
+    ends, creeps = [], []
     for recording in drops:
         found = coefficients(leg, recording.conditions.tip_mass)
-        end = recording.smoothed.angle[-max(2, len(recording.smoothed.angle) // 20) :].mean(axis=0)
+        time, angle = recording.smoothed.time, recording.smoothed.angle
+        last = max(2, len(angle) // 20)
+        end, before = angle[-last:].mean(axis=0), angle[-2 * last : -last].mean(axis=0)
         ends.append(abs(static_torque(found, end, leg.tilt + recording.conditions.tilt)[index]))
+        # From means, since the rate of single samples is mostly noise where the leg stands still.
+        creeps.append(abs(end - before)[index] / (last * (time[1] - time[0])))
     held = float(np.median(ends))
-    rates = np.concatenate([np.abs(r.smoothed.rate[-10:, index]) for r in drops])
-    if held > 0.02 and float(np.median(rates)) < 0.2 * speeds.low:
+    if held > 0.02 and float(np.median(creeps)) < 0.2 * speeds.low:
         said.append(f"{joint}: the leg comes to rest with {held:.2g} N*m of gravity still pulling: it sticks")
     return said

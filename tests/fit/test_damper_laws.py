@@ -117,6 +117,19 @@ def test_the_speeds_that_were_seen_are_said() -> None:
     assert written["speed_range"][1] == {"value": pytest.approx(found.speeds.high), "unit": "rad/s"}
 
 
+def test_a_leg_that_sticks_is_said_to() -> None:
+    def sticky(speed: float) -> float:
+        return 0.12 * speed / np.hypot(speed, 2e-3) + 0.03 * speed
+
+    recorded = drops(sticky)
+    found = find_damper_law(LEG, "knee", recorded)
+    said = next(text for text in found.warnings if text.endswith("it sticks"))
+    moment = (0.207 * 0.075 + 0.090 * (0.220 + 0.030)) * 9.81  # shank and foot, straight, about the knee
+    held = np.median([moment * abs(np.sin(r.rotation[-20:, 1].mean())) for r in recorded])
+    assert f"with {held:.2g} N*m of gravity still pulling" in said
+    assert not any("it sticks" in text for text in find_damper_law(LEG, "knee", drops(linear)).warnings)
+
+
 def test_the_legs_own_springs_and_dampers_take_no_part() -> None:
     recorded = drops(linear)[::2]
     with_parts = find_damper_law(robot(), "knee", recorded)
