@@ -56,6 +56,7 @@ def result_of(
         for j, name in enumerate(names)
         if chosen_rms[name] > MISFIT * scatter[j] and chosen_rms[name] > np.radians(0.3)
     ]
+    warnings += _at_edges(unknowns, chosen.solution.values)
     return FitResult(
         leg=_fitted_leg(leg, chosen_joints),
         joints=chosen_joints,
@@ -72,6 +73,27 @@ def result_of(
         reason=chosen.solution.reason,
         lost_samples=sum(recording.n_lost for recording in recordings),
     )
+
+
+def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
+    """Sentences on rates that the search stopped at the edge of its box: their intervals know nothing of it."""
+    sentences = []
+    first_damper = len(unknowns.rates) + len(unknowns.rests)
+    sides = (("least", unknowns.lower), ("greatest", unknowns.upper))
+    for what, unit, joints, first in (
+        ("spring rate", "N*m/rad", unknowns.rates, 0),
+        ("damper rate", "N*m*s/rad", unknowns.dampers, first_damper),
+    ):
+        for position, j in enumerate(joints):
+            value = values[first + position]
+            for name, side in sides:
+                if abs(value - side[first + position]) < 1e-6:
+                    sentences.append(
+                        f"{unknowns.leg.joint_names[j]}: the {what} lies on the edge of what is searched, "
+                        f"{np.exp(value):.3g} {unit} is the {name}: the true one lies beyond or the model does not "
+                        "hold, and the interval does not count"
+                    )
+    return sentences
 
 
 def _joints(
