@@ -27,7 +27,7 @@ from synth.model.mechanics import coefficients, outboard_inertia, static_torque
 from synth.motion.smoothing import initial_state
 from synth.units import quantity
 
-SIMPLER = 0.02  # share of the held-out RMS that a law with more numbers must gain
+SIMPLER = 0.25  # share of the held-out RMS that a simpler law may be worse where drops scatter by as much
 TABLE_POINTS = 6
 NOISE_ROUNDS = 2  # the noise of a single joint only says from where Huber's function is linear
 SAMPLES = 150  # of a drop that take part: more of one slow motion tell nothing more
@@ -120,8 +120,8 @@ class LawUnknowns:
 
     @property
     def prior(self) -> tuple[Array, Array]:
-        """None, but for the table's slopes: each within a factor of ten of its start, so that an unseen one stays."""
-        precision = (NORMAL90 / np.log(10.0)) ** 2 if self.law is TABLE else 0.0
+        """None, but for the table's slopes: each within three times the power law's, so that none runs wild."""
+        precision = (NORMAL90 / np.log(3.0)) ** 2 if self.law is TABLE else 0.0
         return self.start, np.full(len(self.names), precision)
 
     @property
@@ -171,6 +171,7 @@ class LawFit:
     curve: DamperCurve
     rms_fitted: float
     rms_held_out: float
+    squares_held_out: tuple[float, ...] = ()  # rad^2, a drop
 
     def as_json(self, used: bool, joint: str) -> dict[str, Any]:
         """One entry under ``laws``; its curve lies in ``dampers/JOINT_LAW.csv`` beside the result."""
@@ -226,18 +227,19 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
         power = next((fit.curve for fit in fits if fit.law is POWER), None)
         unknowns = LawUnknowns(chain, law, index, speeds, scale, power)
         model = TrajectoryModel(chain, bare, unknowns, tolerance=1e-5)
-        squares, values = [], unknowns.start
+        squares: list[float] = []
+        values = unknowns.start
         for fitted, scored in folds:
             values = _fit(model, fitted, index, values).values
-            squares.append(_score(model, scored, values, index) ** 2)
+            squares += _score(model, scored, values, index)
         final = _fit(model, list(drops), index, values, tolerance=0.1)
         if law is LINEAR:  # the first: from a rate too low, friction is sent to zero and finds no way back
             scale = float(np.exp(final.values[0]))
         rms = float(root_mean_square(drops, final.predictions)[index])
         held = float(np.sqrt(np.mean(squares)))
-        fits.append(LawFit(law, unknowns.natural(final.values), unknowns.curve(final.values), rms, held))
-    least = min(fit.rms_held_out for fit in fits)
-    used = next(fit for fit in fits if fit.rms_held_out <= least * (1 + SIMPLER))  # LAWS goes from simple to rich
+        curve = unknowns.curve(final.values)
+        fits.append(LawFit(law, unknowns.natural(final.values), curve, rms, held, tuple(squares)))
+    used = _simplest_as_good(fits)
     if used.law is TABLE:
         exponent = float(next(fit for fit in fits if fit.law is POWER).parameters["exponent"]["value"])
         fits[-1] = used = replace(used, curve=_drawn_on(used.curve, exponent))
@@ -312,13 +314,29 @@ def _fit(
     return solution
 
 
-def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, joint: int) -> float:
-    """RMS (rad) of drops with the law held and their initial states estimated."""
+def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, joint: int) -> list[float]:
+    """Mean squared error (rad^2) of each drop with the law held and its initial state estimated."""
     n = model.chain.layout.n
     weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
     solution = solve(model, drops, values, _locals(drops), weights, fixed=True, tolerance=1.0)
-    rms = float(root_mean_square(drops, solution.predictions)[joint])
-    return rms if np.isfinite(rms) else np.pi
+    rms = [root_mean_square([r], [p])[joint] for r, p in zip(drops, solution.predictions, strict=True)]
+    return [float(value) ** 2 if np.isfinite(value) else np.pi**2 for value in rms]
+
+
+def _simplest_as_good(fits: Sequence[LawFit]) -> LawFit:
+    """The simplest law that drops which took no part do not tell from the best one.
+
+    One-standard-error rule (Hastie, Tibshirani & Friedman, *The Elements of Statistical Learning*, 2nd ed., section
+    7.10) on the differences drop by drop, and never more than ``SIMPLER`` worse. ``LAWS`` goes from simple to rich.
+    """
+    best = min(fits, key=lambda fit: fit.rms_held_out)
+    for fit in fits:
+        difference = np.array(fit.squares_held_out) - np.array(best.squares_held_out)
+        error = float(np.std(difference, ddof=1)) / np.sqrt(len(difference)) if len(difference) > 1 else 0.0
+        near = fit.rms_held_out <= best.rms_held_out * (1 + SIMPLER)
+        if fit is best or (near and float(difference.mean()) <= error):
+            return fit
+    return best
 
 
 def _locals(drops: Sequence[Recording]) -> list[Local]:
@@ -342,7 +360,7 @@ def _warnings(
         f"{joint}: the damper was measured between {speeds.low:.3g} and {speeds.high:.3g} rad/s "
         f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is drawn on"
     ]
-    alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * (1 + 3 * SIMPLER)]
+    alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * 1.1]
     if alike:
         said.append(f"{joint}: these drops do not tell {used.law.name} from {' or '.join(alike)}")
     ends, creeps = [], []

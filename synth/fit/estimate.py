@@ -102,7 +102,11 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
 def _fit_near(
     model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions, near: FitResult
 ) -> FitResult:
-    """Fit from an earlier result of the same recordings, with its treatment of the free angle."""
+    """Fit from an earlier result of the same recordings, each trial's free angle staying where it was found.
+
+    Left free they would take up what the damper's curve does: a leg that creeps in the model would be said to rest
+    elsewhere in every trial, and a spring far too soft would fit.
+    """
     assert isinstance(model.unknowns, SpringsAndDampers)
     joints = [near.joints[name] for name in model.leg.joint_names]
     common = np.array([joint.free_angle.value for joint in joints])
@@ -113,9 +117,9 @@ def _fit_near(
         Local(trial.rotation, trial.rate, model.leg.sign * (trial.free_angle - common)) for trial in near.trials
     ][: len(recordings)]
     values = model.unknowns.pack(rates, model.leg.to_rotation(common), damping)
-    held = np.maximum(spread, LEAST_SPREAD) if near.free_angle == "per_trial" else np.zeros_like(spread)
-    stage = _refine(model, recordings, values, locals_, options, held)
-    why = "as in the fit before"
+    shifts = np.array([local.shift for local in locals_])
+    stage = _refine(model, recordings, values, locals_, options, np.full_like(spread, LEAST_SPREAD), centre=shifts)
+    why = "each trial's shift as in the fit before"
     return result_of(model, recordings, {near.free_angle: (stage, spread)}, near.free_angle, why, _scatter(recordings))
 
 
@@ -247,18 +251,16 @@ def _refine(
     options: FitOptions,
     spread: Array,
     *,
-    rounds: int = NOISE_ROUNDS,
-    noise: Array | None = None,
+    centre: Array | None = None,
 ) -> Stage:
     """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes."""
     relative = _relative_noise(recordings, options)
-    if noise is None:
-        found_at_start = model.evaluate_all(recordings, values, locals_, jacobian=False)
-        predictions = [evaluation.prediction for evaluation in found_at_start]
-        noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=0.1, posinf=0.1) + 1e-6
-    weights = Weights(relative * noise, spread)
+    found_at_start = model.evaluate_all(recordings, values, locals_, jacobian=False)
+    predictions = [evaluation.prediction for evaluation in found_at_start]
+    noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=0.1, posinf=0.1) + 1e-6
+    weights = Weights(relative * noise, spread, centre)
     solution = solve(model, recordings, values, locals_, weights, max_iterations=25, tolerance=0.1)
-    for _ in range(rounds):
+    for _ in range(NOISE_ROUNDS):
         if not np.isfinite(solution.cost):
             break
         found = root_mean_square(recordings, solution.predictions)
@@ -270,7 +272,7 @@ def _refine(
             found = np.full_like(found, np.sqrt(np.mean(found**2)))
         change = np.abs(np.log(found / noise)).max()
         noise = found
-        weights = Weights(relative * noise, spread)
+        weights = Weights(relative * noise, spread, centre)
         solution = solve(model, recordings, solution.values, solution.locals, weights, tolerance=1e-2)
         if change < 0.02:
             break

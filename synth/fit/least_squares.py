@@ -27,11 +27,12 @@ LARGEST_STEP = 1.0  # of a log rate, rad
 class Weights:
     """Noise (n_trial, n_joint) rad that residuals are divided by, and spread (n_joint,) rad of the rest shifts.
 
-    A spread of zero holds the shifts at zero.
+    A spread of zero holds the shifts at zero, or at ``centre`` (n_trial, n_joint) rad where that is given.
     """
 
     noise: Array
     spread: Array
+    centre: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -168,11 +169,13 @@ def _assess(
             part.own_gradient[place] += deviation[j] ** -2 * off
             part.cost += 0.5 * (off / deviation[j]) ** 2
         first = 2 * len(recording.free)
+        centre = np.zeros_like(local.shift) if weights.centre is None else weights.centre[t]
         for k, j in enumerate(shifted):
             precision = 1.0 / max(weights.spread[j], 1e-9) ** 2
+            off = local.shift[j] - centre[j]
             part.own[first + k, first + k] += precision
-            part.own_gradient[first + k] += precision * local.shift[j]
-            part.cost += 0.5 * precision * local.shift[j] ** 2
+            part.own_gradient[first + k] += precision * off
+            part.cost += 0.5 * precision * off**2
         common += part.common
         gradient += part.gradient
         cross.append(part.cross)
