@@ -64,9 +64,8 @@ def torque_speed_figure(title: str, laws: Sequence[Law], vendor: Vendor | None, 
         start, end = axes.x(measured[0]), axes.x(min(measured[1], fastest))
         svg.rectangle((start, TOP), max(end - start, 1.0), HEIGHT - BOTTOM - TOP, 'fill="#e8eef5"')
         at_left = end - start < 130
-        place = (end + 5, HEIGHT - BOTTOM - 8) if at_left else (end - 5, HEIGHT - BOTTOM - 8)
-        anchor = "start" if at_left else "end"
-        svg.text(place, "speeds in the data", f'font-size="10.5" fill="{GREY}" text-anchor="{anchor}"')
+        place = (end + 5, TOP + 11) if at_left else (start + 5, TOP + 11)
+        svg.text(place, "speeds in the data", f'font-size="10.5" fill="{GREY}" text-anchor="start"')
     axes.frame(svg, 8, 6)
     axis = f'font-size="11" fill="{BLACK}" text-anchor="middle"'
     svg.text(((axes.x.start + axes.x.end) / 2, HEIGHT - 8), "speed [rpm]", axis)

@@ -36,23 +36,28 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
     vendor = _vendor(damper)
     laws = [law for law in sequence(measured, "laws") if isinstance(law, Mapping)]
     span = _speed_range(measured)
-    fastest = max([x for x, _ in used or []] + list(span or ()), default=vendor.speed if vendor else 0.0)
+    # A damper may have been measured and another be chosen: then the laws are not those of the one that acts.
+    other = bool(measured.get("part")) and bool(damper.get("part")) and measured.get("part") != damper.get("part")
+    known = [*(span or ()), *([vendor.speed] if vendor else [])]
+    fastest = 1.25 * max(known) if known else max([x for x, _ in used or []], default=0.0)
     drawn: list[Law] = []
     key: list[tuple[Line, str]] = []
     styles = itertools.cycle(OTHER_LAWS)
     rows = []
     for law in laws:
-        in_use = bool(law.get("used"))
+        in_use = bool(law.get("used")) and not other
         points = used if in_use and used else _law_points(result, law, fastest)
         if points:
             line = USED_LAW if in_use else next(styles)
-            drawn.append(Law(points, line))
+            drawn.append(Law(_until(points, fastest), line))
             name_shown = str(law.get("law")).replace("_", " ")
+            name_shown += f" ({measured.get('part')})" if other else ""
             key.append((line, f"{name_shown}, used" if in_use else name_shown))
         rows.append({**law, "drawn": bool(points)})
-    if used and not any(law.get("used") for law in laws):
-        drawn.append(Law(used, USED_LAW))
-        key.append((USED_LAW, f"{damper.get('law', 'curve')}, used"))
+    if used and (other or not any(law.get("used") for law in laws)):
+        drawn.append(Law(_until(used, fastest), USED_LAW))
+        name_used = f"{damper.get('law', 'curve')} ({damper.get('part')})" if other else damper.get("law", "curve")
+        key.append((USED_LAW, f"{name_used}, used"))
     if vendor:
         key.append((SECANT, "vendor's point and the secant through it"))
     if not drawn and vendor is None:
@@ -64,7 +69,8 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
         "laws": rows, "trials": [t for t in sequence(measured, "trials") if isinstance(t, Mapping)],
         "how": measured.get("how_held_out"), "speed_range": sequence(measured, "speed_range"), "damper": damper,
         "curve": file if used else None, "lost": file if file and not used else None,
-        "measured": bool(measured), "insert": _insert(name, drawn, span, vendor),
+        "measured": bool(measured), "other": measured.get("part") if other else None,
+        "insert": _insert(name, drawn, span, vendor),
     }  # fmt: skip
 
 
@@ -83,7 +89,7 @@ def _until(points: Any, end: float) -> list[Point]:
     """Points up to a speed, the last one interpolated."""
     kept: list[Point] = []
     for before, after in itertools.pairwise([(0.0, math.nan), *points]):
-        if after[0] <= end:
+        if end <= 0.0 or after[0] <= end:
             kept.append(after)
         elif before[0] < end and math.isfinite(before[1]):
             share = (end - before[0]) / (after[0] - before[0])
