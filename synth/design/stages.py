@@ -44,13 +44,20 @@ def read_motion(project: LegProject) -> Motion:
 
     Raises
     ------
-    UserError : every trial is held out, or a trial cannot be used.
+    UserError : every trial is held out, a trial cannot be used, or one is driven by a known torque.
     """
     fitted = [trial for trial in project.trials if not trial.held_out]
     held_out = [trial for trial in project.trials if trial.held_out]
     if not fitted:
         text = "every trial is held out; at least one must be fitted"
         raise UserError(Problem(text, str(project.path), key="source.trials"))
+    driven = [
+        Problem("has torque columns; a motion that is driven cannot be scaled to another leg", trial.name)
+        for trial in project.trials
+        if trial.torques is not None
+    ]
+    if driven:
+        raise UserError(driven)
     return Motion(
         tuple(recordings(project.source, fitted)),
         tuple(recordings(project.source, held_out, ())),

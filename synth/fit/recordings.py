@@ -55,7 +55,14 @@ class Recording:
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
     def stretched(self, factor: float) -> Recording:
-        """The same motion ``factor`` times slower: amplitudes stay, rates fall with it."""
+        """The same motion ``factor`` times slower: amplitudes stay, rates fall with it.
+
+        Raises
+        ------
+        ValueError : a known torque acts; how that would scale is another leg's business.
+        """
+        if self.known_torque is not None:
+            raise ValueError(f"{self.name}: a motion driven by a known torque cannot be stretched")
         smoothed = replace(self.smoothed, time=self.smoothed.time * factor, rate=self.smoothed.rate / factor)
         return replace(self, time=self.time * factor, smoothed=smoothed)
 

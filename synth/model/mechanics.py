@@ -122,6 +122,9 @@ def rest_pose(leg: Leg, tip_mass: float = 0.0, start: Array | None = None) -> Ar
         if np.abs(residual).max() <= 1e-13 * max(1e-12, float(np.abs(coefficient.gravity).max() + rate.max())):
             return rotation
         stiffness = np.diag(rate) + lower.T @ np.diag(coefficient.gravity * np.cos(phi)) @ lower
-        step = np.linalg.solve(stiffness, residual)
+        try:
+            step = np.linalg.solve(stiffness, residual)
+        except np.linalg.LinAlgError:
+            raise ArithmeticError(f"no rest pose of {leg.name!r}: it has no stiffness in some direction") from None
         rotation = rotation - np.clip(step, -0.3, 0.3)
     raise ArithmeticError(f"no rest pose found for {leg.name!r}: the last torque imbalance was {residual} N m")

@@ -230,3 +230,14 @@ def test_dry_run_writes_nothing(project: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert main(["--quiet", "leg", str(project / "leg-design.yaml"), "--out", str(out), "--dry-run"]) == 0
     assert not out.exists()
+
+
+def test_a_driven_motion_is_not_scaled(project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def drive(folder: Path) -> None:
+        path = first_release(folder)
+        lines = path.read_text().splitlines()
+        path.write_text("\n".join([lines[0] + ",hip torque [N*m]", *(line + ",0.001" for line in lines[1:])]) + "\n")
+
+    file = edited(project, tmp_path, drive)
+    assert main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")]) == 2
+    assert "torque columns" in capsys.readouterr().err
