@@ -213,10 +213,10 @@ def test_no_part_left_after_the_constraints(project: Path, tmp_path: Path, capsy
     assert "make: true" in said
 
 
-def test_a_spring_too_wide_to_draw_names_the_dimension(
+def test_a_dimension_that_cannot_be_drawn_is_named(
     project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    edit = replace_in("leg-design.yaml", "cad:", "cad: {shaft_diameter: 29 mm} #")
+    edit = replace_in("leg-design.yaml", "cad:", "cad: {shaft_diameter: 45 mm} #")
     file = edited(project, tmp_path, edit)
     status = main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")])
     said = capsys.readouterr().err
