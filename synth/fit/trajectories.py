@@ -112,10 +112,13 @@ class TrajectoryModel:
     ) -> list[Evaluation]:
         """``evaluate`` for every trial, on all cores: the compiled code runs without the interpreter's lock."""
 
-        def one(pair: tuple[Recording, Local]) -> Evaluation:
-            return self.evaluate(pair[0], values, pair[1], jacobian=jacobian)
+        def share(first: int) -> list[Evaluation]:
+            mine = zip(recordings[first::workers], locals_[first::workers], strict=True)
+            return [self.evaluate(recording, values, local, jacobian=jacobian) for recording, local in mine]
 
-        return list(_workers().map(one, zip(recordings, locals_, strict=True)))
+        workers = min(os.cpu_count() or 1, len(recordings))  # one task a core: a trial alone is over too soon
+        found: list[list[Evaluation]] = list(_workers().map(share, range(workers)))
+        return [found[index % workers][index // workers] for index in range(len(recordings))]
 
     def _lane(self, conditions: Conditions) -> Array:
         if conditions not in self._base:
