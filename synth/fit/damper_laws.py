@@ -249,9 +249,15 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
         used,
         speeds,
         tuple((r.name, False) for r in drops) + tuple((r.name, True) for r in held_out),
-        "the trials marked held_out" if held_out else "every second drop in turn",
+        _how_held_out(len(drops), len(held_out)),
         tuple(_warnings(joint, fits, used, speeds, both, index, bare)),
     )
+
+
+def _how_held_out(fitted: int, held_out: int) -> str:
+    if held_out:
+        return "the trials marked held_out"
+    return "every second drop in turn" if fitted > 1 else "none: there is one drop only, and it scores itself"
 
 
 def _drawn_on(curve: DamperCurve, exponent: float) -> DamperCurve:
@@ -360,6 +366,8 @@ def _warnings(
         f"{joint}: the damper was measured between {speeds.low:.3g} and {speeds.high:.3g} rad/s "
         f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is drawn on"
     ]
+    if len(drops) == 1:
+        said.append(f"{joint}: one drop alone chose the damper's law; a second would tell whether it holds")
     alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * 1.1]
     if alike:
         said.append(f"{joint}: these drops do not tell {used.law.name} from {' or '.join(alike)}")

@@ -354,10 +354,10 @@ def _per_trial(
 
 def _choose(leg: Leg, spread: Array, probability: Array, options: FitOptions, n_trial: int) -> tuple[str, str]:
     """Common or per_trial, and why."""
-    if options.free_angle != "auto":
-        return options.free_angle if n_trial > 1 else "common", "asked for"
     if n_trial == 1:
         return "common", "one trial alone cannot show a spread"
+    if options.free_angle != "auto":
+        return options.free_angle, "asked for"
     shifted = [j for j in range(len(leg.joints)) if probability[j] < SIGNIFICANCE / len(leg.joints)]
     if not shifted:
         least = float(np.min(probability))

@@ -134,3 +134,9 @@ def test_the_legs_own_springs_and_dampers_take_no_part() -> None:
     recorded = drops(linear)[::2]
     with_parts = find_damper_law(robot(), "knee", recorded)
     assert values(with_parts, "linear") == values(find_damper_law(LEG, "knee", recorded), "linear")
+
+
+def test_one_drop_alone_is_said_to_have_scored_itself() -> None:
+    found = find_damper_law(LEG, "knee", drops(power)[:1])
+    assert "scores itself" in found.how_held_out
+    assert any("one drop alone" in text for text in found.warnings)
