@@ -349,7 +349,7 @@ def _travel_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
             DimensionProblem(
                 f"{name}.upper_arm_angle",
                 dimensions.upper_arm_angle,
-                f"another direction, e.g. {dimensions.zero_angle - 180.0:g} deg (along the upper link)",
+                "a direction in which the travel leaves it free, or a smaller range",
                 "the upper arm's shafts would sweep through the lower link",
             )
         )
@@ -357,21 +357,28 @@ def _travel_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
 
 
 def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
-    """An ``upper_arm_angle`` that the joint's travel allows: 0 (the thesis' way) where it is free, else along the link.
+    """An ``upper_arm_angle`` that the joint's travel allows.
+
+    0 (the thesis' way) where it is free, else along the upper link, else the free direction nearest to that in steps of
+    15 deg; the arm offset follows from it, whichever it is.
 
     Raises
     ------
     DimensionError
-        where neither is.
+        where none is.
     """
     from dataclasses import replace
 
+    along = dimensions.zero_angle - 180.0
+    turns = sorted(range(-165, 181, 15), key=abs)
     problems: list[DimensionProblem] = []
-    for angle in (0.0, dimensions.zero_angle - 180.0):
+    for angle in dict.fromkeys((0.0, *(along + turn for turn in turns))):
+        if not -360.0 <= angle <= 360.0:
+            continue
         try:
             lay_out(replace(dimensions, upper_arm_angle=angle))
         except DimensionError as error:
-            problems = error.problems
+            problems = problems or error.problems
         else:
             return angle
     raise DimensionError(problems)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import degrees
+from math import ceil, degrees, floor
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,7 +57,13 @@ def _joint(design: LegDesign, j: int, rest: float, notes: list[str]) -> JointDim
         clearance=options.clearance * 1e3,
         wall=options.wall * 1e3,
     )
-    return replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
+    turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
+    if turned.upper_arm_angle != 0.0:
+        notes.append(
+            f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn at "
+            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm's shaft at {turned.arm_offset:+.1f} deg"
+        )
+    return turned
 
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
@@ -68,7 +74,7 @@ def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
         return min(low, rest), max(high, rest)
     motions = [*design.wanted.motions, *design.built_motions]
     angles = np.degrees(np.concatenate([design.built.to_measured(motion)[:, j] for motion in motions]))
-    return float(min(angles.min(), rest) - MARGIN), float(max(angles.max(), rest) + MARGIN)
+    return floor(min(angles.min(), rest) - MARGIN), ceil(max(angles.max(), rest) + MARGIN)
 
 
 def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:

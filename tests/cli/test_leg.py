@@ -241,3 +241,30 @@ def test_a_driven_motion_is_not_scaled(project: Path, tmp_path: Path, capsys: py
     file = edited(project, tmp_path, drive)
     assert main(["--quiet", "leg", str(file), "--out", str(tmp_path / "out")]) == 2
     assert "torque columns" in capsys.readouterr().err
+
+
+def test_one_link_that_swings_through_straight_is_drawn(tmp_path: Path) -> None:
+    """Any limb, not the thesis' alone: one joint, measured from straight, clockwise, with its own name."""
+    import numpy as np
+
+    from synth.files.leg import write_leg
+    from synth.model.chain import simulate
+    from synth.model.leg import Damper, Joint, Leg, Link, Spring
+
+    leg = Leg("arm", (Joint("elbow", Link(0.3, 0.5, 0.15, 4e-3), 0.0, -1, None, Spring(2.0, 0.3), Damper(0.05)),))
+    write_leg(leg, tmp_path / "arm.leg.yaml")
+    generator, time = np.random.default_rng(1), np.arange(0, 2, 0.01)
+    for index, start in enumerate((0.8, -0.6, 1.2)):
+        motion = leg.to_measured(simulate(leg, leg.to_rotation(np.array([start])), np.zeros(1), time))[:, 0]
+        noisy = np.degrees(motion) + generator.normal(0, 0.1, len(time))
+        rows = "".join(f"{t:.3f},{a:.4f}\n" for t, a in zip(time, noisy, strict=True))
+        (tmp_path / f"release_{index}.csv").write_text("time [s],elbow [deg]\n" + rows)
+    (tmp_path / "project.yaml").write_text(
+        "kind: leg-design\nsource: {leg: arm.leg.yaml, trials: [release_*.csv]}\ntarget: arm.leg.yaml\n"
+    )
+    out = tmp_path / "out"
+    assert main(["--quiet", "leg", str(tmp_path / "project.yaml"), "--out", str(out), "--no-pictures"]) == 0
+    design = json.loads((out / "design.json").read_text())
+    assert design["stages"]["target"]["joints"]["elbow"]["spring_rate"]["value"] == pytest.approx(2.0, rel=0.01)
+    assert (out / "parts" / "elbow_lower.step").is_file()
+    assert any("the upper arm cannot lie" in note for note in design["solids"]["notes"])
