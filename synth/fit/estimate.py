@@ -119,7 +119,9 @@ def _fit_near(
     ][: len(recordings)]
     values = model.unknowns.pack(rates, model.leg.to_rotation(common), damping)
     shifts = np.array([local.shift for local in locals_])
-    stage = _refine(model, recordings, values, locals_, options, np.full_like(spread, LEAST_SPREAD), centre=shifts)
+    stage = _refine(
+        model, recordings, values, locals_, options, np.full_like(spread, LEAST_SPREAD), centre=shifts, rounds=2
+    )
     why = "each trial's shift as in the fit before"
     return result_of(model, recordings, {near.free_angle: (stage, spread)}, near.free_angle, why, _scatter(recordings))
 
@@ -253,6 +255,7 @@ def _refine(
     spread: Array,
     *,
     centre: Array | None = None,
+    rounds: int = NOISE_ROUNDS,
 ) -> Stage:
     """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes."""
     relative = _relative_noise(recordings, options)
@@ -261,7 +264,7 @@ def _refine(
     noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=0.1, posinf=0.1) + 1e-6
     weights = Weights(relative * noise, spread, centre)
     solution = solve(model, recordings, values, locals_, weights, max_iterations=25, tolerance=0.1)
-    for _ in range(NOISE_ROUNDS):
+    for _ in range(rounds):
         if not np.isfinite(solution.cost):
             break
         found = root_mean_square(recordings, solution.predictions)

@@ -15,6 +15,7 @@ from synth.model.leg import Array, Leg, Spring
 from synth.model.mechanics import coefficients, rest_pose, static_torque
 
 TUNING_STEPS = 8
+TUNED_RELEASES = 7  # about so many releases tell which spring suits a damper; errors are reckoned over all
 TUNED = 0.02  # share by which a step must lower the squared error for another to be taken
 
 
@@ -116,10 +117,13 @@ class WantedResponse:
         return replace(leg, joints=tuple(changed))
 
     def _linearised(self, model: TrajectoryModel, values: Array) -> tuple[Array, Array]:
+        """Residuals against the wanted motion and their Jacobian, over a few releases where there are many."""
+        every = max(1, len(self.releases) // TUNED_RELEASES)
+        releases, motions = self.releases[::every], self.motions[::every]
         residuals, jacobians = [], []
-        locals_ = [Local(r.rotation, r.rate, np.zeros_like(r.rate)) for r in self.releases]
-        found = model.evaluate_all([_as_recording(r) for r in self.releases], values, locals_)
-        for evaluation, wanted in zip(found, self.motions, strict=True):
+        locals_ = [Local(r.rotation, r.rate, np.zeros_like(r.rate)) for r in releases]
+        found = model.evaluate_all([_as_recording(r) for r in releases], values, locals_)
+        for evaluation, wanted in zip(found, motions, strict=True):
             assert evaluation.common is not None
             difference = np.nan_to_num(evaluation.prediction - wanted, nan=np.pi)
             residuals.append(difference.ravel())
