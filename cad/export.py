@@ -140,7 +140,9 @@ def write_stl(meshes: list[Mesh], path: Path) -> None:
     layout = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     blocks = []
     for mesh in meshes:
-        corners = mesh.vertices[mesh.faces]
+        # What should be zero is 0 or 1e-17 by the order in which the kernel met the surfaces.
+        vertices = np.where(np.abs(mesh.vertices) < 1e-9, 0.0, mesh.vertices).astype("<f4").astype(float)
+        corners = vertices[mesh.faces]  # as they are written, so that the normals follow from the file
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         block = np.zeros(len(corners), dtype=layout)

@@ -1,7 +1,8 @@
 """A STEP file's text without what changes from run to run, so that the same solids give the same bytes.
 
-Three things do in what the kernel (OCCT 7.9) writes: the clock in the header, the numbers of the assembly
-links (a counter that the whole process shares), and the order of the colours, which follows addresses in memory.
+Four things do in what the kernel (OCCT 7.9) writes: the clock in the header, the numbers of the assembly
+links (a counter that the whole process shares), the order of the colours, which follows addresses in memory, and
+numbers that should be zero: 0 or 1e-16 by the order in which surfaces were intersected, which does so too.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import re
 
 TIMESTAMP = "2000-01-01T00:00:00"  # in every header instead of the clock
 _STATEMENT = re.compile(r"#(\d+) = (.*?);\n", re.DOTALL)
+_ROUNDING = re.compile(r"-?\d+\.\d*E-(?:1[2-9]|[2-9]\d)(?![\d.])")
 _FIRST_STYLE = re.compile(r"^#(\d+) = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION\(", re.MULTILINE)
 _STYLES = (
     "STYLED_ITEM('color',(#{0}),#{item})",
@@ -31,7 +33,13 @@ def normalised_step(text: str) -> str:
         when the colours are not laid out as this kernel does, rather than write a file that may be wrong.
     """
     text = re.sub(r"(FILE_NAME\(\s*'[^']*'\s*,\s*)'[^']*'", rf"\g<1>'{TIMESTAMP}'", text, count=1)
-    return _ordered_colours(_numbered_links(text))
+    return _ordered_colours(_numbered_links(_without_rounding(text)))
+
+
+def _without_rounding(text: str) -> str:
+    """Numbers under 1e-12 as zero; each statement on one line, since a number's length moves the line breaks."""
+    head, mark, data = text.partition("DATA;\n")
+    return head + mark + _ROUNDING.sub("0.", re.sub(r"(?<!;)\n\s*", "", data))
 
 
 def _numbered_links(text: str) -> str:
