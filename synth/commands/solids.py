@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from synth.design.leg_design import LegDesign
+from synth.errors import Problem, UserError
 from synth.model.mechanics import rest_pose
 
 if TYPE_CHECKING:
@@ -83,9 +84,9 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
     option, name = design.springs.chosen[j], design.built.joint_names[j]
     if option.row is not None:
         row = option.row
-        assert row.wire_diameter is not None
-        assert row.mean_diameter is not None
-        assert row.body_coils is not None
+        if row.wire_diameter is None or row.mean_diameter is None or row.body_coils is None:
+            text = f"{row.part} ({row.place}) cannot be drawn: {row.status}; leave the solids out with --no-cad"
+            raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
         hand = row.hand or "right"
         if not row.hand:
             notes.append(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand")

@@ -200,7 +200,7 @@ def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue) -> Spri
                 material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate
             )
         except UserError:
-            check = None  # no strength is known for this wire: the yield stays unchecked, and the report shows none
+            check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
     return SpringOption(row.rate, row.included_angle, row=row, check=check)
 
 
@@ -241,6 +241,8 @@ def _to_wind(
 
 def spring_warnings(joint: str, option: SpringOption) -> list[str]:
     """A bought spring that would yield over the wanted travel."""
+    if option.row is not None and option.check is None:
+        return [f"{joint}: the catalogue knows too little of {option.part} to tell at which angle it yields"]
     if option.check is None or option.check.travel <= option.check.free_travel:
         return []
     return [

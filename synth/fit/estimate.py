@@ -126,9 +126,7 @@ def _fit_near(
     return result_of(model, recordings, {near.free_angle: (stage, spread)}, near.free_angle, why, _scatter(recordings))
 
 
-def score(
-    result: FitResult, recordings: Sequence[Recording], curves: Mapping[str, DamperCurve] | None = None
-) -> tuple[tuple[Local, ...], tuple[Array, ...]]:
+def score(result: FitResult, recordings: Sequence[Recording]) -> tuple[tuple[Local, ...], tuple[Array, ...]]:
     """Each trial's own unknowns and prediction (m, n) rad with the fitted leg held fixed.
 
     Where the fit found that the free angle differs from trial to trial, each scored trial has its own within that

@@ -108,3 +108,15 @@ def test_travel_is_the_range_where_the_leg_has_one_else_the_motion() -> None:
     ranged = leg.with_joints(knee={"range": (radians(60.0), radians(150.0))})
     found = travels(ranged, [motion])[0]
     assert np.degrees([found.winding, found.opening]) == pytest.approx([51.0, 39.0])
+
+
+def test_a_spring_of_which_no_strength_is_known_is_said_to_be_unchecked(catalogue: Catalogue) -> None:
+    from dataclasses import replace
+
+    leg = knee(0.47269)
+    rows = tuple(
+        replace(row, material="unobtainium") if row.part == "LTR080F 10 S" else row for row in catalogue.springs
+    )
+    unknown = replace(catalogue, springs=rows)
+    made = choose_springs(wanted(leg), leg, choice(part="LTR080F 10 S"), unknown, TRAVEL, CadOptions())
+    assert "knows too little" in spring_warnings("knee", made.chosen[0])[0]
