@@ -1,0 +1,307 @@
+"""A leg as the engine takes it: parameters, what a trial changes, further bodies and laws, sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from blind import engine
+from blind.laws import BOUC_WEN, SLACK, SLACK_ARM
+
+Array = NDArray[np.float64]
+PARAMETERS = ("length", "mass", "com", "inertia", "spring", "damper", "free_angle")  # as in ``tolerance:``
+
+
+@dataclass(frozen=True)
+class Leg:
+    """SI; ``values`` (7, n) in the order of ``PARAMETERS``, free angles as rotations (not readings)."""
+
+    names: tuple[str, ...]
+    zero: Array  # (n,) rad, reading where the link points along its parent
+    sign: Array  # (n,)
+    tilt: float
+    values: Array
+    gravity: float = 9.81
+
+    @property
+    def n(self) -> int:
+        return len(self.names)
+
+    def of(self, name: str) -> Array:
+        """(n,) one parameter of all joints."""
+        return np.asarray(self.values[PARAMETERS.index(name)])
+
+    def changed(self, name: str, joint: int, value: float) -> Leg:
+        """The leg with one number replaced."""
+        values = self.values.copy()
+        values[PARAMETERS.index(name), joint] = value
+        return replace(self, values=values)
+
+    def reading(self, rotation: Array) -> Array:
+        """Measured angles, rad."""
+        return self.zero + self.sign * rotation
+
+    def outboard(self, joint: int) -> float:
+        """Moment of inertia about a joint of all that hangs from it, chain straight, kg m^2."""
+        total, reach = 0.0, 0.0
+        for i in range(joint, self.n):
+            length, mass, com, inertia = self.values[:4, i]
+            total += inertia + mass * (reach + com) ** 2
+            reach += length
+        return total
+
+
+class Trial(NamedTuple):
+    """What a trial does to the leg; ``pose`` (n,) rad rotations at release, ``start`` s from release to recording."""
+
+    pose: Array
+    duration: float
+    start: float = 0.0
+    tip_mass: float = 0.0
+    locked: tuple[int, ...] = ()
+    tilt: float = 0.0
+    held_out: bool = False
+    outside: bool = False
+
+
+class Law(NamedTuple):
+    """One law of ``blind.laws`` at a joint (index of the leg's joints, or a body's name), perhaps tied to a second."""
+
+    law: int
+    joint: int
+    par: tuple[float, ...]
+    second: int = -1
+    base: bool = False  # acts on the base's first coordinate instead of a joint
+
+
+class Base(NamedTuple):
+    """A mount that moves: coordinates from the ground up, each (hinge or slide, direction, arm, mass, inertia, k, b)."""
+
+    bodies: tuple[tuple[float, ...], ...]
+
+
+class Bend(NamedTuple):
+    """A link that bends: hinges at these shares of its length, each with rate and damping."""
+
+    joint: int
+    shares: tuple[float, ...]
+    rates: tuple[float, ...]
+    dampings: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The leg as it really is: parameters, further bodies, laws, and what the mount and springs hide."""
+
+    leg: Leg
+    laws: tuple[Law, ...] = ()
+    base: Base | None = None
+    bends: tuple[Bend, ...] = ()
+    tilt: float = 0.0  # of the mount, beside the leg's and the trial's
+    bare: tuple[int, ...] = ()  # joints whose spring and damper a law replaces (backlash)
+    trial_scale: Array = field(default_factory=lambda: np.zeros(0))  # FADING_DAMPER's age at each trial, s
+
+
+class Assembly(NamedTuple):
+    """Arrays for the engine, and where the leg's joints are among its coordinates."""
+
+    body: Array
+    fixed: NDArray[np.bool_]
+    law: NDArray[np.int64]
+    at: NDArray[np.int64]
+    par: Array
+    joint: NDArray[np.int64]
+    gravity: float
+
+
+def assemble(truth: Truth, trial: Trial) -> Assembly:
+    """The chain of bodies for one trial."""
+    leg, rows, where = truth.leg, [], []
+    root = leg.tilt + trial.tilt + truth.tilt
+    if truth.base is not None:
+        for kind, direction, arm, mass, inertia, rate, damping in truth.base.bodies:
+            rows.append([arm, mass, 0.0, inertia, rate, damping, 0.0, kind, direction, 0.0])
+    for i in range(leg.n):
+        length, mass, com, inertia, rate, damping, free = leg.values[:, i]
+        if i == leg.n - 1 and trial.tip_mass:
+            whole = mass + trial.tip_mass
+            centre = (mass * com + trial.tip_mass * length) / whole
+            inertia = inertia + mass * (com - centre) ** 2 + trial.tip_mass * (length - centre) ** 2
+            mass, com = whole, centre
+        if i in truth.bare:
+            rate = damping = 0.0
+        where.append(len(rows))
+        first = [length, mass, com, inertia, rate, damping, free, engine.HINGE, 0.0, root if i == 0 else 0.0]
+        bend = next((b for b in truth.bends if b.joint == i), None)
+        rows += [first] if bend is None else _bent(first, bend)
+    fixed = np.zeros(len(rows), dtype=bool)
+    fixed[[where[i] for i in trial.locked]] = True
+    joint = np.array(where)
+    laws = truth.laws
+    at = np.array([[0 if w.base else joint[w.joint], joint[w.second if w.second >= 0 else w.joint]] for w in laws])
+    at = at.reshape(-1, 2).astype(np.int64)
+    for k, w in enumerate(laws):
+        if w.base:
+            at[k] = 0
+    par = np.array([[*w.par, *(8 - len(w.par)) * [0.0]] for w in laws]).reshape(-1, 8)
+    return Assembly(np.array(rows), fixed, np.array([w.law for w in laws], dtype=np.int64), at, par, joint, leg.gravity)
+
+
+def _bent(whole: list[float], bend: Bend) -> list[list[float]]:
+    """A link cut at the hinges: mass shared by length about the centre of mass, the whole's mass, com, inertia kept.
+
+    Uniform pieces have the whole's mass; what the whole's com and inertia differ from a uniform rod's goes, as a change
+    of com and inertia, to the pieces in proportion to their mass.
+    """
+    length, mass, com, inertia = whole[:4]
+    cuts = [0.0, *bend.shares, 1.0]
+    shift = com - 0.5 * length
+    rows = []
+    pieces = [(b - a) for a, b in zip(cuts, cuts[1:], strict=False)]
+    middles = [0.5 * (a + b) * length + shift for a, b in zip(cuts, cuts[1:], strict=False)]
+    spread = sum(p * mass * (x - com) ** 2 for p, x in zip(pieces, middles, strict=True))
+    own = max(inertia - spread, 0.0)  # shared as piece^3, as rods have it
+    cubes = sum(p**3 for p in pieces)
+    for k, (share, middle) in enumerate(zip(pieces, middles, strict=True)):
+        row = [share * length, share * mass, middle - cuts[k] * length, max(own * share**3 / cubes, 1e-4 * inertia)]
+        if k == 0:
+            row += whole[4:]
+        else:
+            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, engine.HINGE, 0.0, 0.0]
+        rows.append(row)
+    return rows
+
+
+def _initial(a: Assembly, pose: Array, rest: Array) -> tuple[Array, NDArray[np.int64], Array]:
+    """Coordinates, contact modes and memories of a leg held still at ``pose``, having come from ``rest``."""
+    q = np.zeros(len(a.body))
+    q[a.joint] = pose
+    free = np.ones(len(q), dtype=bool)
+    free[a.joint] = False
+    if free.any():
+        q = _settle(a, q, free)
+    mode, z = np.zeros(len(a.law), dtype=np.int64), np.zeros((len(a.law), 2))
+    for k, law in enumerate(a.law):
+        i = a.at[k, 0]
+        u = q[i] - a.par[k, 1]
+        if law in (SLACK, SLACK_ARM):
+            z[k, 0] = np.sign(u) * max(abs(u) - a.par[k, 2], 0.0)
+            mode[k] = int(np.sign(z[k, 0])) if law == SLACK else 0
+        elif law == BOUC_WEN:
+            z[k, 0] = _loaded(q[i] - rest[list(a.joint).index(i)], a.par[k])
+    return q, mode, z
+
+
+def _loaded(travel: float, p: Array) -> float:
+    """Bouc-Wen's memory after a slow move by ``travel`` from z = 0."""
+    z, w = 0.0, travel / 200
+    for _ in range(200):
+        r = z / p[1]
+        size = abs(r) ** (p[2] - 1)
+        z += w - (1 - p[3]) * abs(w) * size * r - p[3] * w * size * abs(r)
+    return z
+
+
+def _settle(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
+    """Static equilibrium of the free coordinates, the others held: Newton on the accelerations, no laws."""
+    held, w = ~free, np.zeros(len(q))
+    index = np.flatnonzero(free)
+
+    def acceleration(x: Array) -> Array:
+        tau = -a.body[:, engine.RATE] * (x - a.body[:, engine.FREE])
+        acc, force = np.zeros(len(q)), np.zeros((len(q), 3))
+        engine.accelerate(a.body, a.gravity, held, tau, x, w, acc, force)
+        return acc[index]
+
+    for _ in range(50):
+        f = acceleration(q)
+        slope = np.empty((len(index), len(index)))
+        for c, i in enumerate(index):
+            x = q.copy()
+            x[i] += 1e-6
+            slope[:, c] = (acceleration(x) - f) / 1e-6
+        step = np.linalg.solve(slope, f)
+        q = q.copy()
+        q[index] -= np.clip(step, -0.3, 0.3)
+        if np.abs(step).max() < 1e-10:
+            return q
+    raise ArithmeticError("no rest found")
+
+
+def rest_pose(leg: Leg, trial: Trial, tilt: float = 0.0) -> Array:
+    """(n,) rad where the leg comes to rest on its springs, the locked joints at the trial's pose."""
+    a = assemble(Truth(leg, tilt=tilt), trial._replace(tip_mass=trial.tip_mass))
+    start = leg.of("free_angle").copy()
+    start[list(trial.locked)] = trial.pose[list(trial.locked)]
+    return _settle(a, start, ~a.fixed)
+
+
+class Motion(NamedTuple):
+    """Rotations and speeds of the leg's joints, ``step`` apart, the first at release."""
+
+    step: float
+    angle: Array
+    speed: Array
+
+    def at(self, times: Array) -> Array:
+        """(m,) s from the release -> (m, n) rad; cubic between steps, at rest before the release."""
+        return np.stack([self.joint(i, times) for i in range(self.angle.shape[1])], axis=1)
+
+    def joint(self, i: int, times: Array) -> Array:
+        """The same for one joint, which may have times of its own."""
+        x = np.clip(times / self.step, 0.0, len(self.angle) - 1)
+        k = np.minimum(x.astype(int), len(self.angle) - 2)
+        s, h = x - k, self.step
+        a, b, u, v = self.angle[k, i], self.angle[k + 1, i], self.speed[k, i] * h, self.speed[k + 1, i] * h
+        d = b - a
+        return a + s * (u + s * (3 * d - 2 * u - v + s * (u + v - 2 * d)))
+
+
+def release(truth: Truth, trial: Trial, step: float, rest: Array | None = None) -> Motion:
+    """Let the leg go from rest at the trial's pose."""
+    a = assemble(truth, trial)
+    q, mode, z = _initial(a, trial.pose, trial.pose if rest is None else rest)
+    return _run(a, mode, z, q, np.zeros(len(q)), trial.start + trial.duration, step)
+
+
+def _run(a: Assembly, mode: NDArray[np.int64], z: Array, q: Array, w: Array, span: float, step: float) -> Motion:
+    count = int(np.ceil(span / step - 1e-9)) + 1
+    angle, speed = engine.simulate(a.body, a.gravity, a.fixed, a.law, a.at, a.par, mode, z, q, w, 0.0, step, count)
+    if not np.isfinite(angle).all() or np.abs(angle).max() > 50.0:
+        raise ArithmeticError("the motion has no bounds")
+    return Motion(step, angle[:, a.joint], speed[:, a.joint])
+
+
+def swing(leg: Leg, trial: Trial, angle: Array, speed: Array, step: float, tilt: float = 0.0) -> Motion:
+    """The plain leg from a given state at the recording's start; locked joints keep ``angle``."""
+    a = assemble(Truth(leg, tilt=tilt), trial)
+    none = np.zeros(0, dtype=np.int64)
+    w = np.where(a.fixed, 0.0, speed)
+    return _run(a, none, np.zeros((0, 2)), np.array(angle, dtype=float), w, trial.duration, step)
+
+
+def fastest(truth: Truth, trial: Trial) -> float:
+    """1/s, the largest eigenvalue of the linearised chain (no laws): what the step must follow."""
+    a = assemble(truth, trial)
+    n = len(a.body)
+    q, w = np.zeros(n), np.zeros(n)
+    q[a.joint] = trial.pose
+    free = np.flatnonzero(~a.fixed)
+    inverse = np.empty((len(free), len(free)))
+    acc, force = np.zeros(n), np.zeros((n, 3))
+    engine.accelerate(a.body, 0.0, a.fixed, np.zeros(n), q, w, acc, force)
+    for c, i in enumerate(free):
+        tau = np.zeros(n)
+        tau[i] = 1.0
+        engine.accelerate(a.body, 0.0, a.fixed, tau, q, w, acc, force)
+        inverse[:, c] = acc[free]
+    k, b = a.body[free, engine.RATE], a.body[free, engine.DAMPING]
+    for law, at, par in zip(a.law, a.at, a.par, strict=True):  # what the laws add in stiffness
+        if law in (SLACK, SLACK_ARM):
+            k = k + (free == at[0]) * par[0]
+            b = b + (free == at[0]) * par[3]
+    matrix = np.block([[np.zeros_like(inverse), np.eye(len(free))], [-inverse * k, -inverse * b]])
+    return float(np.abs(np.linalg.eigvals(matrix)).max())
