@@ -1,17 +1,36 @@
-"""Dry friction, constant in speed (Coulomb 1785), smoothed at standstill."""
+"""Dry friction, constant in speed, with true sticking: a bristle that bends by ``presliding`` before it slides."""
 
 from __future__ import annotations
 
-from math import sqrt
+from synth.effects.compiled import bristle, held, inlined
+from synth.effects.effect import Effect, Parameter, Shape, size
 
-from numba import njit
+PRESLIDING = 1e-3  # rad
 
 
-@njit(inline="always", fastmath=True, error_model="numpy")  # type: ignore[untyped-decorator]
-def torque(rotation: float, rate: float, friction: float, transition: float) -> float:
-    """Torque on q: ``-friction * rate / sqrt(rate^2 + transition^2)``.
+@inlined
+def torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, friction, presliding):  # type: ignore[no-untyped-def]
+    """Memory z in -1..1 is the bristle's bend; at rest it holds any torque below ``friction``."""
+    change = bristle(rate, memory, presliding)
+    return -friction * held(memory, change), change
 
-    ``friction`` N m >= 0; ``transition`` rad/s > 0 is the speed below which the sign is smoothed: under it the joint
-    creeps where a real one sticks, at no more than ``transition`` times the share of the friction that would hold it.
-    """
-    return -friction * rate / sqrt(rate * rate + transition * transition)
+
+def start(deflection, friction, presliding):  # type: ignore[no-untyped-def]
+    """Bristles at the release: straight."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="coulomb_friction",
+    meaning="dry friction, constant in speed",
+    formula="-torque z, dz/dt = w / presliding up to |z| = 1",
+    source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
+    way="torque",
+    memory=True,
+    parameters=(
+        Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
+        Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),
+    ),
+    strengths=("torque",),
+    shapes=(Shape(("torque",), {}),),
+)

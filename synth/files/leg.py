@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from synth import units
-from synth.effects import SPECIFICATIONS, Specification
+from synth.effects import Effect, registered
 from synth.errors import Problem, UserError
 from synth.files.curve import read_curve, write_curve
 from synth.files.paths import inside
@@ -113,13 +113,14 @@ class _Leg(FileModel):
     tilt: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
     # Joints are checked one by one, so that one's mistake doesn't hide what the others' files and parts hold.
     joints: Annotated[list[Any], Field(min_length=1, max_length=6)]
+    effects: list[dict[str, dict[str, Any]]] | None = None  # of the base
 
 
 def read_leg(
     path: str | Path,
     *,
     resolve_part: PartResolver | None = None,
-    effects: Sequence[Specification] = SPECIFICATIONS,
+    effects: Sequence[Effect] | None = None,
 ) -> Leg:
     """Read a leg file.
 
@@ -131,7 +132,8 @@ def read_leg(
         gives the rate of a spring, or the damper, that stands in a catalogue under a part number; without it a
         ``part`` needs its ``rate`` (or ``curve``) beside it.
     effects
-        the effects that a joint may list.
+        the effects that a joint may list; all that are registered if None. What changes a number that the file gives
+        anyway (a link's mass, the free angle, the tilt) is no effect here.
 
     Raises
     ------
@@ -143,17 +145,18 @@ def read_leg(
     problems: list[Problem] = []
     file = check_part(_Leg, document, document.value, (), problems)
     raw = document.value.get("joints")
-    reader = _Reader(document, resolve_part, {effect.name: effect for effect in effects}, problems)
+    reader = _Reader(document, resolve_part, _allowed(effects), problems)
     items = list(enumerate(raw[:6])) if isinstance(raw, list) else []
     joints = [reader.joint(item, ("joints", index)) for index, item in items]
+    base = reader.effects(document.value.get("effects"), ("effects",), where="base")
     _check_semantics(document, problems)
     problems.sort(key=lambda problem: problem.line or 0)
     raise_if_any(problems)
     assert file is not None
-    return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt)
+    return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
 
 
-def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Specification] = SPECIFICATIONS) -> None:
+def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = None) -> None:
     """Write a leg file that ``read_leg`` gives back; a damper's curve goes to a CSV beside it.
 
     Angles are written in degrees, lengths in mm, to 15 digits: exact to 1e-14 relative.
@@ -161,7 +164,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Specification] = 
     import yaml
 
     path = Path(path)
-    specifications = {effect.name: effect for effect in effects}
+    specifications = _allowed(effects)
     joints = []
     for number, joint in enumerate(leg.joints, start=1):
         link = joint.link
@@ -188,8 +191,15 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Specification] = 
         joints.append(item)
     head = {"kind": "leg", "name": leg.name, "gravity": units.write(leg.gravity, "m/s^2")}
     whole = {**head, "tilt": units.write(leg.tilt, "deg"), "joints": joints}
+    if leg.effects:
+        whole["effects"] = [_effect_text(name, leg.effects[name], specifications[name]) for name in leg.effects]
     text = yaml.safe_dump(whole, sort_keys=False, default_flow_style=None, allow_unicode=True, width=1000)
     path.write_text(text, encoding="utf-8")
+
+
+def _allowed(effects: Sequence[Effect] | None) -> dict[str, Effect]:
+    found = registered() if effects is None else effects
+    return {effect.name: effect for effect in found if effect.way != "leg"}
 
 
 def _part(part: str | None) -> dict[str, str]:
@@ -208,7 +218,7 @@ def _damper_text(damper: Damper, path: Path, number: int, joint: str) -> dict[st
     return {"curve": curve.name} | _part(damper.part)
 
 
-def _effect_text(name: str, values: Mapping[str, float], specification: Specification) -> dict[str, dict[str, str]]:
+def _effect_text(name: str, values: Mapping[str, float], specification: Effect) -> dict[str, dict[str, str]]:
     unit = {parameter.name: parameter.unit for parameter in specification.parameters}
     return {name: {parameter: units.write(value, unit[parameter]) for parameter, value in values.items()}}
 
@@ -242,7 +252,7 @@ class _Reader:
 
     document: Document
     resolve_part: PartResolver | None
-    specifications: Mapping[str, Specification]
+    specifications: Mapping[str, Effect]
     problems: list[Problem]
 
     def joint(self, value: object, key: Key) -> Joint | None:
@@ -286,22 +296,22 @@ class _Reader:
             return found
         return None
 
-    def effects(self, items: object, key: Key) -> dict[str, dict[str, float]]:
-        """Effects of one joint from the raw list, whose keys are names and so not a model's."""
+    def effects(self, items: object, key: Key, where: str = "joint") -> dict[str, dict[str, float]]:
+        """Effects of one joint, or of the base, from the raw list, whose keys are names and so not a model's."""
         result: dict[str, dict[str, float]] = {}
         for index, item in enumerate(items if isinstance(items, list) else []):
             for name, parameters in item.items() if isinstance(item, dict) else ():
                 place: Key = (*key, index, name)
-                if name not in self.specifications:
-                    text = f'"{name}" is no effect that a leg can hold{near(name, list(self.specifications))}'
-                    self.refuse(text, place)
+                possible = [known.name for known in self.specifications.values() if known.where == where]
+                if name not in possible:
+                    self.refuse(f'"{name}" is no effect that a {where} can hold{near(name, possible)}', place)
                 elif name in result:
                     self.refuse("is given twice; keep one", place)
                 elif isinstance(parameters, dict):
                     result[name] = self.parameters(parameters, self.specifications[name], place)
         return result
 
-    def parameters(self, given: dict[str, object], effect: Specification, key: Key) -> dict[str, float]:
+    def parameters(self, given: dict[str, object], effect: Effect, key: Key) -> dict[str, float]:
         unit = {parameter.name: parameter.unit for parameter in effect.parameters}
         result: dict[str, float] = {}
         for name, value in given.items():

@@ -93,7 +93,7 @@ class TrajectoryModel:
             column += 1 + len(group)
         self.unknowns.write(lanes, common)
         lanes[layout.rows("rest")] += local.shift[:, None]
-        lanes[: 2 * layout.n] = states
+        lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = states[: layout.n], states[layout.n :]
         out = self.chain.run(
             lanes, recording.time, self.tolerance, known_torque=recording.known_torque, max_steps=FIT_STEPS
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from synth.effects import SPECIFICATIONS
+from synth.effects import Effect, effect_named, registered
 from synth.model import generate
-from synth.model.curves import compiled_rows
-from synth.model.layout import CURVE_POINTS, LANES, Layout
+from synth.model.lanes import LegLanes
+from synth.model.layout import LANES, Law, Layout
 from synth.model.leg import Array, Leg
-from synth.model.mechanics import coefficients
 
 MAX_STEPS = 20_000
+MEMORY_TOLERANCE = 1e3  # a bristle's bend may be wrong by a thousand times as much as an angle
 
 
 @dataclass(frozen=True)
@@ -38,45 +39,49 @@ class Chain:
     layout: Layout
     right_hand_side: Any
     extra_torques: Any
+    bearing_forces: Any
     integrate: Any
+    effects: tuple[Effect, ...]  # those with a torque, in the order of ``layout.laws``
 
     def parameters(self, leg: Leg, conditions: Conditions = Conditions()) -> Array:
         """(n_row,) one lane of the workspace for this leg under these conditions, state rows zero."""
-        layout = self.layout
-        lane = np.zeros(layout.n_row)
-        found = coefficients(leg, conditions.tip_mass)
-        upper = np.triu_indices(layout.n)
-        lane[layout.rows("inertia")] = found.inertia[upper]
-        lane[layout.rows("gravity")] = found.gravity
-        lane[layout.row("tilt")] = leg.tilt + conditions.tilt
-        lane[layout.rows("free")] = [0.0 if i in conditions.locked else 1.0 for i in range(layout.n)]
-        for i, joint in enumerate(leg.joints):
-            if joint.spring is not None:
-                lane[layout.row("spring_rate", i)] = joint.spring.rate
-                lane[layout.row("rest", i)] = joint.sign * (joint.spring.free_angle - joint.zero)
-            if joint.damper is not None and joint.damper.rate is not None:
-                lane[layout.row("damper_rate", i)] = joint.damper.rate
-            if joint.damper is not None and joint.damper.curve is not None:
-                rows = slice(i * CURVE_POINTS, (i + 1) * CURVE_POINTS)
-                speed, slope = compiled_rows(joint.damper.curve)
-                lane[layout.rows("curve_speed")][rows] = speed
-                lane[layout.rows("curve_slope")][rows] = slope
-            for effect in SPECIFICATIONS:
-                given = joint.effects.get(effect.name)
-                for p, parameter in enumerate(effect.parameters):
-                    value = (given or {}).get(parameter.name, parameter.default)
-                    off = 0.0 if parameter.default is None else parameter.default
-                    lane[layout.row(effect.name, p * layout.n + i)] = off if given is None or value is None else value
-        return lane
+        return self.lanes(LegLanes.of(leg), conditions)[:, 0]
+
+    def lanes(self, legs: LegLanes, conditions: Conditions = Conditions()) -> Array:
+        """(n_row, n_lane) lanes for columns of legs; ``conditions.locked`` counts in the leg's own joints."""
+        locked = tuple(legs.own[j] for j in conditions.locked)
+        return legs.write(self.layout, locked, conditions.tip_mass, conditions.tilt)
 
     def active(self, lanes: Array) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """(1 + n_effect,) which extra torques any column of ``lanes`` (n_row, n_lane) switches on."""
+        """(2, 1 + n_law) which extra torques any column of ``lanes`` (n_row, n_lane) switches on, as ``integrate``."""
         layout = self.layout
         switches = [np.any(lanes[layout.rows("curve_slope")] != 0.0)]
-        for effect in SPECIFICATIONS:
-            first = layout.row(effect.name)
-            switches.append(np.any(lanes[first : first + layout.n] != 0.0))
-        return np.array(switches, dtype=np.int64)
+        for effect in self.effects:
+            rows = [layout.parameter_rows(effect.name, effect.index(name)) for name in effect.strengths]
+            switches.append(any(np.any(lanes[row] != 0.0) for row in rows))
+        both = np.array([switches, switches], dtype=np.int64)
+        both[0, 1:] *= [not effect.uses_load for effect in self.effects]
+        return both
+
+    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, Any, Array]:
+        """Rows of state and derivative and tolerance factors; memories that are on are set to their start.
+
+        A memory takes part at those joints alone where its effect is on in some lane: a bristle turning over at a joint
+        without friction would cost steps all the same.
+        """
+        layout, on = self.layout, []
+        for effect, switch in zip(self.effects, active[1, 1:], strict=True):
+            if not (switch and effect.memory):
+                continue
+            deflection = workspace[layout.rows("rotation")] - workspace[layout.rows("rest")]
+            values = [workspace[layout.parameter_rows(effect.name, p)] for p in range(len(effect.parameters))]
+            workspace[layout.rows(f"{effect.name} memory")] = effect.function("start")(deflection, *values)
+            strengths = [values[effect.index(name)] for name in effect.strengths]
+            on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
+        state, derivative = layout.states(on)
+        factors = np.ones(len(state))
+        factors[2 * layout.n :] = MEMORY_TOLERANCE
+        return np.array(state, dtype=np.int64), np.array(derivative, dtype=np.int64), factors
 
     def run(
         self,
@@ -116,30 +121,43 @@ class Chain:
             workspace = np.empty((self.layout.n_row, LANES))
             workspace[:, :width] = group
             workspace[:, width:] = group[:, :1]
+            states = self._states(active, workspace)
             self.integrate(
-                self.right_hand_side, self.extra_torques, workspace, n, active, known, times, both, 1e-3, max_steps, out
-            )
+                self.right_hand_side, self.extra_torques, self.bearing_forces, workspace, n, states, active, known,
+                times, both, 1e-3, max_steps, out,
+            )  # fmt: skip
             result[:, :, first : first + width] = out[:, :, :width]
         return result
 
 
 def _file_of(module: str) -> Path:
+    loaded = getattr(sys.modules.get(module), "__file__", None)
+    if loaded:
+        return Path(loaded)
     spec = importlib.util.find_spec(module)
     if spec is None or spec.origin is None:
         raise ImportError(f"no source file for {module}")
     return Path(spec.origin)
 
 
-@lru_cache(maxsize=8)
 def compiled_chain(n: int) -> Chain:
     """The compiled chain of ``n`` links. The first call on a machine compiles for some seconds, then it is on disk."""
-    layout = Layout(n, tuple((effect.name, len(effect.parameters)) for effect in SPECIFICATIONS))
-    imports = {effect.name: effect.module for effect in SPECIFICATIONS}
-    dependencies = (_file_of("synth.model.trigonometry"), *(_file_of(module) for module in imports.values()))
-    chain = generate.load(f"chain{n}", generate.right_hand_side(layout), dependencies[:1])
-    extra = generate.load(f"torques{n}", generate.extra_torques(layout, imports), dependencies)
+    return _compiled(n, tuple(effect.name for effect in registered() if effect.way == "torque"))
+
+
+@lru_cache(maxsize=16)
+def _compiled(n: int, names: tuple[str, ...]) -> Chain:
+    effects = tuple(effect_named(name) for name in names)
+    layout = Layout(n, tuple(Law(effect.name, len(effect.parameters), effect.memory) for effect in effects))
+    imports = {effect.name: effect.module for effect in effects}
+    files = tuple(_file_of(module) for module in ("synth.model.trigonometry", *imports.values()))
+    chain = generate.load(f"chain{n}", generate.right_hand_side(layout), files[:1])
+    extra = generate.load("torques", generate.extra_torques(layout, imports), files)
+    bearing = generate.load("bearing", generate.bearing_forces(layout), files[:1])
     integrator = importlib.import_module("synth.model.integrator")
-    return Chain(layout, chain.right_hand_side, extra.extra_torques, integrator.integrate)
+    return Chain(
+        layout, chain.right_hand_side, extra.extra_torques, bearing.bearing_forces, integrator.integrate, effects
+    )
 
 
 def simulate(
@@ -161,11 +179,21 @@ def simulate(
     ------
     ArithmeticError : the motion diverged or needs more steps than allowed.
     """
-    chain = compiled_chain(len(leg.joints))
-    lane = chain.parameters(leg, conditions)
-    lane[chain.layout.rows("rotation")] = rotation
-    lane[chain.layout.rows("rate")] = np.where(lane[chain.layout.rows("free")] == 0.0, 0.0, rate)
-    motion = chain.run(lane[:, None], times, tolerance, rates=rates, known_torque=known_torque)[:, :, 0]
+    legs = LegLanes.whole(leg)
+    chain = compiled_chain(legs.n)
+    lanes = chain.lanes(legs, conditions)
+    n, own = len(leg.joints), list(legs.own)
+    rotations, turning = np.zeros(legs.n), np.zeros(legs.n)
+    rotations[own] = rotation
+    turning[own] = [0.0 if j in conditions.locked else value for j, value in enumerate(np.asarray(rate, dtype=float))]
+    lanes[chain.layout.rows("rotation")] = rotations[:, None]
+    lanes[chain.layout.rows("rate")] = turning[:, None]
+    if legs.n > n and known_torque is not None:
+        wide = np.zeros((len(known_torque[0]), legs.n))
+        wide[:, own] = known_torque[1]
+        known_torque = (known_torque[0], wide)
+    motion = chain.run(lanes, times, tolerance, rates=rates, known_torque=known_torque)[:, :, 0]
+    motion = motion[:, [*own, *[legs.n + j for j in own]] if rates else own]
     if not np.all(np.isfinite(motion)):
         raise ArithmeticError(f"the motion of {leg.name!r} diverged or is too stiff to follow")
     return motion

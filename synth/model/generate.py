@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 from types import ModuleType
 
-from synth.model.layout import CURVE_POINTS, LANES, Layout
+from synth.model.layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
 
 HEADER = '''"""Written by synth.model.generate; safe to delete."""
 from math import sqrt
@@ -156,36 +156,94 @@ def _solve(n: int) -> list[str]:
 
 
 def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
-    """Source of ``extra_torques(workspace, active)``: damper curves and effects, a lane loop each.
+    """Source of ``extra_torques(workspace, n, active)``: damper curves and effects, a lane loop each.
 
-    ``active``: (1 + n_effect,) int64, curves first, then ``layout.effects``; zero skips the loop, so what is off
-    costs nothing. ``imports`` : effect name -> module that holds its compiled ``torque(rotation, rate, *parameters)``.
-    The block is generic in n at run time: it is not where the time goes.
+    ``active``: (1 + n_law,) int64, curves first, then ``layout.laws``; zero skips the loop, so what is off costs
+    nothing. ``imports`` : law's name -> module that holds its compiled ``torque(rotation, rate, deflection,
+    spring_rate, damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and
+    the memory's rate of change. The block is generic in n at run time, so one compilation serves every leg.
     """
-    q, w, torque = (layout.row(name) for name in ("rotation", "rate", "extra_torque"))
-    speed, slope = layout.row("curve_speed"), layout.row("curve_slope")
-    n = layout.n
+    row = layout.row
+    q, w, torque, damping = row("rotation"), row("rate"), row("extra_torque"), row("damper_torque")
+    speed, slope = row("curve_speed"), row("curve_slope")
     header = HEADER + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
     lines = [
-        f"for j in range({n}):",
+        "for j in range(n):",
         f"    for l in range({LANES}):",
         f"        Z[{torque} + j, l] = 0.0",
+        f"        Z[{damping} + j, l] = Z[{row('damper_rate')} + j, l] * Z[{w} + j, l]",
         "if active[0] != 0:",
-        f"    for j in range({n}):",
+        "    for j in range(n):",
         f"        for m in range({CURVE_POINTS}):",
         f"            s = {speed} + j * {CURVE_POINTS} + m",
         f"            c = {slope} + j * {CURVE_POINTS} + m",
         f"            for l in range({LANES}):",
-        f"                Z[{torque} + j, l] -= Z[c, l] * max(-Z[s, l], min(Z[s, l], Z[{w} + j, l]))",
+        f"                resisting = Z[c, l] * max(-Z[s, l], min(Z[s, l], Z[{w} + j, l]))",
+        f"                Z[{torque} + j, l] -= resisting",
+        f"                Z[{damping} + j, l] += resisting",
     ]
-    for index, (name, count) in enumerate(layout.effects):
-        parameters = "".join(f", Z[{layout.row(name, p * n)} + j, l]" for p in range(count))
+    for index, law in enumerate(layout.laws):
+        given = [f"Z[{q} + j, l]", f"Z[{w} + j, l]", f"Z[{q} + j, l] - Z[{row('rest')} + j, l]"]
+        given += [f"Z[{row(block)} + j, l]" for block in ("spring_rate", "damper_rate", "damper_torque")]
+        given += [f"Z[{row('bearing_force')} + j, l]"]
+        given += [f"Z[{row(f'{law.name} memory')} + j, l]" if law.memory else "0.0"]
+        given += [f"Z[{row(law.name, p * MOST_LINKS)} + j, l]" for p in range(law.n_parameter)]
         lines += [
             f"if active[{index + 1}] != 0:",
-            f"    for j in range({n}):",
+            "    for j in range(n):",
             f"        for l in range({LANES}):",
-            f"            Z[{torque} + j, l] += {name}(Z[{q} + j, l], Z[{w} + j, l]{parameters})",
+            f"            value, change = {law.name}({', '.join(given)})",
+            f"            Z[{torque} + j, l] += value",
         ]
-    decorator = DECORATOR.format(signature="void(float64[:, ::1], int64[::1])")
+        if law.memory:
+            lines += [f"            Z[{row(f'{law.name} memory rate')} + j, l] = change"]
+    decorator = DECORATOR.format(signature="void(float64[:, ::1], int64, int64[::1])")
     body = "\n".join(f"    {line}" for line in lines)
-    return f"{header}\n\n{decorator}\ndef extra_torques(Z, active):\n{body}\n"
+    return f"{header}\n\n{decorator}\ndef extra_torques(Z, n, active):\n{body}\n"
+
+
+def bearing_forces(layout: Layout) -> str:
+    """Source of ``bearing_forces(workspace, n)``: force (N) that each hinge carries, from the accelerations there.
+
+    Newton's second law for all that hangs from a joint. With ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2,
+    sin phi_k ddphi_k + cos phi_k dphi_k^2)`` the acceleration that link k adds a unit of length, the force on joint j
+    is ``sum_{k<j} length_k carried_j p_k + sum_{k>=j} moment_k p_k + carried_j g (0, 1)``.
+    """
+    row = layout.row
+    x, z, fx, fz = (row(block) for block in ("link_x", "link_z", "force_x", "force_z"))
+    carried = f"Z[{row('carried_mass')} + j, l]"
+    lines = [
+        "phi = np.zeros(16)",
+        "omega = np.zeros(16)",
+        "alpha = np.zeros(16)",
+        f"for l in range({LANES}):",
+        f"    phi[l] = Z[{row('tilt')}, l]",
+        "for k in range(n):",
+        f"    for l in range({LANES}):",
+        f"        phi[l] += Z[{row('rotation')} + k, l]",
+        f"        omega[l] += Z[{row('rate')} + k, l]",
+        f"        alpha[l] += Z[{row('acceleration')} + k, l]",
+        "        s, c = sine_cosine(phi[l])",
+        f"        Z[{x} + k, l] = c * alpha[l] - s * omega[l] * omega[l]",
+        f"        Z[{z} + k, l] = s * alpha[l] + c * omega[l] * omega[l]",
+        "for j in range(n):",
+        f"    for l in range({LANES}):",
+        f"        Z[{fx} + j, l] = 0.0",
+        f"        Z[{fz} + j, l] = {carried} * Z[{row('weight')}, l]",
+        "    for k in range(n):",
+        "        if k < j:",
+        f"            for l in range({LANES}):",
+        f"                arm = Z[{row('length')} + k, l] * {carried}",
+        f"                Z[{fx} + j, l] += arm * Z[{x} + k, l]",
+        f"                Z[{fz} + j, l] += arm * Z[{z} + k, l]",
+        "        else:",
+        f"            for l in range({LANES}):",
+        f"                arm = Z[{row('first_moment')} + k, l]",
+        f"                Z[{fx} + j, l] += arm * Z[{x} + k, l]",
+        f"                Z[{fz} + j, l] += arm * Z[{z} + k, l]",
+        f"    for l in range({LANES}):",
+        f"        Z[{row('bearing_force')} + j, l] = sqrt(Z[{fx} + j, l] ** 2 + Z[{fz} + j, l] ** 2)",
+    ]
+    decorator = DECORATOR.format(signature="void(float64[:, ::1], int64)")
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"{HEADER}\nimport numpy as np\n\n\n{decorator}\ndef bearing_forces(Z, n):\n{body}\n"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numba import float64, int64, njit, types
 
-from synth.model.layout import LANES
+from synth.model.layout import LANES, Layout
 
 _A = np.zeros((7, 6))
 _A[1, :1] = [1 / 5]
@@ -36,25 +36,26 @@ _D = np.array(
     ]
 )
 
+_TORQUE = Layout(1).row("extra_torque")
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
 _chain = types.FunctionType(types.void(float64[:, ::1]))
-_extra = types.FunctionType(types.void(float64[:, ::1], int64[::1]))
+_extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
+_bearing = types.FunctionType(types.void(float64[:, ::1], int64))
 _known = types.Tuple((float64[::1], float64[:, ::1]))
+_state = types.Tuple((int64[::1], int64[::1], float64[::1]))
 _signature = types.UniTuple(int64, 2)(
-    _chain, _extra, float64[:, ::1], int64, int64[::1], _known, float64[::1], float64[::1], float64, int64,
-    float64[:, :, ::1],
+    _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
+    float64, int64, float64[:, :, ::1],
 )  # fmt: skip
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
 
 
 @njit(inline="always", **_options)
-def _derivative(chain, extra, Z, n, active, any_active, known, t, cursor, K):  # type: ignore[no-untyped-def]
-    """Fill K (2n, 16) with the time derivative of the state that lies in Z's first 2n rows."""
-    if any_active:
-        extra(Z, active)
+def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
+    """Add a known torque, linear between its samples and the same in every lane; returns the new cursor."""
     times, torques = known
-    if len(times) > 1:  # a known torque, linear between its samples, the same in every lane
+    if len(times) > 1:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
             cursor += 1
         while cursor > 0 and times[cursor] > t:
@@ -63,50 +64,72 @@ def _derivative(chain, extra, Z, n, active, any_active, known, t, cursor, K):  #
         for j in range(n):
             torque = torques[cursor, j] + share * (torques[cursor + 1, j] - torques[cursor, j])
             for lane in range(LANES):
-                before = Z[3 * n + j, lane] if any_active else 0.0
-                Z[3 * n + j, lane] = before + torque
+                before = Z[_TORQUE + j, lane] if any_active else 0.0
+                Z[_TORQUE + j, lane] = before + torque
+    return cursor
+
+
+@njit(inline="always", **_options)
+def _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K):  # type: ignore[no-untyped-def]
+    """Fill K (n_state, 16) with the time derivative of the state that lies in Z.
+
+    Friction that grows with the bearing force needs the accelerations that it changes itself: these are found without
+    it first. What that leaves out is second order in the friction coefficient.
+    """
+    any_active, any_load = modes
+    if any_active:
+        extra(Z, n, active[0])
+    cursor = _known_torque(Z, n, any_active, known, t, cursor)
     chain(Z)
-    for j in range(n):
+    if any_load:
+        bearing(Z, n)
+        extra(Z, n, active[1])
+        cursor = _known_torque(Z, n, any_active, known, t, cursor)
+        chain(Z)
+    for j in range(len(derivative)):
         for lane in range(LANES):
-            K[j, lane] = Z[n + j, lane]
-        for lane in range(LANES):
-            K[n + j, lane] = Z[2 * n + j, lane]
+            K[j, lane] = Z[derivative[j], lane]
     return cursor
 
 
 @njit(_signature, **_options)
-def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
+def integrate(chain, extra, bearing, Z, n, states, active, known, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
     Parameters
     ----------
-    chain, extra : the compiled right-hand side and the extra torques of this chain.
+    chain, extra, bearing : the compiled right-hand side, the extra torques and the bearing forces.
     Z : (n_row, 16) workspace with initial state and parameters filled in; its state rows are overwritten.
-    active : which extra torques are on; all zero skips them.
+    states : rows of the state, rows of its derivative, and each one's factor (n_state,) on the tolerance.
+    active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
+        the bearing force; equal where none does.
     known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
     times : (n_time,) s, increasing.
     tolerance : (2,) relative, absolute (rad and rad/s); first_step : s; max_steps : accepted and rejected.
-    out : (n_time, rows, 16), rows = n for rotations or 2 n for rotations and rates.
+    out : (n_time, rows, 16), the first ``rows`` of the state.
 
     Returns
     -------
     steps, reason : number of steps, and why it stopped. On any other reason than ``REACHED_END`` the rest is nan.
     """
-    size = 2 * n
+    state, derivative, factors = states
+    size = len(state)
     rows = out.shape[1]
     x = np.empty((size, LANES))
     K = np.empty((7, size, LANES))
     r = np.empty((4, rows, LANES))
     error_sum = np.empty(LANES)
-    any_active = False
-    for index in range(len(active)):
-        any_active = any_active or active[index] != 0
+    any_active, any_load = False, False
+    for index in range(active.shape[1]):
+        any_active = any_active or active[0, index] != 0 or active[1, index] != 0
+        any_load = any_load or active[0, index] != active[1, index]
+    modes = (any_active, any_load)
     for j in range(n):
         for lane in range(LANES):
-            Z[3 * n + j, lane] = 0.0
+            Z[_TORQUE + j, lane] = 0.0
     for j in range(size):
         for lane in range(LANES):
-            x[j, lane] = Z[j, lane]
+            x[j, lane] = Z[state[j], lane]
     for j in range(rows):
         for lane in range(LANES):
             out[0, j, lane] = x[j, lane]
@@ -117,20 +140,22 @@ def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, m
     previous = 1e-4
     steps = 0
     reason = REACHED_END
-    cursor = _derivative(chain, extra, Z, n, active, any_active, known, t, 0, K[0])
+    cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, 0, K[0])
     while i < len(times):
         if t + h > end:
             h = end - t + 1e-15
         for s in range(1, 7):
             for j in range(size):
                 c = h * _A[s, 0]
+                row = state[j]
                 for lane in range(LANES):
-                    Z[j, lane] = x[j, lane] + c * K[0, j, lane]
+                    Z[row, lane] = x[j, lane] + c * K[0, j, lane]
                 for m in range(1, s):
                     c = h * _A[s, m]
                     for lane in range(LANES):
-                        Z[j, lane] += c * K[m, j, lane]
-            cursor = _derivative(chain, extra, Z, n, active, any_active, known, t + _C[s] * h, cursor, K[s])
+                        Z[row, lane] += c * K[m, j, lane]
+            now = t + _C[s] * h
+            cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, now, cursor, K[s])
         steps += 1
         for lane in range(LANES):
             error_sum[lane] = 0.0
@@ -138,7 +163,7 @@ def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, m
             for lane in range(LANES):
                 v = _E[0] * K[0, j, lane] + _E[2] * K[2, j, lane] + _E[3] * K[3, j, lane]
                 v += _E[4] * K[4, j, lane] + _E[5] * K[5, j, lane] + _E[6] * K[6, j, lane]
-                v = h * v / (tolerance[1] + tolerance[0] * max(abs(x[j, lane]), abs(Z[j, lane])))
+                v = h * v / (factors[j] * (tolerance[1] + tolerance[0] * max(abs(x[j, lane]), abs(Z[state[j], lane]))))
                 error_sum[lane] += v * v
         error = 1e-30
         for lane in range(LANES):
@@ -148,7 +173,7 @@ def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, m
             if times[i] <= t + h + 1e-12:
                 for c in range(rows):
                     for lane in range(LANES):
-                        dy = Z[c, lane] - x[c, lane]
+                        dy = Z[state[c], lane] - x[c, lane]
                         bs = h * K[0, c, lane] - dy
                         r[0, c, lane] = dy
                         r[1, c, lane] = bs
@@ -167,7 +192,7 @@ def integrate(chain, extra, Z, n, active, known, times, tolerance, first_step, m
             t += h
             for j in range(size):
                 for lane in range(LANES):
-                    x[j, lane] = Z[j, lane]
+                    x[j, lane] = Z[state[j], lane]
                 for lane in range(LANES):
                     K[0, j, lane] = K[6, j, lane]
             factor = 0.9 * error**-0.17 * previous**0.04

@@ -1,45 +1,59 @@
 """Where each quantity lies in the compiled chain's workspace: one flat array (n_row, 16), a lane a column.
 
 One array with row numbers known when compiled is what lets LLVM prove that stores do not touch loads, and so
-turn the whole right-hand side into vector instructions.
+turn the whole right-hand side into vector instructions. Every block has room for the longest chain, so that the rows
+are the same for every number of links and what is generic in that number is compiled once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 LANES = 16  # trajectories that step together; 8 is unrolled by LLVM and stays scalar, 32 gains nothing
 CURVE_POINTS = 12  # points of a damper's torque-speed curve
+MOST_LINKS = 7  # a leg has at most six; an effect may add one
+
+_ONE_A_JOINT = (
+    "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",
+    "free",  # 1 free, 0 locked
+)  # fmt: skip
+_FOR_EFFECTS = (
+    "damper_torque",  # resisting, of rate and curve together
+    "length", "carried_mass",  # of all that hangs from the joint
+    "first_moment",  # of the link and of what hangs from it, about the joint
+    "bearing_force", "force_x", "force_z", "link_x", "link_z",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Law:
+    """An effect's compiled torque as the layout sees it: its name, number of parameters, whether it has memory."""
+
+    name: str
+    n_parameter: int
+    memory: bool = False
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Row numbers for a chain of ``n`` links; ``effects`` are (name, number of parameters) in compiled order."""
+    """Row numbers for a chain of ``n`` links; ``laws`` in compiled order."""
 
     n: int
-    effects: tuple[tuple[str, int], ...] = ()
+    laws: tuple[Law, ...] = ()
 
     @cached_property
     def blocks(self) -> dict[str, tuple[int, int]]:
         """Block name -> (first row, number of rows), in the order in which they lie."""
-        n = self.n
-        sizes = {
-            "rotation": n,
-            "rate": n,
-            "acceleration": n,
-            "extra_torque": n,
-            "spring_rate": n,
-            "rest": n,
-            "damper_rate": n,
-            "free": n,  # 1 free, 0 locked
-            "inertia": n * (n + 1) // 2,
-            "gravity": n,
-            "tilt": 1,
-            "curve_speed": CURVE_POINTS * n,
-            "curve_slope": CURVE_POINTS * n,
-        }
-        sizes |= {name: count * n for name, count in self.effects}
+        sizes = dict.fromkeys(_ONE_A_JOINT, MOST_LINKS)
+        sizes |= {"inertia": MOST_LINKS * (MOST_LINKS + 1) // 2, "gravity": MOST_LINKS, "tilt": 1, "weight": 1}
+        sizes |= dict.fromkeys(_FOR_EFFECTS, MOST_LINKS)
+        for law in self.laws:
+            sizes[law.name] = law.n_parameter * MOST_LINKS
+            if law.memory:
+                sizes[f"{law.name} memory"] = sizes[f"{law.name} memory rate"] = MOST_LINKS
+        sizes |= {"curve_speed": CURVE_POINTS * MOST_LINKS, "curve_slope": CURVE_POINTS * MOST_LINKS}
         blocks, row = {}, 0
         for name, size in sizes.items():
             blocks[name] = (row, size)
@@ -51,11 +65,18 @@ class Layout:
         return self.blocks[block][0] + index
 
     def rows(self, block: str) -> slice:
-        """All rows of a block."""
+        """The rows of a block that a chain of ``n`` links uses; not for blocks of several parameters a joint."""
         first, size = self.blocks[block]
-        return slice(first, first + size)
+        if block == "inertia":
+            return slice(first, first + self.n * (self.n + 1) // 2)
+        return slice(first, first + size * self.n // MOST_LINKS if size >= MOST_LINKS else first + size)
 
-    @property
+    def parameter_rows(self, law: str, parameter: int) -> slice:
+        """The rows (n) of one parameter of a law."""
+        first = self.row(law, parameter * MOST_LINKS)
+        return slice(first, first + self.n)
+
+    @cached_property
     def n_row(self) -> int:
         """Rows of the whole workspace."""
         first, size = list(self.blocks.values())[-1]
@@ -64,3 +85,12 @@ class Layout:
     def inertia_row(self, i: int, j: int) -> int:
         """Row of the inertia coefficient of links i <= j."""
         return self.row("inertia", i * self.n - i * (i - 1) // 2 + (j - i))
+
+    def states(self, memories: Sequence[tuple[str, int]] = ()) -> tuple[list[int], list[int]]:
+        """Rows of the state and of its time derivative: rotations, rates, then ``memories`` (law, joint)."""
+        n = self.n
+        state = [self.row(block, j) for block in ("rotation", "rate") for j in range(n)]
+        derivative = [self.row(block, j) for block in ("rate", "acceleration") for j in range(n)]
+        state += [self.row(f"{law} memory", j) for law, j in memories]
+        derivative += [self.row(f"{law} memory rate", j) for law, j in memories]
+        return state, derivative

@@ -80,6 +80,7 @@ class Leg:
     joints: tuple[Joint, ...]
     gravity: float = 9.81  # m/s^2
     tilt: float = 0.0  # rad, rotation of the whole base, counter-clockwise positive
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of the base
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -1,0 +1,29 @@
+"""The mount is not level."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.effects.effect import Effect, Parameter, Prior, Shape
+
+if TYPE_CHECKING:
+    from synth.model.lanes import LegLanes
+    from synth.model.leg import Array
+
+
+def change(legs: LegLanes, joint: int, sign: int, tilt: Array) -> None:
+    """Turn the whole base by ``tilt`` (n_lane,) rad, counter-clockwise."""
+    legs.tilt += tilt
+
+
+EFFECT = Effect(
+    name="base_tilt",
+    meaning="the mount is not level",
+    formula="tilt of the leg + tilt",
+    source="definition",
+    way="leg",
+    where="base",
+    parameters=(Parameter("tilt", "rad", prior=Prior(0.0, 0.08), natural=False, meaning="counter-clockwise"),),
+    strengths=("tilt",),
+    shapes=(Shape(("tilt",), {}),),
+)

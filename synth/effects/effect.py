@@ -1,0 +1,141 @@
+"""What an effect is: parameters with units, defaults and priors, and how it changes torque, leg, reading or structure.
+
+An effect acts in exactly one of four ways, each a function of its module that ``Effect.function`` finds by name:
+
+``torque``
+    compiled, ``torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, bearing_force, memory,
+    *parameters) -> (torque on q, rate of change of memory)``, added to the joint's linear spring and damper. All SI
+    floats; ``deflection`` is the rotation less the spring's rest, ``damper_torque`` resists positive rates. With
+    memory, ``start(deflection, *parameters)`` gives its value at the release (arrays). Where a parameter is meant in
+    measured angle, ``to_rotation(sign, zero, *parameters)`` turns all of them to the sense of q.
+``leg``
+    ``change(legs, joint, *parameters)`` changes the columns of a ``LegLanes`` in place.
+``reading``
+    ``read(time, rotation, rate, sign, zero, *parameters)`` gives the rotation as the encoder tells it; arrays
+    (n_time, n_lane), parameters (n_lane,).
+``structure``
+    ``extend(legs, joint, *parameters)`` gives a ``LegLanes`` with one more link.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+Way = Literal["torque", "leg", "reading", "structure"]
+FUNCTIONS: dict[str, str] = {"torque": "torque", "leg": "change", "reading": "read", "structure": "extend"}
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is held possible of a parameter before any trial, in units of the joint's natural size of its dimension.
+
+    Normal about ``centre`` with standard deviation ``width``, or with ``log`` log-normal about the median ``centre``
+    with ``width`` in natural logarithm; cut off at ``lower`` and ``upper``.
+    """
+
+    centre: float
+    width: float
+    log: bool = False
+    lower: float = -np.inf
+    upper: float = np.inf
+
+    def value(self, coordinate: Any) -> Any:
+        """Natural value at a whitened coordinate (0 the centre, 1 one standard deviation above), cut off."""
+        scaled = self.width * np.asarray(coordinate, dtype=float)
+        value = self.centre * np.exp(np.clip(scaled, -40, 40)) if self.log else self.centre + scaled
+        return np.clip(value, self.lower, self.upper)
+
+    def coordinate(self, value: Any) -> Any:
+        """The inverse of ``value``."""
+        value = np.asarray(value, dtype=float)
+        return np.log(value / self.centre) / self.width if self.log else (value - self.centre) / self.width
+
+
+def size(width: float) -> Prior:
+    """A strength: half-normal, not negative."""
+    return Prior(0.0, width, lower=0.0)
+
+
+def signed(width: float, most: float = np.inf) -> Prior:
+    """A strength of either sign."""
+    return Prior(0.0, width, lower=-most, upper=most)
+
+
+def positive(median: float, width: float, lower: float = 0.0, upper: float = np.inf) -> Prior:
+    """A shape: log-normal."""
+    return Prior(median, width, log=True, lower=lower, upper=upper)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    ``default``: the value where a file gives none; None: it must. ``off``: the value with which a joint without the
+    effect is computed. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
+    unit; else in the joint's natural size (see ``gap.scales``). ``anchor``
+    "middle": its prior counts from the middle of the joint's motion, in half its range.
+    """
+
+    name: str
+    unit: str
+    default: float | None = None
+    prior: Prior | None = None
+    off: float = 0.0
+    natural: bool = True
+    anchor: Literal["", "middle"] = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
+
+    ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> natural value
+    in units of the natural size (as ``Prior.centre``); strengths left out start small.
+    """
+
+    free: tuple[str, ...]
+    held: Mapping[str, float]
+    starts: tuple[Mapping[str, float], ...] = ({},)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect's name, what it is, its parameters in the order of its function, and how it acts.
+
+    ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
+    ``uses_load`` : the bearing force must be computed for it.
+    """
+
+    name: str
+    meaning: str
+    formula: str
+    source: str
+    way: Way
+    parameters: tuple[Parameter, ...]
+    strengths: tuple[str, ...]
+    shapes: tuple[Shape, ...]
+    where: Literal["joint", "base"] = "joint"
+    memory: bool = False
+    uses_load: bool = False
+    module: str = ""
+
+    @cached_property
+    def defaults(self) -> dict[str, float]:
+        """Parameter -> value where a file gives none; what must be given counts as off."""
+        return {p.name: p.off if p.default is None else p.default for p in self.parameters}
+
+    def function(self, name: str = "") -> Callable[..., Any]:
+        """The function of its module that computes it."""
+        found: Callable[..., Any] = getattr(importlib.import_module(self.module), name or FUNCTIONS[self.way])
+        return found
+
+    def index(self, parameter: str) -> int:
+        """Place of a parameter."""
+        return [p.name for p in self.parameters].index(parameter)

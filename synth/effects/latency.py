@@ -1,0 +1,48 @@
+"""One channel late against the others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.effects.effect import Effect, Parameter, Prior, Shape
+
+if TYPE_CHECKING:
+    from synth.model.leg import Array
+
+
+def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, delay: Array) -> Array:
+    """Rotation ``delay`` (n_lane,) s earlier, by cubic Hermite interpolation between the samples.
+
+    Before the first sample the motion is carried back with the first samples' rate and acceleration.
+    """
+    result = np.empty_like(rotation)
+    for lane, late in enumerate(np.broadcast_to(delay, (rotation.shape[1],))):
+        past = time - late
+        index = np.clip(np.searchsorted(time, past, side="right") - 1, 0, len(time) - 2)
+        step = time[index + 1] - time[index]
+        u = (past - time[index]) / step
+        q0, q1 = rotation[index, lane], rotation[index + 1, lane]
+        w0, w1 = rate[index, lane] * step, rate[index + 1, lane] * step
+        value = (
+            (1 + 2 * u) * (1 - u) ** 2 * q0 + u * (1 - u) ** 2 * w0 + u * u * (3 - 2 * u) * q1 + u * u * (u - 1) * w1
+        )
+        before = past < time[0]
+        lead = past[before] - time[0]
+        bend = (rate[1, lane] - rate[0, lane]) / (time[1] - time[0])
+        value[before] = rotation[0, lane] + lead * rate[0, lane] + 0.5 * lead**2 * bend
+        result[:, lane] = value
+    return result
+
+
+EFFECT = Effect(
+    name="latency",
+    meaning="one channel late against the others",
+    formula="reading(t) = angle(t - delay)",
+    source="definition",
+    way="reading",
+    parameters=(Parameter("delay", "s", prior=Prior(0.0, 0.01, lower=-0.1, upper=0.1), natural=False),),
+    strengths=("delay",),
+    shapes=(Shape(("delay",), {}),),
+)

@@ -1,0 +1,41 @@
+"""Dry friction that grows with the joint's load: with the force on its bearing, or with the torque it transmits."""
+
+from __future__ import annotations
+
+from synth.effects.compiled import bristle, held, inlined
+from synth.effects.coulomb_friction import PRESLIDING
+from synth.effects.effect import Effect, Parameter, Shape, size
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, radius, share, presliding
+):
+    """The bristle of Coulomb friction, as strong as the load of the moment."""
+    level = radius * force + share * abs(spring_rate * deflection + damper_torque)
+    change = bristle(rate, memory, presliding)
+    return -level * held(memory, change), change
+
+
+def start(deflection, radius, share, presliding):  # type: ignore[no-untyped-def]
+    """Bristles at the release: straight."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="load_friction",
+    meaning="dry friction that grows with the joint's load",
+    formula="-z (radius |F| + share |T|), F the bearing force, T the torque of spring and damper; z as for dry friction",
+    source="journal bearing: Shigley, Mechanical Engineering Design, ch. 12; gear: Duclusaud et al., BAM, "
+    "arXiv 2410.08650, model M3",
+    way="torque",
+    memory=True,
+    uses_load=True,
+    parameters=(
+        Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
+        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of transmitted torque"),
+        Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),
+    ),
+    strengths=("radius", "share"),
+    shapes=(Shape(("radius",), {}), Shape(("share",), {})),
+)

@@ -1,0 +1,41 @@
+"""Loading and unloading follow different curves: slip inside the spring, or a slow relaxing part."""
+
+from __future__ import annotations
+
+from synth.effects.compiled import inlined
+from synth.effects.effect import Effect, Parameter, Shape, positive, size
+
+NEVER = 1e9
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, stiffness, slip, relaxation
+):
+    """A second spring whose own deflection (memory, rad) slips by rubbing and relaxes with time."""
+    return -stiffness * memory, rate - abs(rate) * memory / slip - memory / relaxation
+
+
+def start(deflection, stiffness, slip, relaxation):  # type: ignore[no-untyped-def]
+    """The second spring at the release: unloaded, as after being held."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="spring_hysteresis",
+    meaning="loading and unloading follow different curves",
+    formula="-stiffness z, dz/dt = w - |w| z / slip - z / relaxation",
+    source="slip: Dahl 1968 (Bouc-Wen with n = 1, Wen, J. Eng. Mech. 102 (1976) 249); relaxation: Maxwell's element",
+    way="torque",
+    memory=True,
+    parameters=(
+        Parameter("stiffness", "N*m/rad", prior=size(0.3), meaning="rate of the part that slips or relaxes"),
+        Parameter("slip", "rad", NEVER, positive(0.3, 1.0), off=NEVER, meaning="deflection at which it slips"),
+        Parameter("relaxation", "s", NEVER, positive(1.0, 1.5), off=NEVER, meaning="time in which it relaxes"),
+    ),
+    strengths=("stiffness",),
+    shapes=(
+        Shape(("stiffness", "slip"), {}, ({"slip": 0.1}, {"slip": 0.5})),
+        Shape(("stiffness", "relaxation"), {}, ({"relaxation": 0.3}, {"relaxation": 1.5}, {"relaxation": 8.0})),
+    ),
+)

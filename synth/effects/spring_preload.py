@@ -1,0 +1,30 @@
+"""The free angle is not where the design has it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.effects.effect import Effect, Parameter, Prior, Shape
+
+if TYPE_CHECKING:
+    from synth.model.lanes import LegLanes
+    from synth.model.leg import Array
+
+
+def change(legs: LegLanes, joint: int, sign: int, shift: Array) -> None:
+    """Shift the rest; ``shift`` (n_lane,) rad in measured angle."""
+    legs.rest[joint] += sign * shift
+
+
+EFFECT = Effect(
+    name="spring_preload",
+    meaning="the free angle is not where the design has it",
+    formula="free angle + shift",
+    source="definition",
+    way="leg",
+    parameters=(
+        Parameter("shift", "rad", prior=Prior(0.0, 0.12), natural=False, meaning="of the free angle, measured"),
+    ),
+    strengths=("shift",),
+    shapes=(Shape(("shift",), {}),),
+)
