@@ -1,0 +1,156 @@
+"""From when on a limb moves on its own: a hand, a string or a muscle seen as a torque that no spring or damper makes.
+
+In free motion joint j's torque, which follows from the recorded motion and the links by inverse dynamics, is
+``constant - k q - b dq/dt``. The three constants are estimated from the end of the recording backwards, and each
+earlier sample is predicted from what lies after it (recursive residuals with time reversed: Brown, Durbin & Evans,
+*J. R. Stat. Soc. B* 37 (1975) 149). A prediction counts where the motion after it stands well above the noise of its
+own angles and rates, for noise in a regressor draws its coefficient to zero and would make an innocent sample look
+driven (Fuller, *Measurement Error Models*, 1987, section 1.1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.model.leg import Array, Leg
+from synth.model.mechanics import coefficients, momentum_and_force
+from synth.motion.smoothing import Smoothed, savitzky_golay
+
+DEVIATIONS = 3.0  # of a prediction's own uncertainty, that a torque must miss it by
+FOREIGN = 0.15  # of the joint's torque range, that it must miss it by too: few real springs are linear to less
+UNBROKEN = 0.7  # of the samples since the start that must be foreign too, and of one sign: a hand doesn't come and go
+PERSISTS = 0.015  # s, beyond what noise does
+LONGEST = 0.4  # s after the start, within which a hand is looked for
+ATTENUATION = 0.1  # share of a regressor that may be noise
+SAMPLES = 4_000  # after the start, that are looked at: hours of rest after a release tell nothing
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A foreign torque from the start of a recording on.
+
+    ``until`` : s, the last sample at which it is seen, on the recording's clock.
+    ``joint`` : index of the joint on which it is seen last.
+    ``share`` : its largest size, as a share of the joint's torque range.
+    """
+
+    until: float
+    joint: int
+    share: float
+
+
+def odd_points(width: float, step: float) -> int:
+    """Samples under a polynomial of support ``width`` s, as ``smooth`` takes them."""
+    return max(5, round(width / step) // 2 * 2 + 1)
+
+
+def polynomial_noise(points: int, degree: int, step: float) -> tuple[float, float]:
+    """Standard deviation of a local polynomial's value (1) and rate (1/s) for independent noise of 1 a sample."""
+    offset = np.arange(-(points // 2), points // 2 + 1.0)
+    inverse = np.linalg.pinv(np.vander(offset, degree + 1, increasing=True))
+    return float(np.linalg.norm(inverse[0])), float(np.linalg.norm(inverse[1])) / step
+
+
+def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_mass: float = 0.0) -> Drive | None:
+    """The foreign torque that acts from the start of a smoothed recording on, None where none is seen.
+
+    Parameters
+    ----------
+    smoothed : from the release on, made of no sample before it: the kink would pass for a torque.
+    points : of the polynomials that made it; the first half of them cannot be judged.
+    free : joints that could move.
+    """
+    momentum, force = momentum_and_force(coefficients(leg, tip_mass), smoothed.angle, smoothed.rate, leg.tilt)
+    step = float(smoothed.time[1] - smoothed.time[0])
+    torque = savitzky_golay(momentum, points, 3, step)[1] - force
+    last: Drive | None = None
+    for joint in free:
+        found = _joint_drive(smoothed, torque[:, joint], joint, points)
+        if found is not None and (last is None or found.until > last.until):
+            last = found
+    return last
+
+
+@dataclass(frozen=True)
+class _Predictions:
+    """Each sample's torque against its prediction from later samples.
+
+    ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite where the later motion tells nothing; ``span`` (m,) N m, the
+    joint's torque range; ``solution`` (m, 3) for the columns of ``regressors`` (n, 3).
+    """
+
+    miss: Array
+    deviation: Array
+    span: Array
+    solution: Array
+    regressors: Array
+
+
+def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int) -> Drive | None:
+    """The latest sample up to which one joint is driven without a break since the start."""
+    predicted = _predict(smoothed, torque[:SAMPLES], joint, points)
+    if predicted is None:
+        return None
+    step = float(smoothed.time[1] - smoothed.time[0])
+    count = len(predicted.miss)
+    first = points // 2
+    size = np.abs(predicted.miss)
+    foreign = (size > DEVIATIONS * predicted.deviation) & (size > FOREIGN * predicted.span)
+    foreign[:first] = False
+    foreign[round(LONGEST / step) + 1 :] = False
+    for end in _run_ends(foreign, max(2, round(PERSISTS / step))):
+        miss = torque[first : end + 1] - predicted.regressors[first : end + 1] @ predicted.solution[end]
+        beyond = np.abs(miss) > FOREIGN * predicted.span[end]
+        sign = float(np.sign(miss[beyond]).mean())
+        if beyond.mean() >= UNBROKEN and abs(sign) >= UNBROKEN:
+            share = float(np.abs(miss).max() / predicted.span[end])
+            return Drive(float(smoothed.time[min(end + 1, count)]), joint, share)
+    return None
+
+
+def _run_ends(flag: NDArray[np.bool_], length: int) -> NDArray[np.intp]:
+    """Indices at which a run of at least ``length`` true values stands, the latest first."""
+    if len(flag) < length:
+        return np.zeros(0, dtype=np.intp)
+    whole = np.lib.stride_tricks.sliding_window_view(flag, length).all(axis=1)
+    return (np.flatnonzero(whole) + length - 1)[::-1]
+
+
+def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int) -> _Predictions | None:
+    """All predictions at once, from reverse cumulative sums; None where the recording is too short for any."""
+    n = len(torque)
+    angle, rate = smoothed.angle[:n, joint], smoothed.rate[:n, joint]
+    step = float(smoothed.time[1] - smoothed.time[0])
+    regressors = np.stack([angle[-1] - angle, -rate, np.ones(n)], axis=1)
+    scale = np.abs(regressors).max(axis=0) + 1e-12
+    # A prediction rests on samples whose polynomials share none of the predicted one's far side.
+    lag = points // 2
+    count = n - lag - 3 * points
+    if count <= 0:
+        return None
+    x = regressors / scale
+    later = slice(lag, lag + count)
+    normal = _reverse_sum(x[:, :, None] * x[:, None, :])[later] + 1e-9 * np.eye(3)
+    side = _reverse_sum(x * torque[:, None])[later]
+    left = np.arange(n, 0, -1)[later]
+    solution = np.linalg.solve(normal, side[..., None])[..., 0]
+    misfit = np.maximum(_reverse_sum(torque**2)[later] - np.einsum("ti,ti->t", solution, side), 0.0)
+    leverage = np.einsum("ti,tij,tj->t", x[:count], np.linalg.inv(normal), x[:count])
+    deviation = np.sqrt(misfit / left * (1.0 + leverage))
+    noise = smoothed.noise[joint] * np.array([*polynomial_noise(points, 3, step), 0.0]) / scale
+    of_noise = left[:, None, None] * np.diag(noise**2)
+    share = np.abs(np.linalg.eigvals(np.linalg.solve(normal, of_noise))).max(axis=-1)
+    deviation[share > ATTENUATION] = np.inf
+    highest = np.maximum.accumulate(torque[::-1])[::-1][later]
+    lowest = np.minimum.accumulate(torque[::-1])[::-1][later]
+    span = np.maximum(highest - lowest, np.ptp(torque[points // 2 :]))
+    miss = torque[:count] - np.einsum("ti,ti->t", x[:count], solution)
+    return _Predictions(miss, deviation, span, solution / scale, regressors)
+
+
+def _reverse_sum(value: Array) -> Array:
+    """Sums from each index to the end."""
+    return np.cumsum(value[::-1], axis=0)[::-1]

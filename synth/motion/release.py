@@ -1,0 +1,233 @@
+"""Where a recorded release begins: the limb lies still or is held, is let go, and swings to rest.
+
+Motion is told from rest by the limb's kinetic energy, from the links' own masses: a trembling foot weighs little
+against a thigh that begins to move. The last time that it rises from rest to motion is the release, placed between
+samples by two-phase regression (Hinkley, *J. Am. Stat. Assoc.* 66 (1971) 736): a straight line before, to which a
+parabola and a cubic are added after. What a hand still does after that is the business of ``foreign_torque``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.model.leg import Array, Leg
+from synth.model.mechanics import absolute, coefficients, mass_matrix
+from synth.motion.foreign_torque import drive_after, odd_points, polynomial_noise
+from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+
+WIDTHS = (0.05, 0.08, 0.12, 0.18)  # s, supports of the local polynomials: the first that quietens the noise is used
+MOVING = 0.2  # of the greatest speed (root of twice the kinetic energy); less counts as rest
+NOISE_FACTOR = 4.0  # times the noise's own speed; less counts as rest too
+BURST = 0.3  # of the greatest speed, that a release reaches at least
+PAUSE = 0.06  # s; a shorter stop is none
+TURNING = 0.8  # of the velocity's variance over a stop that a straight line explains: a swing turning, not a hold
+LEAD = 0.12  # s before the motion, on which the straight line rests
+LEFT_OVER = 0.3  # of the speed at the release that must be left, or cutting a hand's share would cut the motion
+FEWEST = 20  # samples
+
+
+@dataclass(frozen=True)
+class Release:
+    """What was found in one recording; times in s on the recording's clock.
+
+    ``released`` : when the limb began to move from rest for the last time; None where it moves from the first
+        sample on, so that the recording starts at or after the release, or never moves.
+    ``free_from`` : from here on the leg's own springs and dampers explain the motion. ``released`` (or the first
+        sample) where no hand is seen, or where too little motion would be left without it.
+    ``driven_until`` : the end of a torque that is not the leg's own; None where none is seen.
+    ``driven_joint`` : the index of the joint on which it was seen last.
+    ``foreign_share`` : its largest size, as a share of the joint's torque range.
+    ``sentence`` : all this in words.
+    """
+
+    released: float | None
+    free_from: float
+    driven_until: float | None
+    driven_joint: int | None
+    foreign_share: float
+    sentence: str
+
+
+def find_release(
+    time: Array, angles: Array, leg: Leg, *, locked: tuple[int, ...] = (), tip_mass: float = 0.0
+) -> Release:
+    """The release of a recording that is at rest, or dying away, at its end, and the end of its hand-driven start.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing.
+    angles : (n, n_joint) rad, measured angles of ``leg``; nan where a sample is missing.
+    leg : its links and joints' signs; springs and dampers are not looked at. Its tilt is the recording's.
+    locked : indices of joints that were held all the time.
+    tip_mass : kg, at the last link's end.
+
+    Raises
+    ------
+    ValueError : fewer than 20 samples, or a joint with fewer than seven good ones.
+    """
+    if len(time) < FEWEST:
+        raise ValueError(f"{len(time)} samples, at least {FEWEST} are needed to find a release")
+    rotation = leg.to_rotation(angles)
+    lost = lost_samples(rotation)
+    view = _view(time, rotation, lost, leg, locked, tip_mass)
+    burst = _last_burst(view)
+    if burst is None:
+        return Release(None, float(time[0]), None, None, 0.0, "nothing moves above the noise")
+    held = view.smoothed.time[burst[0]] - time[0] >= max(PAUSE, 5 * view.step)
+    released = _refined(time, rotation, lost, view, burst) if held else None
+    return _with_drive(released, time, rotation, lost, view)
+
+
+@dataclass(frozen=True)
+class _View:
+    """A smoothed recording and its speed (n,) kg^1/2 m/s, the root of twice the kinetic energy, with its noise."""
+
+    leg: Leg
+    locked: tuple[int, ...]
+    tip_mass: float
+    smoothed: Smoothed
+    points: int
+    speed: Array
+    floor: float
+    root: Array  # (n_joint, n_joint), a root of the mass matrix at the end: rates times it are comparable
+
+    @property
+    def step(self) -> float:
+        return float(self.smoothed.time[1] - self.smoothed.time[0])
+
+    @property
+    def threshold(self) -> float:
+        return max(MOVING * float(self.speed.max()), NOISE_FACTOR * self.floor)
+
+
+def _view(time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int, ...], tip_mass: float) -> _View:
+    """The narrowest smoothing whose noise stays well under what counts as motion, or the widest."""
+    coefficient = coefficients(leg, tip_mass)
+    for width in WIDTHS:
+        smoothed = _smoothed(time, rotation, lost, locked, width)
+        step = float(smoothed.time[1] - smoothed.time[0])
+        points = min(odd_points(width, step), len(smoothed.time) // 2 * 2 - 1)
+        phi, omega = absolute(smoothed.angle, leg.tilt), np.cumsum(smoothed.rate, axis=1)
+        cosine = np.cos(phi[:, :, None] - phi[:, None, :])
+        twice = np.einsum("ij,tij,ti,tj->t", coefficient.inertia, cosine, omega, omega)
+        mass = mass_matrix(coefficient, smoothed.angle[-1], leg.tilt)
+        noise = smoothed.noise * polynomial_noise(points, 3, step)[1]
+        noise[list(locked)] = 0.0
+        floor = float(np.sqrt(np.diag(mass) @ noise**2))
+        speed = np.sqrt(np.maximum(twice, 0.0))
+        half = points // 2  # one-sided polynomials at the ends are several times as noisy
+        speed[:half], speed[-half:] = speed[half], speed[-half - 1]
+        root = np.asarray(np.linalg.cholesky(mass), dtype=np.float64)
+        view = _View(leg, locked, tip_mass, smoothed, points, speed, floor, root)
+        if NOISE_FACTOR * floor < 0.5 * MOVING * speed.max():
+            break
+    return view
+
+
+def _smoothed(time: Array, rotation: Array, lost: Mask, locked: tuple[int, ...], width: float) -> Smoothed:
+    smoothed = smooth(time, rotation, lost, width)
+    for j in locked:
+        smoothed.angle[:, j], smoothed.rate[:, j] = float(np.median(smoothed.angle[:, j])), 0.0
+    return smoothed
+
+
+def _last_burst(view: _View) -> tuple[int, int] | None:
+    """First and last index of the last stretch of motion that could be a release."""
+    moving = np.flatnonzero(view.speed > view.threshold)
+    if not len(moving):
+        return None
+    stops = [
+        int(k)
+        for k in np.flatnonzero(np.diff(moving) * view.step > PAUSE)
+        if not _turns(view.smoothed.rate[moving[k] : moving[k + 1] + 1] @ view.root)
+    ]
+    starts = moving[np.array([0, *(k + 1 for k in stops)])]
+    ends = moving[np.array([*stops, len(moving) - 1])]
+    greatest = float(view.speed.max())
+    # Noise that lifts its head above the threshold for a moment is no release.
+    least = max(BURST * greatest, min(1.5 * view.threshold, greatest))
+    for first, last in zip(starts[::-1], ends[::-1], strict=True):
+        if view.speed[first : last + 1].max() >= least:
+            return int(first), int(last)
+    return None
+
+
+def _turns(velocity: Array) -> bool:
+    """Whether a stop is the turning point of a swing: its velocity (m, n) runs straight through zero."""
+    line = np.stack([np.ones(len(velocity)), np.linspace(-1.0, 1.0, len(velocity))], axis=1)
+    residual = velocity - line @ np.linalg.lstsq(line, velocity, rcond=None)[0]
+    whole = float(((velocity - velocity.mean(axis=0)) ** 2).sum())
+    return float((residual**2).sum()) < (1.0 - TURNING) * whole
+
+
+def _refined(time: Array, rotation: Array, lost: Mask, view: _View, burst: tuple[int, int]) -> float:
+    """The break of the two-phase regression, s, sought about the coarse start to a fiftieth of its range."""
+    first, last = burst
+    step, speed = view.step, view.speed
+    coarse = float(view.smoothed.time[first])
+    falls = np.flatnonzero(np.diff(speed[first : last + 1]) < 0)
+    peak = float(view.smoothed.time[first + (int(falls[0]) if len(falls) else last - first)])
+    end = min(coarse + 0.05, max(peak, coarse + 3 * step))
+    inside = (time >= coarse - LEAD - 1e-9) & (time <= end + 1e-9)
+    earliest = max(coarse - max(0.03, 0.2 * (peak - coarse)), float(time[0]) + 2 * step)
+    latest = min(coarse + 0.03, end - 2.5 * step)
+    if latest <= earliest:
+        return coarse
+    candidates = np.linspace(earliest, latest, 51)
+    cost = np.zeros(len(candidates))
+    for j in range(rotation.shape[1]):
+        good = inside & ~lost[:, j]
+        if j in view.locked or good.sum() < 8:
+            continue
+        t, y = time[good], rotation[good, j]
+        weight = 1.0 / (_hold_noise(t - coarse, y, float(view.smoothed.noise[j])) ** 2 + 1e-12)
+        cost += weight * np.array([_two_phase_misfit(t - at, y) for at in candidates])
+    return float(candidates[int(np.argmin(cost))])
+
+
+def _hold_noise(since: Array, angle: Array, noise: float) -> float:
+    """The scatter about a line while held, rad, or the recording's noise where that is larger."""
+    held = since < -0.03
+    if held.sum() < 5:
+        return noise
+    line = np.stack([np.ones(int(held.sum())), since[held]], axis=1)
+    residual = angle[held] - line @ np.linalg.lstsq(line, angle[held], rcond=None)[0]
+    return max(noise, float(residual.std()))
+
+
+def _two_phase_misfit(since: Array, angle: Array) -> float:
+    """Sum of squares, rad^2, about a line to which a parabola and a cubic are added after the break."""
+    after = np.maximum(since, 0.0)
+    design = np.stack([np.ones(len(since)), since, after**2, after**3], axis=1)
+    design /= np.abs(design).max(axis=0) + 1e-12
+    residual = angle - design @ np.linalg.lstsq(design, angle, rcond=None)[0]
+    return float(residual @ residual)
+
+
+def _with_drive(released: float | None, time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
+    """Look for a foreign torque after the release, and say what was found."""
+    start = float(time[0]) if released is None else released
+    said = "it moves from the first sample on"
+    if released is not None:
+        said = f"let go at {released:.3f} s"
+    after = time >= start
+    free = [j for j in range(rotation.shape[1]) if j not in view.locked]
+    drive = None
+    width = (view.points - 1) * view.step
+    if after.sum() >= 4 * view.points and min((~lost[after][:, j]).sum() for j in free) >= view.points:
+        smoothed = _smoothed(time[after], rotation[after], lost[after], view.locked, width)
+        points = min(odd_points(width, view.step), len(smoothed.time) // 2 * 2 - 1)
+        drive = drive_after(view.leg, smoothed, points, free, view.tip_mass)
+    if drive is None:
+        return Release(released, start, None, None, 0.0, f"{said}; no hand is seen after that")
+    name = view.leg.joint_names[drive.joint]
+    said += f"; until {drive.until:.3f} s a torque acts on the {name} that its spring and damper do not make "
+    said += f"(up to {drive.share:.0%} of its torque range)"
+    grid = view.smoothed.time
+    greatest = view.speed[grid >= start].max()
+    if view.speed[grid >= drive.until].max() < LEFT_OVER * greatest:
+        said += ", but by then the limb has almost come to rest, so that a hand and a leg of another law look alike"
+        return Release(released, start, drive.until, drive.joint, drive.share, said)
+    return Release(released, drive.until, drive.until, drive.joint, drive.share, said)
