@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -102,7 +102,6 @@ class Truth:
     bends: tuple[Bend, ...] = ()
     tilt: float = 0.0  # of the mount, beside the leg's and the trial's
     bare: tuple[int, ...] = ()  # joints whose spring and damper a law replaces (backlash)
-    trial_scale: Array = field(default_factory=lambda: np.zeros(0))  # FADING_DAMPER's age at each trial, s
 
 
 class Assembly(NamedTuple):

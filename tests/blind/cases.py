@@ -1,0 +1,315 @@
+"""One case: a leg, its trials, an effect of the wanted strength, the recordings, and the answer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from blind import legs
+from blind.effects import AT_BASE, EFFECTS, Form, Scale, Unfit
+from blind.fitting import Fitted, Plain
+from blind.legs import Setup
+from blind.model import Array, Motion, Truth, fastest, release
+from blind.outsiders import EVERYWHERE, OUTSIDERS
+from blind.sensors import Sensor
+
+STRENGTHS = (1.5, 3.0, 6.0, 12.0)
+SAME_CHI = 6.0  # explanations whose chi squared differ by less are not told apart
+KINDS = ("single", "two", "none", "unknown", "tie")
+ATTEMPTS = 60
+TIES = (("spring_preload", "base_tilt"), ("link_mass", "link_inertia"), ("encoder_offset", "spring_preload"))
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One effect with its size found."""
+
+    effect: str
+    joint: int  # -1: base, -2: all
+    strength: float
+    reached: float
+    form: Form
+    size: float
+
+
+@dataclass(frozen=True)
+class Case:
+    """All that is written: recordings (m, n) rad of measured angles, NaN where a sample is missing, and the answer."""
+
+    setup: Setup
+    times: tuple[Array, ...]
+    readings: tuple[Array, ...]
+    answer: dict[str, Any]
+
+
+class Ground:
+    """Leg, trials and sensors before any effect: plain motions, columns, and the gap that a truth leaves."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.floor = math.sqrt(setup.noise**2 + (2 * math.pi / setup.counts) ** 2 / 12)
+        self.step = self.fine(Truth(setup.true))
+        self.plain = [release(Truth(setup.true), t, self.step) for t in setup.trials]
+        self.times = [np.arange(round(t.duration * setup.sampling) + 1) / setup.sampling for t in setup.trials]
+        self.scale = self._scale()
+        if self.scale.travel.max() < 12 * self.floor:
+            raise Unfit("hardly moves")
+        states = [self._state(m, t.start) for m, t in zip(self.plain, setup.trials, strict=True)]
+        self.model = Plain(setup, self.floor, states)
+
+    def fine(self, truth: Truth) -> float:
+        """A step that follows the fastest mode and every event."""
+        quick = max(fastest(truth, t) for t in self.setup.trials)
+        if quick > 5e3:
+            raise Unfit("too stiff to simulate")
+        return float(np.clip(0.25 / quick, 2e-5, 2.5e-4))
+
+    def _state(self, motion: Motion, start: float) -> Array:
+        at = np.array([start])
+        speed = Motion(motion.step, motion.speed, np.gradient(motion.speed, motion.step, axis=0))
+        return np.concatenate([motion.at(at)[0], speed.at(at)[0]])
+
+    def _scale(self) -> Scale:
+        given = [i for i, t in enumerate(self.setup.trials) if not t.held_out]
+        free = {i: [j for j in range(self.setup.true.n) if j not in self.setup.trials[i].locked] for i in given}
+        travel, speed = np.zeros(self.setup.true.n), np.zeros(self.setup.true.n)
+        low, high = np.full(self.setup.true.n, 99.0), np.full(self.setup.true.n, -99.0)
+        rests = []
+        for i in given:
+            j, motion = free[i], self.plain[i]
+            travel[j] = np.maximum(travel[j], np.ptp(motion.angle, axis=0)[j])
+            speed[j] = np.maximum(speed[j], np.abs(motion.speed).max(axis=0)[j])
+            low[j] = np.minimum(low[j], motion.angle.min(axis=0)[j])
+            high[j] = np.maximum(high[j], motion.angle.max(axis=0)[j])
+            if len(j) == self.setup.true.n and not self.setup.trials[i].tilt and not self.setup.trials[i].tip_mass:
+                rests.append(motion.angle[-1])
+        leg = self.setup.true
+        slow = min(math.sqrt(leg.of("spring")[j] / leg.outboard(j)) for j in range(leg.n))
+        return Scale(travel, speed, low, high, np.mean(rests, axis=0), slow)
+
+    def run(self, truth: Truth, sensor: Sensor, every: bool) -> list[Motion | None]:
+        """Motions of the trials (only the given ones unless ``every``)."""
+        simple = not truth.laws and truth.base is None and not truth.bends and not truth.tilt and truth.leg is self.setup.true
+        if simple and sensor.reach == 0:
+            return list(self.plain)
+        step = self.step if simple else self.fine(truth)
+        found: list[Motion | None] = []
+        for trial in self.setup.trials:
+            if trial.held_out and not every:
+                found.append(None)
+                continue
+            longer = trial._replace(duration=trial.duration + sensor.reach)
+            found.append(release(truth, longer, step, self.scale.rest))
+        return found
+
+    def targets(self, motions: list[Motion | None], sensor: Sensor) -> tuple[list[Array], list[Array]]:
+        """Noise-free readings turned into rotations at the fit's times, and the states to start the fit from."""
+        leg, seen, states = self.setup.true, [], []
+        for i, (motion, trial) in enumerate(zip(motions, self.setup.trials, strict=True)):
+            if motion is None:
+                seen.append(np.zeros(0))
+                states.append(np.zeros(0))
+                continue
+            rotation = (sensor.read(leg, motion, self.model.times[i], trial.start) - leg.zero) * leg.sign
+            state = self._state(motion, trial.start)
+            locked = list(trial.locked)
+            state[locked] = rotation[:, locked].mean(axis=0)
+            seen.append(rotation)
+            states.append(state)
+        return seen, states
+
+    def gap(self, truth: Truth, sensor: Sensor) -> Fitted:
+        """What the truth leaves on the given trials after tolerances and initial states."""
+        return self.model.fit(*self.targets(self.run(truth, sensor, False), sensor))
+
+    def find(self, effect: str, joint: int, form: Form, strength: float) -> Cause:
+        """The size whose gap is ``strength`` floors: secant in the logarithms of both."""
+        size = form.largest * min(0.5, 0.03 * strength)
+        last: tuple[float, float] | None = None
+        slope = 1.0
+        for _ in range(9):
+            reached = self.gap(*form.build(size)).rms / self.floor
+            here = (math.log(size), math.log(max(reached, 1e-6)))
+            miss = math.log(strength) - here[1]
+            if abs(miss) < 0.03:
+                return Cause(effect, joint, strength, reached, form, size)
+            if last is not None and abs(here[0] - last[0]) > 1e-9:
+                slope = float(np.clip((here[1] - last[1]) / (here[0] - last[0]), 0.4, 4.0))
+            if size >= form.largest and miss > 0:
+                raise Unfit(f"{effect}: {reached:.2g} floors at most")
+            last = here
+            size = min(math.exp(here[0] + float(np.clip(miss / slope, -2.5, 2.5))), form.largest)
+        raise Unfit(f"{effect}: no size found")
+
+
+def make_case(seed: int, number: int, kind: str, effect: str | None = None, strength: float | None = None) -> Case:
+    """Case ``number`` of a set; the same arguments give the same case.
+
+    Raises
+    ------
+    Unfit
+        If no leg drawn can show the effect.
+    """
+    rng = np.random.default_rng([seed, number, KINDS.index(kind)])
+    tied = TIES[int(rng.integers(0, len(TIES)))]
+    if effect is None:
+        pool = OUTSIDERS if kind == "unknown" else EFFECTS
+        effect = str(rng.choice(tied)) if kind == "tie" else str(rng.choice(sorted(pool)))
+    if strength is None:
+        strength = float(rng.choice(STRENGTHS[1:] if kind == "unknown" else STRENGTHS))
+    for attempt in range(ATTEMPTS):
+        if attempt % 15 == 14 and strength > STRENGTHS[0]:  # this strength may not be had with plausible parameters
+            strength = STRENGTHS[STRENGTHS.index(strength) - 1]
+        try:
+            return _attempt(rng, seed, number, kind, effect, strength)
+        except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+            continue
+    raise Unfit(f"{kind} {effect}: no case in {ATTEMPTS} attempts")
+
+
+def _attempt(rng: np.random.Generator, seed: int, number: int, kind: str, effect: str, strength: float) -> Case:
+    joints = int(rng.choice([1, 2, 3], p=[0.1, 0.35, 0.55] if kind != "tie" else [0.3, 0.5, 0.2]))
+    joint = int(rng.integers(0, joints))
+    setup = legs.setup(rng, joints, plain=kind == "tie", one_side=joint if effect == "joint_stop" else None)
+    ground = Ground(setup)
+    causes: list[Cause] = []
+    if kind != "none":
+        causes.append(_cause(rng, ground, effect, joint, strength))
+    if kind == "two":
+        second = str(rng.choice(sorted(set(EFFECTS) - {effect})))
+        causes.append(_cause(rng, ground, second, int(rng.integers(0, joints)), float(rng.choice(STRENGTHS[1:]))))
+    truth, sensor = _together(setup, causes)
+    tied = _tied(ground, truth, sensor, causes, kind)
+    return _record(rng, ground, truth, sensor, causes, tied, {"seed": [seed, number], "kind": kind})
+
+
+def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int, strength: float) -> Cause:
+    maker = OUTSIDERS.get(effect) or EFFECTS[effect]
+    if effect in AT_BASE:
+        joint = -1
+    form = maker(rng, ground.setup, ground.scale, max(joint, 0))
+    return ground.find(effect, -2 if effect in EVERYWHERE else joint, form, strength)
+
+
+def _together(setup: Setup, causes: list[Cause]) -> tuple[Truth, Sensor]:
+    """All causes at once; changes of the leg and of the sensors add up."""
+    truth, sensor = Truth(setup.true), Sensor.good(setup.true.n)
+    for cause in causes:
+        t, s = cause.form.build(cause.size)
+        if t.base is not None and truth.base is not None:
+            raise Unfit("two mounts")
+        leg = truth.leg
+        if t.leg is not setup.true:
+            leg = replace(leg, values=leg.values + t.leg.values - setup.true.values)
+        truth = Truth(
+            leg,
+            truth.laws + t.laws,
+            truth.base or t.base,
+            truth.bends + t.bends,
+            truth.tilt + t.tilt,
+            truth.bare + t.bare,
+        )
+        sensor = Sensor(
+            sensor.offset + s.offset,
+            sensor.scale + s.scale,
+            np.maximum(sensor.width, s.width),
+            sensor.latency + s.latency,
+            sensor.lag + s.lag,
+            sensor.talk + s.talk,
+            sensor.talk_about + s.talk_about,
+            s.wobble or sensor.wobble,
+            sensor.drops + s.drops,
+        )
+    return truth, sensor
+
+
+def _tied(ground: Ground, truth: Truth, sensor: Sensor, causes: list[Cause], kind: str) -> list[tuple[str, int, float]]:
+    """Other single causes that do as well as the true one: (effect, joint, chi squared more than the truth's)."""
+    if kind == "none":
+        return []
+    model = ground.model
+    targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
+    trueness = float(model.centre @ model.centre)  # the truth's cost: no residual, its own tolerance errors
+    fits = []
+    for other in model.alternatives():
+        if any(other.effect == c.effect and other.joint == c.joint for c in causes):
+            continue
+        linear = model.linear_cost(targets, states, other.freed) - trueness
+        if linear > 400.0 and kind != "unknown":
+            continue
+        fits.append((other, model.fit(targets, states, other.freed)))
+    if kind == "unknown":  # what the library explains is no case of the unknown
+        before = model.fit(targets, states)
+        if any(f.rms < max(0.5 * before.rms, 1.2 * ground.floor) for _, f in fits):
+            raise Unfit("the library would do")
+        return []
+    tied = [(o.effect, o.joint, f.cost - trueness) for o, f in fits if f.cost - trueness < SAME_CHI]
+    if kind == "tie" and not tied:
+        raise Unfit("told apart")
+    return tied
+
+
+def _record(
+    rng: np.random.Generator,
+    ground: Ground,
+    truth: Truth,
+    sensor: Sensor,
+    causes: list[Cause],
+    tied: list[tuple[str, int, float]],
+    note: dict[str, Any],
+) -> Case:
+    setup, leg = ground.setup, ground.setup.true
+    motions = ground.run(truth, sensor, True)
+    targets, states = ground.targets(motions, sensor)
+    fitted = ground.model.fit(targets, states)
+    before = ground.model.held_out(targets, states, fitted.change)
+    readings, floors, best, counted = [], [], [], []
+    plain = Sensor.good(leg.n)
+    for motion, trial, times in zip(motions, setup.trials, ground.times, strict=True):
+        assert motion is not None
+        clean = sensor.read(leg, motion, times, trial.start, counted=False)
+        noise = np.random.default_rng(rng.integers(0, 2**63))
+        reading = sensor.record(clean, setup.noise, setup.counts, noise)
+        free = [j for j in range(leg.n) if j not in trial.locked]
+        again = plain.record(clean, setup.noise, setup.counts, np.random.default_rng(rng.integers(0, 2**63)))
+        floors.append((again - clean)[:, free].ravel())
+        if trial.held_out:
+            best.append((reading - clean)[:, free].ravel())
+            counted.append((reading - sensor.read(leg, motion, times, trial.start))[:, free].ravel())
+        if setup.missing:
+            reading = np.where(rng.random(reading.shape) < setup.missing, np.nan, reading)
+        readings.append(reading)
+    floor = _rms(floors)
+    names = {-1: "base", -2: "all", **dict(enumerate(leg.names))}
+    single = [(c.effect, c.joint) for c in causes]
+    answer = {
+        "kind": "tie" if tied and note["kind"] == "single" else note["kind"],
+        "effects": [
+            {
+                "effect": c.effect,
+                "joint": names[c.joint],
+                "strength": c.strength,
+                "in_library": c.effect in EFFECTS,
+                "reached": round(c.reached, 3),
+                "form": c.form.name,
+                "parameters": c.form.tell(c.size),
+            }
+            for c in causes
+        ],
+        "cannot_be_told_apart": [[e, names[j]] for e, j, _ in tied] + ([[single[0][0], names[single[0][1]]]] if tied else []),
+        "chi_squared_more": [round(x, 2) for *_, x in tied],
+        "noise_floor_deg": round(math.degrees(floor), 5),
+        "before_deg": round(math.degrees(math.hypot(before, floor)), 5),
+        "best_possible_deg": round(math.degrees(min(_rms(best), _rms(counted))), 5),
+        "given_gap_over_floor": round(fitted.rms / ground.floor, 3),
+        "seed": note["seed"],
+    }
+    return Case(setup, tuple(ground.times), tuple(readings), answer)
+
+
+def _rms(parts: list[Array]) -> float:
+    joined = np.concatenate(parts)
+    return float(np.sqrt(np.mean(joined**2)))
