@@ -102,7 +102,7 @@ def _part_text(catalogue: Catalogue, part: str) -> str:
     from synth.commands.part_text import row_text, stock_text
 
     wanted = part.strip().casefold()
-    sold: list[Row] = [*catalogue.springs, *catalogue.dampers]
+    sold: list[Row] = [*catalogue.springs, *catalogue.dampers, *catalogue.motors]
     found = [row for row in sold if getattr(row, "part", "").casefold() == wanted]
     if found:
         return "\n\n".join(row_text(row, catalogue) for row in found)

@@ -11,13 +11,22 @@ from typing import TypeVar
 
 from synth.errors import Problem, UserError
 from synth.parts.check import contradictions, curve_problems, status_of
-from synth.parts.rows import FAMILIES, CurvePointRow, DamperRow, MaterialRow, Row, TorsionSpringRow, WireRow
+from synth.parts.rows import (
+    FAMILIES,
+    CurvePointRow,
+    DamperRow,
+    GearMotorRow,
+    MaterialRow,
+    Row,
+    TorsionSpringRow,
+    WireRow,
+)
 from synth.parts.table import read_table
 from synth.parts.wire import ALIASES, WireMaterial, wire_material
 from synth.units import factor
 
 R = TypeVar("R", bound=Row)
-P = TypeVar("P", TorsionSpringRow, DamperRow)
+P = TypeVar("P", TorsionSpringRow, DamperRow, GearMotorRow)
 
 
 def catalog_folder() -> Path:
@@ -38,6 +47,7 @@ class Catalogue:
     wires: tuple[WireRow, ...]
     materials: tuple[MaterialRow, ...]
     curves: tuple[CurvePointRow, ...]
+    motors: tuple[GearMotorRow, ...] = ()
 
     @classmethod
     def load(cls, extra: Sequence[Path] = ()) -> Catalogue:
@@ -65,6 +75,10 @@ class Catalogue:
         """The damper with this part number; UserError with near misses where there is none."""
         return _find(self.dampers, part, "damper")
 
+    def find_motor(self, part: str) -> GearMotorRow:
+        """The gear motor with this part number; UserError with near misses where there is none."""
+        return _find(self.motors, part, "gear motor")
+
     def find_material(self, name: str) -> WireMaterial:
         """A wire material by its name or an alias (``music``, ``A228``); UserError with near misses."""
         wanted = name.strip().casefold()
@@ -88,6 +102,7 @@ class Catalogue:
             "damper_curves": self.curves,
             "wire_diameters": self.wires,
             "wire_materials": self.materials,
+            "gearmotors": self.motors,
         }
         if family not in families:
             raise UserError(f'no catalogue "{family}"{_near(family, list(families))}; there are {", ".join(families)}')
@@ -183,9 +198,10 @@ def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
     springs = _latest(_of(rows, TorsionSpringRow), problems)
     dampers = _latest(_of(rows, DamperRow), problems)
     curves = finished(_of(rows, CurvePointRow))
+    motors = finished(_latest(_of(rows, GearMotorRow), problems))
     with_curves = _with_curves(dampers, curves, problems)
     catalogue = Catalogue(
-        finished(springs), finished(with_curves), finished(_of(rows, WireRow)), finished(materials), curves
+        finished(springs), finished(with_curves), finished(_of(rows, WireRow)), finished(materials), curves, motors
     )
     return catalogue, problems
 

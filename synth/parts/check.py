@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from itertools import pairwise
 
-from synth.parts.rows import CurvePointRow, DamperRow, MaterialRow, Row, TorsionSpringRow, WireRow
+from synth.parts.rows import CurvePointRow, DamperRow, GearMotorRow, MaterialRow, Row, TorsionSpringRow, WireRow
 from synth.spring.geometry import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
 from synth.spring.rate import rate
 
@@ -45,9 +45,22 @@ def contradictions(row: Row, modulus_of: ModulusOf) -> list[str]:
         size, named = row.diameter, row.nominal_size
         if size is not None and named is not None and abs(size / named - 1.0) > 0.01:
             found.append(f"diameter {size * 1e3:.4g} mm but nominal size {named / 0.0254:.4g} in")
+    elif isinstance(row, GearMotorRow):
+        found += _motor(row)
     elif isinstance(row, MaterialRow) and (row.max_diameter or math.inf) < (row.min_diameter or 0.0):
         found.append("least diameter above the greatest")
     return found
+
+
+def _motor(row: GearMotorRow) -> list[str]:
+    """A gear cannot give more torque than its motor's constant times the ratio."""
+    stall, free = row.stall_current, row.no_load_current
+    if stall is not None and free is not None and stall <= free:
+        return [f"stall current {stall:.4g} A not above the no-load current {free:.4g} A"]
+    gain = row.torque_gain
+    if gain is None or gain <= 1.05:
+        return []
+    return [f"stall torque and current with the no-load speed make the gear {gain:.3g} times as strong as its motor"]
 
 
 def status_of(row: Row, modulus_of: ModulusOf) -> str:

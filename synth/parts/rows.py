@@ -265,6 +265,52 @@ class MaterialRow(Row):
         return None
 
 
+@dataclass(frozen=True)
+class GearMotorRow(Row):
+    """A gear motor that a vendor sells, at one voltage; torque and speeds at the output shaft."""
+
+    family: ClassVar[str] = "gearmotors"
+    part: str = _text(key=True)
+    vendor: str = _text()
+    product_line: str = _text()
+    variant: str = _text()
+    items: str = _text()
+    gear_ratio: float | None = _quantity("1", "1", key=True)
+    voltage: float | None = _quantity("V", "V")
+    no_load_speed: float | None = _quantity("rad/s", "rpm", key=True)
+    stall_torque: float | None = _quantity("N*m", "N*m", key=True)
+    stall_current: float | None = _quantity("A", "A")
+    no_load_current: float | None = _quantity("A", "A")
+    mass: float | None = _quantity("kg", "g")
+    torque_limit: float | None = _quantity("N*m", "N*m")
+    speed_tolerance: float | None = _quantity("1", "%", zero=True)
+    current_tolerance: float | None = _quantity("1", "%", zero=True)
+    resistance: float | None = _quantity("ohm", "ohm")
+    inductance: float | None = _quantity("H", "mH")
+    rotor_inertia: float | None = _quantity("kg*m^2", "kg*m^2")
+    speed_at_best_efficiency: float | None = _quantity("rad/s", "rpm")
+    torque_at_best_efficiency: float | None = _quantity("N*m", "N*m")
+    current_at_best_efficiency: float | None = _quantity("A", "A")
+    size: str = _text()
+    basis: str = _text()
+
+    needed: ClassVar[tuple[str, ...]] = (
+        "part", "gear_ratio", "voltage", "no_load_speed", "stall_torque", "stall_current", "no_load_current", "mass",
+    )  # fmt: skip
+
+    @property
+    def torque_gain(self) -> float | None:
+        """Torque constant seen through the gear over the back-EMF constant: the gear's efficiency at stall.
+
+        K_t = T_stall / (G (I_stall - I_free)), K_e = (V - I_free R) / (G omega_free), R = V / I_stall.
+        """
+        known = (self.voltage, self.no_load_speed, self.stall_torque, self.stall_current, self.no_load_current)
+        voltage, speed, torque, stall, free = known
+        if voltage is None or speed is None or torque is None or stall is None or free is None or stall <= free:
+            return None
+        return torque * speed / ((stall - free) * voltage * (1.0 - free / stall))
+
+
 FAMILIES: dict[str, type[Row]] = {
-    row.family: row for row in (TorsionSpringRow, DamperRow, CurvePointRow, WireRow, MaterialRow)
+    row.family: row for row in (TorsionSpringRow, DamperRow, CurvePointRow, WireRow, MaterialRow, GearMotorRow)
 }

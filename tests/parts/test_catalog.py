@@ -216,7 +216,8 @@ def test_table_shows_the_files_numbers() -> None:
 
 
 def test_built_in_check_names_the_flagged_rows_only() -> None:
-    assert {problem.key for problem in check_catalogue()} == {"9271K272", "BC001", "BC002"}
+    motors = {f"N20 {variant} 6V {ratio}:1" for variant in ("LP", "MP") for ratio in (5, 10)}
+    assert {problem.key for problem in check_catalogue()} == {"9271K272", "BC001", "BC002"} | motors
 
 
 def test_folder_holds_what_the_wheel_ships() -> None:

@@ -1,0 +1,68 @@
+"""Where each quantity of a jump lies in the compiled workspace: one flat array (n_row, 16), a lane a column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+LANES = 16
+
+
+@dataclass(frozen=True)
+class JumpLayout:
+    """Rows for ``n`` rigid pieces a side, of which the one numbered ``knee`` begins the lower link.
+
+    State: hips' height, ``n`` angles (the last follows from the closure and is carried for the springs), the hips'
+    speed, ``n - 1`` rates, winding current, electrical energy taken.
+    """
+
+    n: int
+    knee: int
+
+    @cached_property
+    def rows(self) -> dict[str, tuple[int, int]]:
+        """Block -> (first row, rows)."""
+        n = self.n
+        sizes = {
+            "height": 1, "angle": n, "speed": 1, "rate": n - 1, "current": 1, "energy": 1,
+            "derivative": 2 * n + 3,
+            # what the right-hand side tells beside the derivative
+            "normal": 1, "foot": 1, "foot_speed": 1, "com_speed": 1, "com": 1, "gear_torque": 1, "drawn": 1, "bend": 1,
+            # parameters
+            "alive": 1, "length": n, "inertia": n * (n + 1) // 2, "moment": n,
+            "mass": 1, "half_spacing": 1, "gravity": 1,
+            "beam": n - 1, "flexure": 1, "joint_damping": 1, "hip_rest": 1, "knee_rest": 1, "foot_rest": 1,
+            "stop": 1, "stop_rate": 1, "stop_dissipation": 1,
+            "linear_torque": 1, "torque_slope": 1, "linear_current": 1, "current_slope": 1,
+            "voltage": 1, "resistance": 1, "inverse_inductance": 1, "back_emf": 1, "torque_constant": 1,
+            "rotor_inertia": 1, "friction": 1, "viscous": 1, "driving": 1, "braking": 1, "reverse_speed": 1,
+            "contact_stiffness": 1, "contact_damping": 1, "contact_dissipation": 1, "may_pull": 1,
+        }  # fmt: skip
+        found, row = {}, 0
+        for name, size in sizes.items():
+            found[name] = (row, size)
+            row += size
+        return found
+
+    def row(self, block: str, index: int = 0) -> int:
+        return self.rows[block][0] + index
+
+    def block(self, block: str) -> slice:
+        first, size = self.rows[block]
+        return slice(first, first + size)
+
+    @property
+    def n_state(self) -> int:
+        return 2 * self.n + 3
+
+    @property
+    def n_row(self) -> int:
+        first, size = list(self.rows.values())[-1]
+        return first + size
+
+    def inertia_row(self, i: int, j: int) -> int:
+        """Row of A_ij, i <= j."""
+        return self.row("inertia", i * self.n - i * (i - 1) // 2 + (j - i))
+
+
+LAYOUTS = {"none": JumpLayout(2, 1), "upper": JumpLayout(3, 2), "all": JumpLayout(4, 2)}

@@ -1,0 +1,204 @@
+"""The compiled jump against closed forms, conservation laws and the planar form with its own equations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from hopper.hoppers import motor
+from synth.hopper.jump import compiled_jump, simulate
+from synth.hopper.layout import LAYOUTS
+from synth.hopper.leg import Contact, Flexures, HopperLeg, Laminate, segments
+from synth.hopper.models import MODELS, lane
+from synth.hopper.planar import planar_jump
+
+GROUND = Contact()
+LOOSE = Flexures(rate=0.0, damping=0.0)
+
+
+def unpowered(leg: HopperLeg, contact: Contact = GROUND) -> np.ndarray:
+    """A lane of model A with the motors gone."""
+    layout = LAYOUTS[leg.bending]
+    z = lane(leg, motor(), contact, MODELS["A"])
+    for name in ("linear_torque", "torque_slope", "linear_current", "current_slope"):
+        z[layout.row(name)] = 0.0
+    return z
+
+
+def energy(leg: HopperLeg, trace: np.ndarray, contact: Contact) -> np.ndarray:
+    """Kinetic, gravity, spring and ground energy of the whole leg (n_time,), written out piece by piece."""
+    layout = LAYOUTS[leg.bending]
+    lengths, masses, knee = segments(leg)
+    z = trace[:, 1:]
+    y, v = z[:, layout.row("height")], z[:, layout.row("speed")]
+    phi = z[:, layout.block("angle")].copy()
+    spin = np.column_stack([z[:, layout.block("rate")], np.zeros(len(z))])
+    reach = leg.hip_spacing / 2 + np.sin(phi[:, :-1]) @ np.array(lengths[:-1])
+    phi[:, -1] = -np.arcsin(reach / lengths[-1])
+    spin[:, -1] = -(np.cos(phi[:, :-1]) * spin[:, :-1]) @ lengths[:-1] / (lengths[-1] * np.cos(phi[:, -1]))
+    body = leg.structure_mass + 2 * motor().mass
+    total = body * (0.5 * v**2 + leg.gravity * y)
+    px, py, vx, vy = np.full(len(z), leg.hip_spacing / 2), y.copy(), np.zeros(len(z)), v.copy()
+    for i, (length, mass) in enumerate(zip(lengths, masses, strict=True)):
+        s, c, w = np.sin(phi[:, i]), np.cos(phi[:, i]), spin[:, i]
+        centre_v = (vx + 0.5 * length * c * w) ** 2 + (vy + 0.5 * length * s * w) ** 2
+        total += 2 * (0.5 * mass * centre_v + 0.5 * mass * length**2 / 12 * w**2)
+        total += 2 * mass * leg.gravity * (py - 0.5 * length * c)
+        px, py, vx, vy = px + length * s, py - length * c, vx + length * c * w, vy + length * s * w
+    assert np.abs(px).max() < 1e-9
+    flexures = leg.flexures
+    total += flexures.rate * (phi[:, 0] - flexures.hip_rest) ** 2
+    total += flexures.rate * (phi[:, knee - 1] - phi[:, knee] - flexures.knee_rest) ** 2
+    total += 0.5 * flexures.rate * (-2 * phi[:, -1] - flexures.foot_rest) ** 2
+    for i in range(len(lengths) - 1):
+        if i != knee - 1:
+            rate = leg.laminate.beam_rate(leg.length if i < knee else leg.lower_length)
+            total += rate * (phi[:, i + 1] - phi[:, i]) ** 2
+    return total + 0.5 * contact.stiffness * np.minimum(0.0, z[:, layout.row("foot")]) ** 2
+
+
+@pytest.mark.parametrize("bending", LAYOUTS)
+def test_a_dropped_leg_without_losses_keeps_its_energy(bending: str) -> None:
+    """Flight, landing on a lossless ground, rebound: springs, bending and the ground give back all they take."""
+    leg = replace(HopperLeg(), bending=bending, crouch=0.5, extended=0.05)
+    contact = Contact(damping=0.0)
+    z = unpowered(leg, contact)
+    z[LAYOUTS[bending].row("height")] += 0.05
+    trace = compiled_jump(bending).trace(z, tolerance=1e-8, duration=0.16, fall=99.0)
+    layout = LAYOUTS[bending]
+    feet = trace[:, 1 + layout.row("foot")]
+    assert feet[0] > 0.04
+    assert feet.min() < -1e-4  # it did land
+    e = energy(leg, trace, contact)
+    assert np.ptp(e) < 2e-6 * 0.0489 * 9.81 * 0.2 + 2e-7
+
+
+def test_free_fall_is_ballistic() -> None:
+    """The centre of mass in the air falls by g t^2/2 whatever springs and links do."""
+    leg = replace(HopperLeg(), crouch=0.5)
+    z = unpowered(leg)
+    layout = LAYOUTS["upper"]
+    z[layout.row("height")] += 0.3
+    trace = compiled_jump("upper").trace(z, duration=0.15, fall=99.0)
+    t, com = trace[:, 0], trace[:, 1 + layout.row("com")]
+    np.testing.assert_allclose(com - com[0], -0.5 * 9.81 * t**2, atol=2e-7)
+
+
+def test_a_stiff_leg_bounces_like_a_pogo_stick() -> None:
+    """With its joints stiff the leg is a mass on the ground's spring: half a period pi sqrt(m/k) of touch, and dips.
+
+    Landing at speed v, x(t) = (v/w) sin wt - (g/w^2)(1 - cos wt) while touching, w = sqrt(k/m).
+    """
+    laminate = Laminate(bending_stiffness=1e3)
+    leg = replace(
+        HopperLeg(), bending="none", crouch=0.5, flexures=Flexures(1e4, 0.0, 0.5, 0.5, 0.0), laminate=laminate
+    )
+    b = leg.lower_angle(0.5)
+    leg = replace(leg, flexures=replace(leg.flexures, knee_rest=0.5 + b, foot_rest=2 * b))
+    contact = Contact(stiffness=200.0, damping=0.0)
+    z = unpowered(leg, contact)
+    layout = LAYOUTS["none"]
+    mass, drop = leg.total_mass(motor()), 0.02
+    z[layout.row("height")] = leg.height(0.5) + drop
+    trace = compiled_jump("none").trace(z, tolerance=1e-7, duration=0.2, fall=99.0)
+    foot = trace[:, 1 + layout.row("foot")]
+    w, v = sqrt(200.0 / mass), sqrt(2 * 9.81 * drop)
+    deepest = 9.81 / w**2 + sqrt((9.81 / w**2) ** 2 + (v / w) ** 2)
+    assert -foot.min() == pytest.approx(deepest, rel=2e-3)
+    touching = trace[foot < 0.0, 0]
+    held = 2 * (pi - np.arctan2(v / w, 9.81 / w**2)) / w
+    assert np.ptp(touching) == pytest.approx(held, rel=5e-3)
+
+
+def test_the_crouch_rests_where_statics_says() -> None:
+    """Torque that holds the weight: m g leverage / 2 a motor, flexures apart; with it nothing starts to move."""
+    leg = replace(HopperLeg(), bending="none", flexures=LOOSE)
+    layout = LAYOUTS["none"]
+    light = replace(leg, laminate=replace(leg.laminate, mass_per_length=1e-9))
+    z = unpowered(light)
+    holding = light.total_mass(motor()) * 9.81 * light.leverage(light.crouch) / 2
+    z[layout.row("linear_torque")] = holding
+    compiled = compiled_jump("none")
+    workspace = np.repeat(z[:, None], 16, axis=1)
+    workspace[layout.row("alive")] = 1.0
+    compiled.right_hand_side(workspace)
+    acceleration = workspace[layout.row("derivative") + 1 + layout.n, 0]
+    assert abs(acceleration) < 1e-3 * 9.81
+
+
+@pytest.mark.parametrize("bending", LAYOUTS)
+@pytest.mark.parametrize("name", ["A", "B", "D", "full"])
+def test_planar_form_upright_is_the_symmetric_one(bending: str, name: str) -> None:
+    """Multipliers on full coordinates against one side with the loop eliminated: nothing in common but parameters."""
+    leg = replace(HopperLeg(), bending=bending, foot_mass=0.001, lower_ratio=1.1)
+    symmetric = simulate([(leg, motor())], GROUND, MODELS[name], tolerance=1e-6)[0]
+    planar = planar_jump(leg, motor(), GROUND, MODELS[name], tolerance=1e-6)
+    assert planar.outcome.clearance == pytest.approx(symmetric.clearance, abs=2e-5)
+    assert planar.outcome.rise == pytest.approx(symmetric.rise, abs=2e-5)
+    assert planar.outcome.energy == pytest.approx(symmetric.energy, rel=5e-3)
+    assert planar.outcome.peak_gear_torque == pytest.approx(symmetric.peak_gear_torque, rel=5e-3)
+    assert planar.slip < 1e-5
+    assert abs(planar.pitch) < 1e-6
+
+
+def test_a_leaning_leg_pitches_slips_and_jumps_lower() -> None:
+    found = [planar_jump(HopperLeg(), motor(), Contact(friction=mu), MODELS["full"], pitch=0.1) for mu in (0.7, 0.02)]
+    upright = planar_jump(HopperLeg(), motor(), GROUND, MODELS["full"])
+    assert all(jump.pitch > 0.1 for jump in found)
+    assert found[0].outcome.clearance < upright.outcome.clearance
+    assert found[1].slip > 5 * found[0].slip > 0
+
+
+def test_the_outcome_does_not_hang_on_the_step() -> None:
+    """At the tolerance in use, clearance within 0.1 mm of that with steps a thousandth as tolerant."""
+    rng = np.random.default_rng(3)
+    lengths, ratios = rng.uniform(0.06, 0.18, 64), rng.choice([75, 100, 150, 210, 250], 64)
+    designs = [(HopperLeg(length=length), motor(ratio)) for length, ratio in zip(lengths, ratios, strict=True)]
+    for name in ("A", "B", "D", "full"):
+        usual = simulate(designs, GROUND, MODELS[name])
+        fine = simulate(designs, GROUND, MODELS[name], tolerance=1e-7)
+        assert max(abs(a.clearance - b.clearance) for a, b in zip(usual, fine, strict=True)) < 1e-4, name
+
+
+def test_a_lane_does_not_depend_on_its_neighbours_beyond_the_tolerance() -> None:
+    designs = [(replace(HopperLeg(), length=0.06 + 0.006 * i), motor()) for i in range(16)]
+    together = simulate(designs, GROUND, MODELS["full"])
+    alone = [simulate([design], GROUND, MODELS["full"])[0] for design in designs]
+    assert max(abs(a.clearance - b.clearance) for a, b in zip(together, alone, strict=True)) < 1e-4
+
+
+def test_height_is_insensitive_to_the_ground() -> None:
+    """The contact's constants are not known; a tenth or ten times of each moves the clearance by less than 6 %."""
+    usual = simulate([(HopperLeg(), motor())], GROUND, MODELS["full"])[0].clearance
+    for contact in (
+        Contact(stiffness=3e3),
+        Contact(stiffness=3e4),
+        Contact(dissipation=0.5),
+        Contact(dissipation=50.0),
+    ):
+        found = simulate([(HopperLeg(), motor())], contact, MODELS["full"])[0].clearance
+        assert found == pytest.approx(usual, rel=0.06)
+
+
+def test_hunt_crossley_never_pulls_and_the_linear_law_does() -> None:
+    layout = LAYOUTS["upper"]
+    least = {}
+    for name in ("A", "full"):
+        trace = compiled_jump("upper").trace(lane(HopperLeg(), motor(), GROUND, MODELS[name]))
+        least[name] = trace[:, 1 + layout.row("normal")].min()
+    assert least["full"] == 0.0
+    assert least["A"] < -0.01
+
+
+def test_what_cannot_jump_says_so() -> None:
+    weak = replace(motor(), stall_torque=0.01)
+    folded = simulate([(HopperLeg(), weak)], GROUND, MODELS["A"])[0]
+    assert folded.limit.startswith("too weak")
+    assert folded.clearance == 0.0
+    stiff = Contact(stiffness=1e14)
+    found = simulate([(HopperLeg(), motor())], stiff, MODELS["full"])[0]
+    assert found.clearance == 0.0
+    assert found.limit.startswith("too stiff")
