@@ -16,7 +16,7 @@ from synth.design.springs import SpringOption
 from synth.files.curve import write_curve
 from synth.files.leg import write_leg
 from synth.files.mjcf import write_mjcf
-from synth.files.output import sha256_file, write_csv
+from synth.files.output import sha256_file, stems, write_csv
 from synth.fit.result import FitResult, TrialFit
 from synth.model.leg import Array
 from synth.units import quantity
@@ -56,19 +56,6 @@ def write_fit_responses(result: FitResult, folder: Path) -> None:
             columns[f"{name} measured [deg]"] = np.degrees(trial.measured[:, j])
             columns[f"{name} fitted [deg]"] = np.degrees(trial.fitted[:, j])
         write_csv(folder / f"{stem}.csv", columns)
-
-
-def stems(names: Sequence[str]) -> list[str]:
-    """A file name a trial, from its own: unique, and without folders."""
-    found: list[str] = []
-    for name in names:
-        stem = Path(name).stem
-        if stem in found:
-            stem = name.replace("/", "__").removesuffix(".csv")
-        while stem in found:
-            stem += "_"
-        found.append(stem)
-    return found
 
 
 def _write_target_responses(design: LegDesign, folder: Path) -> None:

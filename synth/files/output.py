@@ -111,6 +111,19 @@ def sha256_file(path: str | Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+def stems(names: Sequence[str]) -> list[str]:
+    """A file name a trial, from its own: unique, and without folders."""
+    found: list[str] = []
+    for name in names:
+        stem = Path(name).stem
+        if stem in found:
+            stem = name.replace("/", "__").removesuffix(".csv")
+        while stem in found:
+            stem += "_"
+        found.append(stem)
+    return found
+
+
 def _check_target(target: Path, name: str, overwrite: bool) -> None:
     """Refuse to replace anything but an empty folder or an earlier run."""
     if target == Path.cwd() or target in Path.cwd().parents:

@@ -1,0 +1,135 @@
+"""The project file of ``synth gap``, read whole with the nominal leg and the trials of the built one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import radians
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from synth.files.leg import PartResolver
+from synth.files.reading import InputFile, ProjectReader
+from synth.files.schema import Because, Default, read_section
+from synth.files.trials import Trial
+from synth.files.validate import Quantity, check_kind
+from synth.files.yaml_lines import load
+from synth.model.leg import Damper, Leg, Spring
+
+HALF_DEGREE = radians(0.5)
+MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
+
+Share = Annotated[float, Quantity("1", least=0, most=MOST)]
+Turn = Annotated[float, Quantity("rad", least=0, most=radians(90))]
+
+_USUAL = "usual for a leg that was measured after it was built"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What manufacturing and measuring leave open of the leg as designed: one standard deviation each.
+
+    Shares of the nominal value, for every joint and link alike; ``free_angle`` in rad. Zero: known exactly, so that
+    any error of it counts as an effect.
+    """
+
+    length: Annotated[Share, Because(_USUAL)] = 0.005
+    mass: Annotated[Share, Because(_USUAL)] = 0.01
+    com: Annotated[Share, Because(_USUAL)] = 0.01
+    inertia: Annotated[Share, Because(_USUAL)] = 0.02
+    spring: Annotated[Share, Because("what is left after the spring's rate was measured")] = 0.03
+    damper: Annotated[Share, Because("what is left after the damper's rate was measured")] = 0.05
+    free_angle: Annotated[Turn, Because("what assembly leaves of the spring's free angle")] = HALF_DEGREE
+
+
+@dataclass(frozen=True)
+class _GapFile:
+    kind: str
+    leg: Annotated[str, Field(examples=["nominal.leg.yaml"])]
+    trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
+    tolerance: Any = None
+    name: str | None = None
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+
+
+@dataclass(frozen=True, eq=False)
+class GapProject:
+    """What ``synth gap`` is to do: the ``leg`` as designed against ``trials`` of the leg as built.
+
+    Every joint of ``leg`` has a spring and a damper; one that the file leaves out has rate 0 and stands among the
+    ``defaults``, as do the tolerances that the project leaves out.
+    """
+
+    path: Path
+    name: str
+    leg: Leg
+    trials: tuple[Trial, ...]
+    tolerance: Tolerance
+    seed: int
+    defaults: tuple[Default, ...]
+    inputs: tuple[InputFile, ...]
+
+
+def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> GapProject:
+    """Read a project of kind ``gap`` with its leg and trials.
+
+    Parameters
+    ----------
+    path
+        the YAML file; everything that it names lies in its folder's tree.
+    resolve_part
+        looks up catalogue parts that the leg file names, see ``read_leg``.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, the leg and the trials.
+    """
+    document = load(path)
+    check_kind(document, "gap")
+    reader = ProjectReader(document, resolve_part)
+    file = read_section(_GapFile, document, (), reader.problems, reader.defaults, document.value)
+    written = document.value
+    tolerance = read_section(
+        Tolerance, document, ("tolerance",), reader.problems, reader.defaults, written.get("tolerance")
+    )
+    leg_name, entries = written.get("leg"), written.get("trials")
+    leg = reader.leg(leg_name, ("leg",)) if isinstance(leg_name, str) else None
+    trials: tuple[Trial, ...] = ()
+    if leg is not None:
+        if isinstance(entries, list) and entries:
+            trials = reader.trials(entries, leg, ("trials",))
+        leg = _with_rates(leg, reader)
+    reader.finish()
+    assert file is not None
+    assert leg is not None
+    assert tolerance is not None
+    defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
+    return GapProject(document.path, file.name or leg.name, leg, trials, tolerance, file.seed, defaults, inputs)
+
+
+def _with_rates(leg: Leg, reader: ProjectReader) -> Leg:
+    """The leg with a spring and a damper at every joint: of rate 0 where the file gives none.
+
+    A leg with none at all is taken for one that was written for ``synth fit``, which finds them: all that the springs
+    and dampers do would pass for unmodelled effects.
+    """
+    if all(joint.spring is None and joint.damper is None for joint in leg.joints):
+        names = ", ".join(leg.joint_names)
+        text = f"no joint of {leg.name} ({names}) has a spring or a damper; the leg as designed is needed, with those "
+        text += 'that the simulation believed in. A joint that swings freely says so: "damper: {rate: 0 N*m*s/rad}"'
+        reader.refuse(text, ("leg",))
+        return leg
+    joints = []
+    for joint in leg.joints:
+        if joint.spring is None:
+            reason = "the leg file gives no spring: as designed there is none"
+            reader.defaults.append(Default(f"{leg.name}: {joint.name}.spring", "0 N*m/rad", reason))
+            joint = replace(joint, spring=Spring(0.0, joint.zero))
+        if joint.damper is None:
+            reason = "the leg file gives no damper: as designed there is none, and any drag is an effect"
+            reader.defaults.append(Default(f"{leg.name}: {joint.name}.damper", "0 N*m*s/rad", reason))
+            joint = replace(joint, damper=Damper(rate=0.0))
+        joints.append(joint)
+    return replace(leg, joints=tuple(joints))

@@ -1,0 +1,144 @@
+"""A diagnosis as files: gap.json, what was predicted, where torque is missing, and the diagnosed leg."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import synth
+from synth.effects import effect_named
+from synth.files.gap_project import GapProject, Tolerance
+from synth.files.leg import write_leg
+from synth.files.output import stems, write_csv, write_json
+from synth.gap.result import PHASES, GapResult, TrialGap
+from synth.model.leg import Array
+from synth.units import quantity
+
+LIBRARIES = ("numpy", "scipy", "numba")
+STAGES = ("as_designed", "before", "after")
+
+
+def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
+    """Write everything but the page into ``folder``.
+
+    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial; both are named in ``gap.json`` under ``trials``.
+    """
+    names = stems([trial.name for trial in result.trials])
+    joints = result.leg.joint_names
+    (folder / "predicted").mkdir()
+    (folder / "where").mkdir()
+    for trial, name in zip(result.trials, names, strict=True):
+        if trial.scored:
+            write_csv(folder / "predicted" / f"{name}.csv", predicted_columns(trial, joints))
+        write_csv(folder / "where" / f"{name}.csv", where_columns(trial, joints))
+    write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
+    write_json(folder / "gap.json", gap_json(result, project, names))
+
+
+def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, and a joint its measured angle beside the nominal leg at its best and with the explanation in, deg."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for j, name in enumerate(joints):
+        for kind in ("measured", "before", "after"):
+            columns[f"{name} {kind} [deg]"] = np.degrees(getattr(trial, kind)[:, j])
+    return columns
+
+
+def where_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, phase, and a joint the torque that the nominal leg at its best lacks beside speed, deflection and error."""
+    columns: dict[str, Array] = {"time [s]": trial.time, "phase [1]": trial.phase.astype(float)}
+    for j, name in enumerate(joints):
+        columns[f"{name} missing torque [N*m]"] = trial.missing_torque[:, j]
+        columns[f"{name} speed [deg/s]"] = np.degrees(trial.speed[:, j])
+        columns[f"{name} deflection [deg]"] = np.degrees(trial.deflection[:, j])
+        columns[f"{name} error before [deg]"] = np.degrees(trial.before[:, j] - trial.measured[:, j])
+        columns[f"{name} error after [deg]"] = np.degrees(trial.after[:, j] - trial.measured[:, j])
+    return columns
+
+
+def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> dict[str, Any]:
+    """The content of ``gap.json``: the diagnosis, then what it rests on; ``names``: a file name a trial."""
+    document = result.as_json()
+    gap, warnings, inputs = document.pop("gap"), document.pop("warnings"), document.pop("inputs")
+    gap["shrink_of_best"] = _of_best(result)
+    gap["joints"] = _by_joint([trial for trial in result.trials if trial.scored], result.leg.joint_names)
+    document["name"] = project.name
+    return {
+        **document,
+        "gap": gap,
+        "effects": _described(result),
+        "trials": [
+            _trial(trial, name, result.leg.joint_names) for trial, name in zip(result.trials, names, strict=True)
+        ],
+        "phases": list(PHASES),
+        "warnings": warnings,
+        "settings": {"seed": project.seed, **_tolerances(project.tolerance)},
+        "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
+        "inputs": inputs,
+        "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
+    }
+
+
+def _of_best(result: GapResult) -> dict[str, Any] | None:
+    """The shrink as a share of the best that any effects of the library reach; None where these reach nothing."""
+
+    def above(rms: float) -> float:
+        return float(np.sqrt(max(rms**2 - result.noise_floor.value**2, 0.0)))
+
+    before, best = above(result.before.value), above(result.best_possible.value)
+    if not before > best:
+        return None
+    return quantity((before - above(result.after.value)) / (before - best), "1")
+
+
+def rms(values: Array) -> float | None:
+    """Root mean square of what is known; None where nothing is."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else None
+
+
+def _by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, Any]:
+    """Joint -> RMS angle error as designed, before and after, over the trials given; locked joints are left out."""
+    found: dict[str, Any] = {}
+    for j, name in enumerate(joints):
+        for stage in STAGES:
+            errors = [getattr(trial, stage)[:, j] - trial.measured[:, j] for trial in trials]
+            value = rms(np.concatenate(errors)) if errors else None
+            if value is not None:
+                found.setdefault(name, {})[stage] = quantity(value, "deg")
+    return found
+
+
+def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
+    return {
+        "file": trial.name,
+        "held_out": trial.held_out,
+        "scored": trial.scored,
+        "predicted": f"predicted/{name}.csv" if trial.scored else None,
+        "where": f"where/{name}.csv",
+        "rms": _by_joint([trial], joints),
+    }
+
+
+def _described(result: GapResult) -> dict[str, dict[str, str]]:
+    """Every effect that the result names: what it is, its formula and source."""
+    causes = [*result.explanation, *(entry.cause for entry in result.ranked), *(c for tie in result.tied for c in tie)]
+    found = {}
+    for name in dict.fromkeys(cause.effect for cause in causes):
+        effect = effect_named(name)
+        found[name] = {"meaning": effect.meaning, "formula": effect.formula, "source": effect.source}
+    return found
+
+
+def _tolerances(tolerance: Tolerance) -> Mapping[str, Any]:
+    """One setting a tolerance, in the unit in which it is written."""
+    settings = {}
+    for item in fields(tolerance):
+        value, unit = getattr(tolerance, item.name), "deg" if item.name == "free_angle" else "percent"
+        settings[f"tolerance.{item.name}"] = {**quantity(value, unit), "how": "one standard deviation"}
+    return settings
