@@ -36,6 +36,7 @@ second = [time] = s = sec
 radian = [angle] = rad
 ampere = [current] = A = amp
 kelvin = [temperature] = K
+bit = [information]
 degree = 3.141592653589793 / 180 * radian = deg = degrees
 turn = 2 * 3.141592653589793 * radian = _ = revolution = rev
 arcminute = degree / 60 = arcmin
