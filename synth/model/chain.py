@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -142,7 +143,11 @@ def _file_of(module: str) -> Path:
 
 def compiled_chain(n: int) -> Chain:
     """The compiled chain of ``n`` links. The first call on a machine compiles for some seconds, then it is on disk."""
-    return _compiled(n, tuple(effect.name for effect in registered() if effect.way == "torque"))
+    with _loading:
+        return _compiled(n, tuple(effect.name for effect in registered() if effect.way == "torque"))
+
+
+_loading = threading.RLock()  # a module that another thread is still running has no functions yet
 
 
 @lru_cache(maxsize=16)

@@ -1,0 +1,175 @@
+"""Candidates: an effect at a place in one of its shapes, its unknowns whitened by their priors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.effects import Effect, Shape, registered
+from synth.gap.data import GapTrial
+from synth.model.layout import MOST_LINKS
+from synth.model.leg import Array, Leg
+
+SMALL = 0.05  # of its prior's width: where a strength starts
+
+
+@dataclass(frozen=True)
+class Scales:
+    """A joint's natural sizes, from its motion: by them a prior fits a flea's leg and an elephant's.
+
+    ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m of the spring at that angle; ``force``
+    N the leg's weight; ``length`` (n,) m of the link; ``middle`` (n,) rad of the motion's range, ``half`` (n,) its half
+    width, both in the sense of q.
+    """
+
+    angle: Array
+    speed: Array
+    torque: Array
+    force: float
+    length: Array
+    middle: Array
+    half: Array
+
+    def of(self, unit: str, joint: int) -> float:
+        """Natural size of a unit at a joint; 1 for units that have none."""
+        angle, speed, torque = self.angle[joint], self.speed[joint], self.torque[joint]
+        sizes = {
+            "rad": angle,
+            "rad/s": speed,
+            "s": angle / speed,
+            "N*m": torque,
+            "N*m/rad": torque / angle,
+            "N*m*s/rad": torque / speed,
+            "N*m*s^2/rad^2": torque / speed**2,
+            "m": self.length[joint],
+            "N": self.force,
+            "N/m": torque / angle / self.length[joint] ** 2,
+        }
+        return float(sizes.get(unit, 1.0))
+
+
+def scales(leg: Leg, trials: Sequence[GapTrial]) -> Scales:
+    """Natural sizes of each joint from the trials in which it is free."""
+    n = len(leg.joints)
+    low, high, speed = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n)
+    for trial in trials:
+        smoothed = trial.recording.smoothed
+        for j in trial.free:
+            low[j] = min(low[j], float(smoothed.angle[:, j].min()))
+            high[j] = max(high[j], float(smoothed.angle[:, j].max()))
+            speed[j] = max(speed[j], float(np.percentile(np.abs(smoothed.rate[:, j]), 98)))
+    moved = np.isfinite(low)
+    low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
+    rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
+    rate = np.array([j.spring.rate if j.spring else 0.0 for j in leg.joints])
+    angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), 0.02)
+    weight = leg.gravity * sum(j.link.mass for j in leg.joints)
+    length = np.array([j.link.length for j in leg.joints])
+    torque = np.maximum(rate * angle, 1e-3 * weight * length + 1e-12)
+    half = np.maximum(0.5 * (high - low), 0.01)
+    return Scales(angle, np.maximum(speed, 0.1), torque, weight, length, 0.5 * (low + high), half)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect at one joint (0 for the base) in one shape; the unknowns are the shape's free parameters, whitened."""
+
+    effect: Effect
+    joint: int
+    shape: Shape
+    scales: Scales
+    leg: Leg
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Effect and place, as the files name them."""
+        return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.shape.free)
+
+    def starts(self) -> list[Array]:
+        """Whitened starting points (size,)."""
+        made = []
+        for start in self.shape.starts or ({},):
+            point = []
+            for name in self.shape.free:
+                prior = self.effect.parameters[self.effect.index(name)].prior
+                assert prior is not None
+                point.append(float(prior.coordinate(start[name])) if name in start else SMALL)
+            made.append(np.array(point))
+        return made
+
+    def values(self, x: Array) -> Array:
+        """(n_parameter, n_lane) all parameters in SI and measured sense from whitened unknowns (size, n_lane)."""
+        sign, zero = self.leg.joints[self.joint].sign, self.leg.joints[self.joint].zero
+        found = np.empty((len(self.effect.parameters), x.shape[1]))
+        for p, parameter in enumerate(self.effect.parameters):
+            if parameter.name in self.shape.free:
+                assert parameter.prior is not None
+                value = parameter.prior.value(x[self.shape.free.index(parameter.name)])
+                if parameter.anchor == "middle":
+                    middle = zero + sign * self.scales.middle[self.joint]
+                    found[p] = middle + value * self.scales.half[self.joint]
+                else:
+                    found[p] = value * (self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0)
+            else:
+                found[p] = self.shape.held.get(parameter.name, self.effect.defaults[parameter.name])
+        return found
+
+    def named(self, x: Array) -> dict[str, float]:
+        """Parameters that say something, by name, from whitened unknowns (size,)."""
+        values = self.values(x[:, None])[:, 0]
+        shown = {}
+        for p, parameter in enumerate(self.effect.parameters):
+            freed = parameter.name in self.shape.free or parameter.name in self.shape.held
+            if freed or (parameter.default is None):
+                shown[parameter.name] = float(values[p])
+        return shown
+
+    def in_rotation(self, x: Array) -> Array:
+        """As ``values``, turned to the sense of q where direction matters."""
+        values = self.values(x)
+        joint = self.leg.joints[self.joint]
+        turned = [in_lane_order(self.effect, joint.sign, joint.zero, values[:, lane]) for lane in range(x.shape[1])]
+        return np.array(turned).T
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Whitened least and greatest values (size,); strengths may not change sign where their prior has one."""
+        low, high = np.full(self.size, -6.0), np.full(self.size, 6.0)
+        for k, name in enumerate(self.shape.free):
+            prior = self.effect.parameters[self.effect.index(name)].prior
+            assert prior is not None
+            wide = 40.0 if name in self.effect.strengths and not prior.log else 6.0
+            low[k], high[k] = -wide, wide
+            if prior.lower > (0.0 if prior.log else -np.inf):
+                low[k] = max(low[k], float(prior.coordinate(prior.lower)))
+            if np.isfinite(prior.upper):
+                high[k] = min(high[k], float(prior.coordinate(prior.upper)))
+        return low, high
+
+
+def in_lane_order(effect: Effect, sign: int, zero: float, values: Array) -> Array:
+    """One lane's parameters turned to the sense of q."""
+    from synth.model.lanes import in_rotation
+
+    given: Mapping[str, Any] = {p.name: float(v) for p, v in zip(effect.parameters, values, strict=True)}
+    return np.array(in_rotation(effect, sign, zero, given))
+
+
+def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Candidate]:
+    """Every effect at every place where it could act and show, in every shape."""
+    free = sorted({j for trial in trials for j in trial.free})
+    made = []
+    for effect in registered():
+        if effect.way == "structure" and len(leg.joints) >= MOST_LINKS:
+            continue
+        for joint in [0] if effect.where == "base" else free:
+            for shape in effect.shapes:
+                made.append(Candidate(effect, joint, shape, found, leg))
+    return made

@@ -1,0 +1,210 @@
+"""Readings of hypothetical legs: tolerances, effects and states in, what each encoder would have told out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.gap.candidates import Candidate
+from synth.gap.data import GapTrial
+from synth.gap.tolerances import Tolerances
+from synth.model.chain import Chain, Conditions, compiled_chain
+from synth.model.lanes import LegLanes
+from synth.model.layout import LANES
+from synth.model.leg import Array, Leg
+
+Hypothesis = tuple[Candidate, ...]
+TOLERANCE = 1e-6
+STEPS = 12_000
+
+
+@dataclass(frozen=True)
+class Block:
+    """Up to sixteen legs that differ little from the first and so share its steps.
+
+    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then each candidate's; ``state`` (2 n, n_lane):
+    rotations and rates at the trial's start, true ones, not as read.
+    """
+
+    hypothesis: Hypothesis
+    unknowns: Array
+    state: Array
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """Predicts readings of one leg's trials."""
+
+    leg: Leg
+    tolerances: Tolerances
+    tolerance: float = TOLERANCE
+
+    def predict(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
+        """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged.
+
+        Blocks of the same structure step together where they fit into sixteen lanes.
+        """
+        result: list[Array | None] = [None] * len(blocks)
+        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
+        for index, block in enumerate(blocks):
+            kinds.setdefault(_kind(block.hypothesis), []).append(index)
+        for indices in kinds.values():
+            for group in _packed([blocks[i].unknowns.shape[1] for i in indices]):
+                chosen = [indices[k] for k in group]
+                for i, found in zip(chosen, self._together(trial, [blocks[i] for i in chosen]), strict=True):
+                    result[i] = found
+        return [found for found in result if found is not None]
+
+    def _together(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
+        """Readings of blocks of one structure that fill at most one group of lanes."""
+        n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
+        total, ends = sum(widths), np.cumsum([0, *widths])
+        legs = LegLanes.of(self.leg, total)
+        self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
+        state = np.concatenate([block.state for block in blocks], axis=1)
+        pending: list[tuple[Candidate, Array, slice]] = []
+        readings: list[tuple[Candidate, Array, slice]] = []
+        for block, first, last in zip(blocks, ends[:-1], ends[1:], strict=True):
+            part = slice(int(first), int(last))
+            for candidate, x in _split(block, self.tolerances.size):
+                way = candidate.effect.way
+                if way == "torque":
+                    _put(legs, candidate, candidate.in_rotation(x), part)
+                elif way == "leg":
+                    _change(legs, candidate, candidate.values(x), part)
+                elif way == "reading":
+                    readings.append((candidate, candidate.values(x), part))
+                else:
+                    pending.append((candidate, candidate.values(x), part))
+        for j in trial.recording.conditions.locked:  # the joint was held where its reading was that of the trial
+            read = trial.recording.rotation[0, j]
+            held = np.full(total, read)
+            for _ in range(3):
+                held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, total)))[0]
+            state[j], state[n + j] = held, 0.0
+        legs, rotation = _extended(legs, pending, state[:n], total)
+        chain = compiled_chain(legs.n)
+        lanes = self._lanes(chain, legs, trial.recording.conditions)
+        own = list(legs.own)
+        rates = np.zeros((legs.n, total))
+        rates[own] = state[n:]
+        lanes[chain.layout.rows("rotation")], lanes[chain.layout.rows("rate")] = rotation, rates
+        wants_rates = any(candidate.effect.way == "reading" for candidate, _, _ in readings)
+        known = trial.recording.known_torque
+        if known is not None and legs.n > n:
+            wide = np.zeros((len(known[0]), legs.n))
+            wide[:, own] = known[1]
+            known = (known[0], wide)
+        out = chain.run(lanes, trial.time, self.tolerance, rates=wants_rates, known_torque=known, max_steps=STEPS)
+        found = out[:, own]
+        if readings:
+            turning = out[:, [legs.n + j for j in own]]
+            for j in sorted({candidate.joint for candidate, _, _ in readings}):
+                found[:, j] = self._as_read(readings, j, trial, found[:, j], turning[:, j])
+        return [found[:, :, first:last] for first, last in zip(ends[:-1], ends[1:], strict=True)]
+
+    def _lanes(self, chain: Chain, legs: LegLanes, conditions: Conditions) -> Array:
+        return chain.lanes(legs, conditions)
+
+    def _as_read(
+        self,
+        readings: Sequence[tuple[Candidate, Array, slice]],
+        joint: int,
+        trial: GapTrial,
+        rotation: Array,
+        rate: Array,
+    ) -> Array:
+        """One joint's rotation (m, n_lane) as its encoder tells it."""
+        told = rotation.copy()
+        hinge = self.leg.joints[joint]
+        time = trial.time if len(rotation) == len(trial.time) else np.array([0.0, 1.0])
+        for candidate, values, part in readings:
+            if candidate.joint == joint:
+                read = candidate.effect.function()
+                told[:, part] = read(time, told[:, part], rate[:, part], hinge.sign, hinge.zero, *values)
+        return told
+
+
+def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
+    """What decides the chain's structure, and how it costs: structures, and memories joint by joint."""
+    return tuple(
+        sorted(
+            (candidate.effect.name, candidate.joint if candidate.effect.way == "structure" else -1)
+            for candidate in hypothesis
+            if candidate.effect.way == "structure" or candidate.effect.memory
+        )
+    ) + tuple((f"{c.shape.free} {c.shape.held}", c.joint) for c in hypothesis if c.effect.way == "structure")
+
+
+def _packed(widths: Sequence[int]) -> list[list[int]]:
+    """Blocks into groups of at most sixteen lanes, first fit in order."""
+    groups: list[list[int]] = []
+    room: list[int] = []
+    for index, width in enumerate(widths):
+        if width > LANES:
+            raise ValueError(f"a block of {width} lanes does not fit into {LANES}")
+        for g, left in enumerate(room):
+            if width <= left:
+                groups[g].append(index)
+                room[g] -= width
+                break
+        else:
+            groups.append([index])
+            room.append(LANES - width)
+    return groups
+
+
+def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
+    """Each candidate with its unknowns (size, n_lane)."""
+    found = []
+    for candidate in block.hypothesis:
+        found.append((candidate, block.unknowns[first : first + candidate.size]))
+        first += candidate.size
+    return found
+
+
+def _put(legs: LegLanes, candidate: Candidate, values: Array, part: slice) -> None:
+    """Switch a torque effect on in some of the lanes."""
+    name = candidate.effect.name
+    if name not in legs.torques:
+        off = np.array([parameter.off for parameter in candidate.effect.parameters])
+        legs.torques[name] = np.tile(off[:, None, None], (1, legs.n, legs.n_lane))
+    legs.torques[name][:, candidate.joint, part] = values
+
+
+def _change(legs: LegLanes, candidate: Candidate, values: Array, part: slice) -> None:
+    """Change the leg's numbers in some of the lanes; elsewhere by nothing."""
+    wide = np.zeros((len(values), legs.n_lane))
+    wide[:, part] = values
+    candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
+
+
+def _extended(
+    legs: LegLanes, pending: Sequence[tuple[Candidate, Array, slice]], rotation: Array, total: int
+) -> tuple[LegLanes, Array]:
+    """The chain with the links that structure effects add, and its rotations (n_link, n_lane) at the start."""
+    full = rotation
+    done: set[tuple[str, int]] = set()
+    for candidate, _, _ in pending:
+        place = (candidate.effect.name, candidate.joint)
+        if place in done:
+            continue
+        done.add(place)
+        wide = np.empty((len(candidate.effect.parameters), total))
+        for other, values, part in pending:
+            if (other.effect.name, other.joint) == place:
+                wide[:, part] = values
+        made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
+        new = _inserted(legs, made)
+        full = np.insert(full, new, 0.0, axis=0)
+        full[new] = candidate.effect.function("start")(made, made.own[candidate.joint], full)
+        legs = made
+    return legs, full
+
+
+def _inserted(before: LegLanes, after: LegLanes) -> int:
+    """Where the one new link stands."""
+    shifted = [j for a, j in zip(before.own, after.own, strict=True) if a != j]
+    return shifted[0] - 1 if shifted else after.n - 1

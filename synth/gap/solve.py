@@ -1,0 +1,284 @@
+"""Many hypotheses fitted side by side: each within the tolerances, each trial's initial state estimated with it.
+
+Levenberg-Marquardt in whitened unknowns, where the prior is the unit normal. A hypothesis changes a leg's motion by
+little, so the derivatives by tolerances and initial states are taken once, at a ``Frame``, and only those by the
+effect's own unknowns anew at each step: a step costs two to four lanes a trial instead of thirty. Initial states are
+eliminated trial by trial (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TypeVar
+
+import numpy as np
+
+from synth.gap.data import GapTrial
+from synth.gap.predict import Block, Hypothesis, Predictor
+from synth.model.layout import LANES
+from synth.model.leg import Array
+
+STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
+RATE_STEP = 30.0
+T = TypeVar("T")
+
+
+@lru_cache(maxsize=1)
+def _workers() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-gap")
+
+
+def by_trial(function: Callable[[int], T], count: int) -> list[T]:
+    """``function(index)`` of each trial on all cores: the compiled code runs without the interpreter's lock."""
+    return list(_workers().map(function, range(count)))
+
+
+@dataclass(frozen=True)
+class Part:
+    """One trial's share of a frame, whitened: ``tolerance`` (M, p) derivatives, ``q`` (M, l), ``r`` (l, l) of states.
+
+    The states' columns have the weak prior of their initial rates below them, so M is the samples' number plus l.
+    """
+
+    tolerance: Array
+    q: Array
+    r: Array
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Derivatives by tolerances and initial states of all trials at one point."""
+
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A hypothesis at one point.
+
+    ``unknowns`` (p + n_effect,); ``states`` a trial (2 n,); ``residuals`` a trial (M,) whitened, the rates' prior
+    below; ``columns`` a trial (M, n_effect), whitened derivatives by the effect's unknowns; ``cost`` a log-likelihood.
+    """
+
+    hypothesis: Hypothesis
+    unknowns: Array
+    states: tuple[Array, ...]
+    residuals: tuple[Array, ...] = ()
+    columns: tuple[Array, ...] = ()
+    cost: float = np.inf
+    damping: float = 1e-3
+    rounds: int = 0
+    done: bool = False
+    frame: Frame | None = field(default=None, repr=False)
+
+    @property
+    def keys(self) -> tuple[tuple[str, str], ...]:
+        """Effect and place of each candidate."""
+        return tuple(candidate.key for candidate in self.hypothesis)
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """Trials that a diagnosis fits, and how their residuals are weighted.
+
+    ``sigma`` (n,) rad: what a residual is divided by. It is larger than the noise: samples are many and what a form
+    does not get right about its cause is no white noise; ``effective`` is the number of samples a trial and joint that
+    count as independent.
+    """
+
+    predictor: Predictor
+    trials: tuple[GapTrial, ...]
+    noise: Array
+    effective: float
+
+    @property
+    def n_tolerance(self) -> int:
+        """Number of tolerance unknowns."""
+        return self.predictor.tolerances.size
+
+    def sigma(self, trial: GapTrial) -> Array:
+        """(n,) rad."""
+        count = np.maximum(trial.counts.sum(axis=0), 1)
+        return np.asarray(self.noise * np.sqrt(np.maximum(count / self.effective, 1.0)))
+
+    def residual(self, trial: GapTrial, prediction: Array, state: Array) -> Array:
+        """(M,) whitened residual of one trial; inf where the motion diverged."""
+        sigma = self.sigma(trial)
+        away = ((prediction - trial.measured) / sigma)[trial.counts]
+        rate, deviation = trial.recording.initial_rate
+        n = len(rate)
+        free = trial.free
+        prior = np.zeros(2 * len(free))
+        prior[len(free) :] = (state[n:][free] - rate[free]) / deviation[free]
+        return np.concatenate([np.where(np.isfinite(away), away, np.inf), prior])
+
+    def frame(self, fit: Fit) -> Frame:
+        """Derivatives at a fit's point."""
+        return Frame(tuple(by_trial(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials))))
+
+    def _part(self, trial: GapTrial, fit: Fit, state: Array) -> Part:
+        p, free, n = self.n_tolerance, trial.free, len(state) // 2
+        alive = np.flatnonzero(self.predictor.tolerances.width.reshape(-1) > 0.0)
+        rows = [*free, *[n + j for j in free]]
+        moves = [("unknown", int(k), STEP) for k in alive]
+        moves += [("state", row, STEP * (1.0 if row < n else RATE_STEP)) for row in rows]
+        blocks = []
+        for first in range(0, len(moves), LANES - 1):
+            chunk = moves[first : first + LANES - 1]
+            unknowns = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
+            states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
+            for column, (kind, index, step) in enumerate(chunk, start=1):
+                (unknowns if kind == "unknown" else states)[index, column] += step
+            blocks.append(Block(fit.hypothesis, unknowns, states))
+        found = self.predictor.predict(trial, blocks)
+        widths = np.array([step for _, _, step in moves])
+        slopes = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
+        white = (slopes / self.sigma(trial)[:, None])[trial.counts]
+        l = len(rows)
+        tolerance = np.zeros((len(white) + l, p))
+        tolerance[: len(white), alive] = white[:, : len(alive)]
+        own = np.zeros((len(white) + l, l))
+        own[: len(white)] = white[:, len(alive) :]
+        deviation = trial.recording.initial_rate[1]
+        for k, j in enumerate(free):
+            own[len(white) + len(free) + k, len(free) + k] = 1.0 / deviation[j]
+        q, r = np.linalg.qr(own)
+        return Part(tolerance, q, r)
+
+    def evaluate(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Residuals and the effects' columns of many fits at their points, packed into common lanes."""
+
+        def one(i: int) -> list[tuple[Array, Array]]:
+            trial, blocks = self.trials[i], []
+            for fit in fits:
+                size = len(fit.unknowns) - self.n_tolerance
+                unknowns = np.repeat(fit.unknowns[:, None], size + 1, axis=1)
+                for k in range(size):
+                    unknowns[self.n_tolerance + k, k + 1] += STEP
+                blocks.append(Block(fit.hypothesis, unknowns, np.repeat(fit.states[i][:, None], size + 1, axis=1)))
+            found = []
+            for fit, out in zip(fits, self.predictor.predict(trial, blocks), strict=True):
+                residual = self.residual(trial, out[:, :, 0], fit.states[i])
+                slopes = (out[:, :, 1:] - out[:, :, :1]) / STEP / self.sigma(trial)[:, None]
+                below = np.zeros((len(residual) - int(trial.counts.sum()), slopes.shape[2]))
+                found.append((residual, np.concatenate([slopes[trial.counts], below])))
+            return found
+
+        parts = by_trial(one, len(self.trials))
+        made = []
+        for f, fit in enumerate(fits):
+            residuals = tuple(part[f][0] for part in parts)
+            columns = tuple(part[f][1] for part in parts)
+            cost = 0.5 * sum(float(r @ r) for r in residuals) + 0.5 * float(fit.unknowns @ fit.unknowns)
+            if not (np.isfinite(cost) and all(np.all(np.isfinite(c)) for c in columns)):
+                cost = np.inf
+            made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
+        return made
+
+    def solve(self, fits: Sequence[Fit], frame: Frame | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
+        """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
+
+        A fit is done when a step lowers its cost by less than ``tolerance``.
+        """
+        current = list(fits)
+        fresh = [i for i, fit in enumerate(current) if not fit.residuals]
+        for i, fit in zip(fresh, self.evaluate([current[i] for i in fresh]), strict=True):
+            current[i] = fit
+        for _ in range(rounds):
+            open_ = [i for i, fit in enumerate(current) if not fit.done and np.isfinite(fit.cost)]
+            if not open_:
+                break
+            tried = self.evaluate([self._stepped(current[i], current[i].frame or frame) for i in open_])
+            for i, found in zip(open_, tried, strict=True):
+                here = current[i]
+                if found.cost < here.cost:
+                    small = here.cost - found.cost < tolerance
+                    damping = max(here.damping * 0.2, 1e-6)
+                    current[i] = replace(found, damping=damping, rounds=here.rounds + 1, done=small)
+                else:
+                    damping = max(here.damping, 1e-3) * 10.0
+                    current[i] = replace(here, damping=damping, rounds=here.rounds + 1, done=damping > 1e4)
+        return current
+
+    def _stepped(self, fit: Fit, frame: Frame | None) -> Fit:
+        """The fit moved by one damped step; residuals not yet computed."""
+        assert frame is not None
+        normal = Normal.of(self, fit, frame)
+        matrix = normal.matrix + fit.damping * np.diag(np.diag(normal.matrix))
+        low, high = self.bounds(fit.hypothesis)
+        held = np.zeros(len(fit.unknowns), dtype=bool)
+        step = np.zeros(len(fit.unknowns))
+        for _ in range(3):
+            moving = ~held
+            step[:] = 0.0
+            step[moving] = -np.linalg.solve(matrix[np.ix_(moving, moving)], normal.gradient[moving])
+            outward = ((fit.unknowns <= low) & (step < 0)) | ((fit.unknowns >= high) & (step > 0))
+            if not np.any(outward & ~held):
+                break
+            held |= outward
+        most = np.max(np.abs(step[self.n_tolerance :]), initial=0.0)
+        if most > 3.0:
+            step *= 3.0 / most
+        unknowns = np.clip(fit.unknowns + step, low, high)
+        step = unknowns - fit.unknowns
+        states = []
+        for i, (part, trial) in enumerate(zip(frame.parts, self.trials, strict=True)):
+            ahead = fit.residuals[i] + part.tolerance @ step[: self.n_tolerance]
+            ahead = ahead + fit.columns[i] @ step[self.n_tolerance :]
+            states.append(self._state(trial, fit.states[i], -np.linalg.solve(part.r, part.q.T @ ahead)))
+        return replace(fit, unknowns=unknowns, states=tuple(states), residuals=(), columns=(), cost=np.inf)
+
+    @staticmethod
+    def _state(trial: GapTrial, state: Array, change: Array) -> Array:
+        free, n = trial.free, len(state) // 2
+        moved = state.copy()
+        moved[[*free, *[n + j for j in free]]] += change
+        return moved
+
+    def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
+        """Least and greatest unknowns; tolerances stay within ten deviations."""
+        lows, highs = [np.full(self.n_tolerance, -10.0)], [np.full(self.n_tolerance, 10.0)]
+        for candidate in hypothesis:
+            low, high = candidate.bounds()
+            lows.append(low)
+            highs.append(high)
+        return np.concatenate(lows), np.concatenate(highs)
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal equations in the unknowns once the states are eliminated; ``parts`` trial by trial, without the prior."""
+
+    matrix: Array
+    gradient: Array
+    parts: tuple[tuple[Array, Array, float], ...]
+
+    @classmethod
+    def of(cls, bench: Workbench, fit: Fit, frame: Frame) -> Normal:
+        """At a fit's point, with the derivatives of a frame."""
+        made = []
+        for part, residual, columns in zip(frame.parts, fit.residuals, fit.columns, strict=True):
+            slopes = np.concatenate([part.tolerance, columns], axis=1)
+            slopes = slopes - part.q @ (part.q.T @ slopes)
+            left = residual - part.q @ (part.q.T @ residual)
+            made.append((slopes.T @ slopes, slopes.T @ left, 0.5 * float(left @ left)))
+        size = len(fit.unknowns)
+        matrix = np.eye(size) + sum((m for m, _, _ in made), np.zeros((size, size)))
+        gradient = fit.unknowns + sum((g for _, g, _ in made), np.zeros(size))
+        return cls(matrix, gradient, tuple(made))
+
+    def left_out(self, fit: Fit) -> Array:
+        """(n_trial,) cost of each trial predicted by a fit without it, its own state estimated all the same.
+
+        One Gauss-Newton step from the common fit, in closed form.
+        """
+        costs = []
+        for matrix, gradient, cost in self.parts:
+            without = self.matrix - matrix
+            step = -np.linalg.solve(without, self.gradient - gradient)
+            costs.append(cost + float(gradient @ step) + 0.5 * float(step @ matrix @ step))
+        return np.array(costs)
