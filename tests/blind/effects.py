@@ -148,9 +148,7 @@ def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
     if kind == 2:
         return _law(setup, "sinh", 3.0, lambda s: Law(laws.SINH_SPRING, j, (k, free, reach / s)), reach=reach)
     knee = rng.uniform(0.3, 0.65) * reach
-    return _law(
-        setup, "piecewise", 2.0, lambda s: Law(laws.PIECEWISE_SPRING, j, (s * k, free, knee)), reach=reach
-    )
+    return _law(setup, "piecewise", 2.0, lambda s: Law(laws.PIECEWISE_SPRING, j, (s * k, free, knee)), reach=reach)
 
 
 def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -216,7 +214,10 @@ def backlash(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
         flank = 2000.0 * k
         name, law = "arm and flanks", lambda s: Law(laws.SLACK_ARM, j, (k, free, s, b, arm, flank, loss))
     return Form(
-        name, most, lambda s: (Truth(setup.true, (law(s),), bare=(j,)), good), lambda s: {"half_gap_deg": math.degrees(s)}
+        name,
+        most,
+        lambda s: (Truth(setup.true, (law(s),), bare=(j,)), good),
+        lambda s: {"half_gap_deg": math.degrees(s)},
     )
 
 

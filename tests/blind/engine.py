@@ -23,118 +23,103 @@ LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, KIND, DIRECTION, OFFSET = range
 HINGE, SLIDE = 0.0, 1.0
 
 
+# Columns of the scratch array, a row a body: hinge from the parent's hinge, velocity-dependent acceleration, slide's
+# direction, the symmetric articulated inertia (alpha, x, y) and the bias force.
+RX, RY, BX, BY, SX, SY, I00, I01, I02, I11, I12, I22, P0, P1, P2 = range(15)
+
+
 @njit(cache=True)
-def accelerate(body, gravity, locked, tau, q, w, acc, force):
+def accelerate(body, gravity, locked, tau, q, w, acc, force, s):
     """Accelerations (into ``acc``) and the forces through each hinge (into ``force``, rows moment, fx, fy).
 
-    ``tau`` are the torques along the free coordinates; a locked one accelerates not at all.
+    ``tau`` are the torques along the free coordinates; a locked one accelerates not at all. ``s`` (n, 15) is scratch.
     """
     n = body.shape[0]
-    phi = np.empty(n)
-    spin = np.empty(n)
-    rx, ry = np.empty(n), np.empty(n)  # from the parent's hinge to this one
-    bx, by = np.empty(n), np.empty(n)  # velocity-dependent acceleration of this hinge
-    sx, sy = np.zeros(n), np.zeros(n)  # the slide's direction
-    inertia = np.empty((n, 3, 3))
-    p = np.empty((n, 3))
-    before, spin_before, ex, ey = 0.0, 0.0, 0.0, 0.0
+    phi, spin, ex, ey = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
-        slide = body[i, KIND] == SLIDE
-        before += body[i, OFFSET]
-        rx[i], ry[i] = ex, ey
-        bx[i], by[i] = 0.0, 0.0
-        if slide:
-            sx[i], sy[i] = math.cos(before + body[i, DIRECTION]), math.sin(before + body[i, DIRECTION])
-            rx[i] += sx[i] * q[i]
-            ry[i] += sy[i] * q[i]
-            bx[i] -= 2.0 * spin_before * sy[i] * w[i]
-            by[i] += 2.0 * spin_before * sx[i] * w[i]
-            phi[i], spin[i] = before, spin_before
+        phi += body[i, OFFSET]
+        rx, ry = ex, ey
+        bx, by = 0.0, 0.0
+        before = spin
+        if body[i, KIND] == SLIDE:
+            sx, sy = math.cos(phi + body[i, DIRECTION]), math.sin(phi + body[i, DIRECTION])
+            rx += sx * q[i]
+            ry += sy * q[i]
+            bx -= 2.0 * spin * sy * w[i]
+            by += 2.0 * spin * sx * w[i]
         else:
-            phi[i], spin[i] = before + q[i], spin_before + w[i]
-        bx[i] -= spin_before**2 * rx[i]
-        by[i] -= spin_before**2 * ry[i]
-        s, c = math.sin(phi[i]), math.cos(phi[i])
-        ex, ey = body[i, LENGTH] * s, -body[i, LENGTH] * c
+            sx, sy = 0.0, 0.0
+            phi += q[i]
+            spin += w[i]
+        s[i, RX], s[i, RY], s[i, SX], s[i, SY] = rx, ry, sx, sy
+        s[i, BX], s[i, BY] = bx - before * before * rx, by - before * before * ry
+        across, along = math.sin(phi), math.cos(phi)
+        ex, ey = body[i, LENGTH] * across, -body[i, LENGTH] * along
         m, h = body[i, MASS], body[i, MASS] * body[i, COM]
-        hx, hy = h * s, -h * c
-        inertia[i, 0, 0] = body[i, INERTIA] + h * body[i, COM]
-        inertia[i, 0, 1] = inertia[i, 1, 0] = -hy
-        inertia[i, 0, 2] = inertia[i, 2, 0] = hx
-        inertia[i, 1, 1] = inertia[i, 2, 2] = m
-        inertia[i, 1, 2] = inertia[i, 2, 1] = 0.0
-        p[i, 0] = hx * gravity
-        p[i, 1] = -(spin[i] ** 2) * hx
-        p[i, 2] = -(spin[i] ** 2) * hy + m * gravity
-        before, spin_before = phi[i], spin[i]
-    _inward(body, locked, tau, rx, ry, bx, by, sx, sy, inertia, p)
-    _outward(body, locked, tau, rx, ry, bx, by, sx, sy, inertia, p, acc, force)
+        hx, hy = h * across, -h * along
+        s[i, I00], s[i, I01], s[i, I02] = body[i, INERTIA] + h * body[i, COM], -hy, hx
+        s[i, I11], s[i, I12], s[i, I22] = m, 0.0, m
+        s[i, P0], s[i, P1], s[i, P2] = hx * gravity, -spin * spin * hx, m * gravity - spin * spin * hy
+    _inward(body, locked, tau, s)
+    _outward(body, locked, tau, s, acc, force)
 
 
 @njit(cache=True)
-def _inward(body, locked, tau, rx, ry, bx, by, sx, sy, inertia, p):
+def _inward(body, locked, tau, s):
     """Articulated inertias and bias forces, from the tip to the root."""
-    n = body.shape[0]
-    u = np.empty(3)
-    a = np.empty((3, 3))
-    b = np.empty(3)
-    for i in range(n - 1, 0, -1):
-        for r in range(3):
-            b[r] = p[i, r] + inertia[i, r, 1] * bx[i] + inertia[i, r, 2] * by[i]
-            for c in range(3):
-                a[r, c] = inertia[i, r, c]
+    for i in range(body.shape[0] - 1, 0, -1):
+        bx, by = s[i, BX], s[i, BY]
+        a00, a01, a02, a11, a12, a22 = s[i, I00], s[i, I01], s[i, I02], s[i, I11], s[i, I12], s[i, I22]
+        b0 = s[i, P0] + a01 * bx + a02 * by
+        b1 = s[i, P1] + a11 * bx + a12 * by
+        b2 = s[i, P2] + a12 * bx + a22 * by
         if not locked[i]:
-            slide = body[i, KIND] == SLIDE
-            for r in range(3):
-                u[r] = inertia[i, r, 1] * sx[i] + inertia[i, r, 2] * sy[i] if slide else inertia[i, r, 0]
-            d = sx[i] * u[1] + sy[i] * u[2] if slide else u[0]
-            rest = tau[i] - (sx[i] * p[i, 1] + sy[i] * p[i, 2] if slide else p[i, 0])
-            # bias of what hangs outboard: (rest - u.b)/d is the coordinate's acceleration under the bias alone
-            e = (rest - (u[1] * bx[i] + u[2] * by[i])) / d
-            for r in range(3):
-                b[r] += u[r] * e
-                for c in range(3):
-                    a[r, c] -= u[r] * u[c] / d
+            if body[i, KIND] == SLIDE:
+                sx, sy = s[i, SX], s[i, SY]
+                u0, u1, u2 = a01 * sx + a02 * sy, a11 * sx + a12 * sy, a12 * sx + a22 * sy
+                d, rest = sx * u1 + sy * u2, tau[i] - sx * s[i, P1] - sy * s[i, P2]
+            else:
+                u0, u1, u2 = a00, a01, a02
+                d, rest = a00, tau[i] - s[i, P0]
+            e = (rest - (u1 * bx + u2 * by)) / d
+            b0, b1, b2 = b0 + u0 * e, b1 + u1 * e, b2 + u2 * e
+            a00, a01, a02 = a00 - u0 * u0 / d, a01 - u0 * u1 / d, a02 - u0 * u2 / d
+            a11, a12, a22 = a11 - u1 * u1 / d, a12 - u1 * u2 / d, a22 - u2 * u2 / d
         # to the parent's hinge: ax = axp - alpha ry, ay = ayp + alpha rx
-        x, y = rx[i], ry[i]
-        a01, a02, a11, a12, a22 = a[0, 1], a[0, 2], a[1, 1], a[1, 2], a[2, 2]
-        inertia[i - 1, 0, 0] += a[0, 0] + 2.0 * (x * a02 - y * a01) + x * x * a22 + y * y * a11 - 2.0 * x * y * a12
-        v1, v2 = a01 - y * a11 + x * a12, a02 - y * a12 + x * a22
-        inertia[i - 1, 0, 1] += v1
-        inertia[i - 1, 1, 0] += v1
-        inertia[i - 1, 0, 2] += v2
-        inertia[i - 1, 2, 0] += v2
-        inertia[i - 1, 1, 1] += a11
-        inertia[i - 1, 1, 2] += a12
-        inertia[i - 1, 2, 1] += a12
-        inertia[i - 1, 2, 2] += a22
-        p[i - 1, 0] += b[0] - y * b[1] + x * b[2]
-        p[i - 1, 1] += b[1]
-        p[i - 1, 2] += b[2]
+        x, y = s[i, RX], s[i, RY]
+        s[i - 1, I00] += a00 + 2.0 * (x * a02 - y * a01) + x * x * a22 + y * y * a11 - 2.0 * x * y * a12
+        s[i - 1, I01] += a01 - y * a11 + x * a12
+        s[i - 1, I02] += a02 - y * a12 + x * a22
+        s[i - 1, I11] += a11
+        s[i - 1, I12] += a12
+        s[i - 1, I22] += a22
+        s[i - 1, P0] += b0 - y * b1 + x * b2
+        s[i - 1, P1] += b1
+        s[i - 1, P2] += b2
 
 
 @njit(cache=True)
-def _outward(body, locked, tau, rx, ry, bx, by, sx, sy, inertia, p, acc, force):
+def _outward(body, locked, tau, s, acc, force):
     """Accelerations from the root to the tip, and the force through each hinge."""
     alpha, ax, ay = 0.0, 0.0, 0.0
     for i in range(body.shape[0]):
-        ax, ay = ax - alpha * ry[i] + bx[i], ay + alpha * rx[i] + by[i]
+        ax, ay = ax - alpha * s[i, RY] + s[i, BX], ay + alpha * s[i, RX] + s[i, BY]
+        a00, a01, a02, a11, a12, a22 = s[i, I00], s[i, I01], s[i, I02], s[i, I11], s[i, I12], s[i, I22]
         acc[i] = 0.0
         if not locked[i]:
             if body[i, KIND] == SLIDE:
-                u0 = inertia[i, 0, 1] * sx[i] + inertia[i, 0, 2] * sy[i]
-                u1 = inertia[i, 1, 1] * sx[i] + inertia[i, 1, 2] * sy[i]
-                u2 = inertia[i, 2, 1] * sx[i] + inertia[i, 2, 2] * sy[i]
-                rest = tau[i] - sx[i] * p[i, 1] - sy[i] * p[i, 2] - u0 * alpha - u1 * ax - u2 * ay
-                acc[i] = rest / (sx[i] * u1 + sy[i] * u2)
-                ax += sx[i] * acc[i]
-                ay += sy[i] * acc[i]
+                sx, sy = s[i, SX], s[i, SY]
+                u0, u1, u2 = a01 * sx + a02 * sy, a11 * sx + a12 * sy, a12 * sx + a22 * sy
+                rest = tau[i] - sx * s[i, P1] - sy * s[i, P2] - u0 * alpha - u1 * ax - u2 * ay
+                acc[i] = rest / (sx * u1 + sy * u2)
+                ax += sx * acc[i]
+                ay += sy * acc[i]
             else:
-                u0, u1, u2 = inertia[i, 0, 0], inertia[i, 1, 0], inertia[i, 2, 0]
-                acc[i] = (tau[i] - p[i, 0] - u0 * alpha - u1 * ax - u2 * ay) / u0
+                acc[i] = (tau[i] - s[i, P0] - a00 * alpha - a01 * ax - a02 * ay) / a00
                 alpha += acc[i]
-        for r in range(3):
-            force[i, r] = inertia[i, r, 0] * alpha + inertia[i, r, 1] * ax + inertia[i, r, 2] * ay + p[i, r]
+        force[i, 0] = a00 * alpha + a01 * ax + a02 * ay + s[i, P0]
+        force[i, 1] = a01 * alpha + a11 * ax + a12 * ay + s[i, P1]
+        force[i, 2] = a02 * alpha + a12 * ax + a22 * ay + s[i, P2]
 
 
 @njit(cache=True)
@@ -153,7 +138,7 @@ def _bristle_ahead(z, w, deflection, h):
 
 
 @njit(cache=True)
-def derivative(body, gravity, locked, law, at, par, mode, t, dt, q, w, w0, z, tau, acc, force, load, dz):
+def derivative(body, gravity, locked, law, at, par, mode, t, dt, q, w, w0, z, tau, acc, force, load, dz, s):
     """Accelerations and memory rates at one stage, ``dt`` after the step's start, where the speeds were ``w0``."""
     for i in range(body.shape[0]):
         tau[i] = -body[i, RATE] * (q[i] - body[i, FREE]) - body[i, DAMPING] * w[i]
@@ -177,7 +162,7 @@ def derivative(body, gravity, locked, law, at, par, mode, t, dt, q, w, w0, z, ta
             tau[i] += a
             if j != i:
                 tau[j] += b
-    accelerate(body, gravity, locked, tau, q, w, acc, force)
+    accelerate(body, gravity, locked, tau, q, w, acc, force, s)
     for k in range(law.shape[0]):
         if law[k] == BEARING:
             load[k] = math.hypot(force[at[k, 0], 1], force[at[k, 0], 2])
@@ -237,26 +222,35 @@ def _happen(k, law, at, par, mode, held, q, w, z):
 
 
 @njit(cache=True)
-def _advance(body, gravity, held, law, at, par, mode, t, h, q, w, z, a1, d1, tau, force, load, qn, wn, zn):
-    """One Runge-Kutta 4 step from (q, w, z), where the rates are (w, a1, d1), into (qn, wn, zn)."""
-    n, m = body.shape[0], law.shape[0]
-    a2, a3, a4 = np.empty(n), np.empty(n), np.empty(n)
-    d2, d3, d4 = np.empty((m, 2)), np.empty((m, 2)), np.empty((m, 2))
+def _stage(h, q, w, a, z, d, w_start, qs, ws, zs):
+    """State ``h`` along the rates (w, a, d) from the step's start (q, w_start, z), into (qs, ws, zs)."""
+    for i in range(q.shape[0]):
+        qs[i] = q[i] + h * w[i]
+        ws[i] = w_start[i] + h * a[i]
+    for k in range(z.shape[0]):
+        zs[k, 0] = z[k, 0] + h * d[k, 0]
+        zs[k, 1] = z[k, 1] + h * d[k, 1]
+
+
+@njit(cache=True)
+def _advance(body, gravity, held, law, at, par, mode, t, h, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s):
+    """One Runge-Kutta 4 step from (q, w, z), where the rates are (w, a1, d1), into (qn, wn, zn).
+
+    ``v`` (7, n) and ``m3`` (4, k, 2) hold the stages, ``s`` is the engine's scratch.
+    """
+    qs, w2, w3, w4, a2, a3, a4 = v[0], v[1], v[2], v[3], v[4], v[5], v[6]
+    zs, d2, d3, d4 = m3[0], m3[1], m3[2], m3[3]
     half = 0.5 * h
-    w2, z2 = w + half * a1, z + half * d1
-    derivative(
-        body, gravity, held, law, at, par, mode, t + half, half, q + half * w, w2, w, z2, tau, a2, force, load, d2
-    )
-    w3, z3 = w + half * a2, z + half * d2
-    derivative(
-        body, gravity, held, law, at, par, mode, t + half, half, q + half * w2, w3, w, z3, tau, a3, force, load, d3
-    )
-    w4, z4 = w + h * a3, z + h * d3
-    derivative(body, gravity, held, law, at, par, mode, t + h, h, q + h * w3, w4, w, z4, tau, a4, force, load, d4)
-    for i in range(n):
+    _stage(half, q, w, a1, z, d1, w, qs, w2, zs)
+    derivative(body, gravity, held, law, at, par, mode, t + half, half, qs, w2, w, zs, tau, a2, force, load, d2, s)
+    _stage(half, q, w2, a2, z, d2, w, qs, w3, zs)
+    derivative(body, gravity, held, law, at, par, mode, t + half, half, qs, w3, w, zs, tau, a3, force, load, d3, s)
+    _stage(h, q, w3, a3, z, d3, w, qs, w4, zs)
+    derivative(body, gravity, held, law, at, par, mode, t + h, h, qs, w4, w, zs, tau, a4, force, load, d4, s)
+    for i in range(body.shape[0]):
         qn[i] = q[i] + h / 6.0 * (w[i] + 2.0 * w2[i] + 2.0 * w3[i] + w4[i])
         wn[i] = w[i] + h / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i])
-    for k in range(m):
+    for k in range(law.shape[0]):
         for c in range(2):
             zn[k, c] = z[k, c] + h / 6.0 * (d1[k, c] + 2.0 * d2[k, c] + 2.0 * d3[k, c] + d4[k, c])
         i, p = at[k, 0], par[k]
@@ -290,6 +284,7 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
     held, load = fixed.copy(), np.zeros(m)
     tau, force = np.zeros(n), np.zeros((n, 3))
     a1, d1 = np.zeros(n), np.zeros((m, 2))
+    v, m3, s = np.zeros((7, n)), np.zeros((4, m, 2)), np.zeros((n, 15))
     q, w, z = q0.copy(), w0.copy(), z.copy()
     qn, wn, zn = q.copy(), w.copy(), z.copy()
     for k in range(m):
@@ -298,15 +293,39 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
             mode[k] = 0 if w[i] == 0.0 else (1 if w[i] > 0.0 else -1)
             held[i] = fixed[i] or mode[k] == 0
     angle[0], speed[0] = q, w
-    derivative(body, gravity, held, law, at, par, mode, start, 0.0, q, w, w, z, tau, a1, force, load, d1)
+    derivative(body, gravity, held, law, at, par, mode, start, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
     for step in range(count):
         rest, cuts = h, 0
         while rest > 0.0:
             t = start + (step + 1) * h - rest
-            derivative(body, gravity, held, law, at, par, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1)
+            derivative(body, gravity, held, law, at, par, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
             while _release(body, law, at, par, mode, held, fixed, tau, force, load):
-                derivative(body, gravity, held, law, at, par, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1)
-            _advance(body, gravity, held, law, at, par, mode, t, rest, q, w, z, a1, d1, tau, force, load, qn, wn, zn)
+                derivative(body, gravity, held, law, at, par, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
+            _advance(
+                body,
+                gravity,
+                held,
+                law,
+                at,
+                par,
+                mode,
+                t,
+                rest,
+                q,
+                w,
+                z,
+                a1,
+                d1,
+                tau,
+                force,
+                load,
+                qn,
+                wn,
+                zn,
+                v,
+                m3,
+                s,
+            )
             used, first = rest, -1
             for k in range(m):
                 if _margin(k, law, at, par, mode, fixed, qn, wn, zn) < 0.0:
@@ -315,7 +334,7 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
                         continue
                     used, first = _locate(
                         k, used, first,
-                        body, gravity, held, law, at, par, mode, fixed, t, q, w, z, a1, d1, tau, force, load, qn, wn, zn,
+                        body, gravity, held, law, at, par, mode, fixed, t, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
                     )  # fmt: skip
             q[:], w[:], z[:, :] = qn, wn, zn
             if first >= 0:
@@ -328,7 +347,32 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
 
 @njit(cache=True)
 def _locate(
-    k, used, first, body, gravity, held, law, at, par, mode, fixed, t, q, w, z, a1, d1, tau, force, load, qn, wn, zn
+    k,
+    used,
+    first,
+    body,
+    gravity,
+    held,
+    law,
+    at,
+    par,
+    mode,
+    fixed,
+    t,
+    q,
+    w,
+    z,
+    a1,
+    d1,
+    tau,
+    force,
+    load,
+    qn,
+    wn,
+    zn,
+    v,
+    m3,
+    s,
 ):
     """Shorten the step to law ``k``'s event, if it comes before ``used``; leaves the state at the new end."""
     low, at_low = 0.0, max(_margin(k, law, at, par, mode, fixed, q, w, z), 0.0)
@@ -338,7 +382,9 @@ def _locate(
     here = used
     for _ in range(3):
         here = low + (high - low) * at_low / (at_low - at_high) if at_low > 0.0 else 0.0
-        _advance(body, gravity, held, law, at, par, mode, t, here, q, w, z, a1, d1, tau, force, load, qn, wn, zn)
+        _advance(
+            body, gravity, held, law, at, par, mode, t, here, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s
+        )
         value = _margin(k, law, at, par, mode, fixed, qn, wn, zn)
         if here == 0.0 or value == 0.0:
             break

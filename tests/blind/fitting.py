@@ -18,6 +18,8 @@ from blind.model import PARAMETERS, Array, Leg, Motion, Trial, swing
 MOST_SAMPLES = 160  # a trial and joint; fewer than recorded, each then weighs for those left out
 UNIT = {"tilt": 0.01, "scale": 0.01, "offset": 0.01, "latency": 0.001}  # rad, 1, rad, s
 
+LIKELY = {"tilt": 0.3, "scale": 0.3, "offset": 0.3, "latency": 0.1, "free_angle": 0.5}
+
 
 @dataclass(frozen=True)
 class Alternative:
@@ -30,7 +32,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Fitted:
-    """``change`` (p,) of the parameters, in tolerances; ``rms`` of what is left, rad; ``cost`` chi squared and prior."""
+    """``change`` (p,) of the parameters, in tolerances or units; ``rms`` of what is left, rad; ``cost`` chi squared and prior."""
 
     change: Array
     rms: float
@@ -68,6 +70,13 @@ class Plain:
         if name in UNIT:
             return UNIT[name]
         return TOLERANCE[name] * (1.0 if name == "free_angle" else float(self.case.true.of(name)[joint]))
+
+    def quieter(self, floor: float) -> None:
+        """The same with a lower noise floor."""
+        ratio = self.floor / floor
+        self.common = {i: c * ratio for i, c in self.common.items()}
+        self.own = [(q, r * ratio) for q, r in self.own]
+        self.floor = floor
 
     def free(self, number: int) -> list[int]:
         """Joints that move in a trial."""
@@ -136,28 +145,44 @@ class Plain:
                 common[:, c] = column(there)
             self.common[i] = common * size
 
-    def fit(self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int] = (), rounds: int = 4) -> Fitted:
+    def fit(
+        self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int] = (), rounds: int = 6
+    ) -> Fitted:
         """Fit the given trials' target rotations, starting at the states given; ``freed`` have no prior."""
         used = np.array(sorted({*range(self.common_count), *freed}))
         weak = np.array([1e-3 if k in freed else 1.0 for k in used])  # the prior's weight
         change, state = np.zeros(len(self.names)), {i: np.array(states[i]) for i in self.given}
         reduced = {i: self.common[i][:, used] - q @ (q.T @ self.common[i][:, used]) for i, q in self._bases()}
         normal = sum(r.T @ r for r in reduced.values()) + np.diag(weak**2)
-        best: Fitted | None = None
-        for _ in range(rounds + 1):
-            left = {i: self._left(i, targets[i], change, state[i]) for i in self.given}
-            now = self._summary(change, left, (change - self.centre)[used] * weak)
-            if best is not None and now.cost > 0.998 * best.cost:
-                return now if now.cost < best.cost else best
-            best = now
-            pull = weak**2 * (self.centre - change)[used]
-            step = np.linalg.solve(normal, sum(reduced[i].T @ left[i] for i in self.given) + pull)
-            change = change.copy()
-            change[used] += step
+        best = self._tried(targets, change, state, used, weak)
+        assert best is not None, "the true leg's own motion"
+        share = 1.0
+        for _ in range(rounds):
+            fitted, left = best
+            pull = weak**2 * (self.centre - fitted.change)[used]
+            step = share * np.linalg.solve(normal, sum(reduced[i].T @ left[i] for i in self.given) + pull)
+            moved, ahead = fitted.change.copy(), {i: s.copy() for i, s in state.items()}
+            moved[used] += step
             for i in self.given:
-                self._shift(i, state[i], left[i] - self.common[i][:, used] @ step)
-        assert best is not None
-        return best
+                self._shift(i, ahead[i], share * left[i] - self.common[i][:, used] @ step)
+            found = self._tried(targets, moved, ahead, used, weak)
+            if found is None or found[0].cost >= fitted.cost:
+                share *= 0.3
+                continue
+            best, state = found, ahead
+            if found[0].cost > 0.998 * fitted.cost and share == 1.0:
+                break
+        return best[0]
+
+    def _tried(
+        self, targets: Sequence[Array], change: Array, state: dict[int, Array], used: Array, weak: Array
+    ) -> tuple[Fitted, dict[int, Array]] | None:
+        """Summary and residuals at given parameters and states; None where the leg cannot be simulated."""
+        try:
+            left = {i: self._left(i, targets[i], change, state[i]) for i in self.given}
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+        return self._summary(change, left, (change - self.centre)[used] * weak), left
 
     def linear_cost(self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int]) -> float:
         """The cost that ``fit`` would reach if all were linear: one solve, no simulation beyond the first."""
@@ -206,6 +231,20 @@ class Plain:
         square = sum(float(e @ e) for e in left.values())
         count = sum(float(self.weight[i] ** 2) * e.size for i, e in left.items())
         return Fitted(change.copy(), float(np.sqrt(square / count)) * self.floor, square + float(prior @ prior))
+
+    def plausible(self, other: Alternative, change: Array) -> bool:
+        """Whether an alternative has a value that a leg could have: nothing early, no link of half its mass."""
+        for k in other.freed:
+            name, j = self.names[k]
+            value = change[k] * self._unit(name, j)
+            if name == "latency" and value < 0.0:
+                return False
+            limit = LIKELY.get(name)
+            if limit is None:
+                limit = 0.6 * float(self.case.true.of(name)[j])
+            if abs(value) > limit:
+                return False
+        return True
 
     def alternatives(self) -> list[Alternative]:
         """Causes that are no more than a parameter or a sensor's error, and so are cheap to try."""

@@ -50,7 +50,12 @@ def design(rng: np.random.Generator, joints: int) -> Leg:
     first = math.exp(rng.uniform(math.log(0.016), math.log(0.28)))
     density = math.exp(rng.uniform(math.log(0.8), math.log(3.2)))
     length = first * np.cumprod([1.0, *rng.uniform(0.72, 1.12, joints - 1)])
-    mass = density * first * (first / 0.2) ** rng.uniform(-0.3, 0.3) * np.cumprod([1.0, *rng.uniform(0.25, 0.55, joints - 1)])
+    mass = (
+        density
+        * first
+        * (first / 0.2) ** rng.uniform(-0.3, 0.3)
+        * np.cumprod([1.0, *rng.uniform(0.25, 0.55, joints - 1)])
+    )
     com = length * rng.uniform(0.42, 0.56, joints)
     inertia = mass * length**2 / 12 * rng.uniform(0.9, 1.35, joints)
     values = np.stack([length, mass, com, inertia, *3 * [np.zeros(joints)]])
@@ -93,9 +98,7 @@ def setup(rng: np.random.Generator, joints: int, plain: bool = False, one_side: 
     """
     nominal = design(rng, joints)
     true = as_built(rng, nominal)
-    slowest = min(
-        math.sqrt(nominal.of("spring")[i] / nominal.outboard(i)) for i in range(joints)
-    )
+    slowest = min(math.sqrt(nominal.of("spring")[i] / nominal.outboard(i)) for i in range(joints))
     base = float(np.clip(round(rng.uniform(3.0, 7.0) * 2 * math.pi / slowest, 1), 1.0, 3.0))
     trials = _trials(rng, true, base, plain, one_side)
     quick = max(fastest(_Truth(true), t) for t in trials)

@@ -212,7 +212,7 @@ def _settle(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
     def acceleration(x: Array) -> Array:
         tau = -a.body[:, engine.RATE] * (x - a.body[:, engine.FREE])
         acc, force = np.zeros(len(q)), np.zeros((len(q), 3))
-        engine.accelerate(a.body, a.gravity, held, tau, x, w, acc, force)
+        engine.accelerate(a.body, a.gravity, held, tau, x, w, acc, force, np.zeros((len(q), 15)))
         return acc[index]
 
     for _ in range(50):
@@ -291,11 +291,11 @@ def fastest(truth: Truth, trial: Trial) -> float:
     free = np.flatnonzero(~a.fixed)
     inverse = np.empty((len(free), len(free)))
     acc, force = np.zeros(n), np.zeros((n, 3))
-    engine.accelerate(a.body, 0.0, a.fixed, np.zeros(n), q, w, acc, force)
+    engine.accelerate(a.body, 0.0, a.fixed, np.zeros(n), q, w, acc, force, np.zeros((n, 15)))
     for c, i in enumerate(free):
         tau = np.zeros(n)
         tau[i] = 1.0
-        engine.accelerate(a.body, 0.0, a.fixed, tau, q, w, acc, force)
+        engine.accelerate(a.body, 0.0, a.fixed, tau, q, w, acc, force, np.zeros((len(q), 15)))
         inverse[:, c] = acc[free]
     k, b = a.body[free, engine.RATE], a.body[free, engine.DAMPING]
     for law, at, par in zip(a.law, a.at, a.par, strict=True):  # what the laws add in stiffness

@@ -39,7 +39,9 @@ def write_case(case: Case, folder: Path, name: str) -> None:
     setup = case.setup
     lines = ["kind: gap", "leg: nominal.leg.yaml", "trials:"]
     names = setup.nominal.names
-    for number, (trial, times, reading) in enumerate(zip(setup.trials, case.times, case.readings, strict=True), start=1):
+    for number, (trial, times, reading) in enumerate(
+        zip(setup.trials, case.times, case.readings, strict=True), start=1
+    ):
         file = f"trials/{number:02d}.csv"
         entry = [f"file: {file}"]
         if trial.tip_mass:
@@ -60,13 +62,21 @@ def write_case(case: Case, folder: Path, name: str) -> None:
 def _tolerances() -> list[str]:
     shown = []
     for key, value in TOLERANCE.items():
-        shown.append(f"{key}: {_number(math.degrees(value))} deg" if key == "free_angle" else f"{key}: {_number(value * 100)} %")
+        shown.append(
+            f"{key}: {_number(math.degrees(value))} deg" if key == "free_angle" else f"{key}: {_number(value * 100)} %"
+        )
     return shown
 
 
 def _leg_text(case: Case, name: str) -> str:
     leg: Leg = case.setup.nominal
-    lines = ["kind: leg", f"name: leg {name}", "gravity: 9.81 m/s^2", f"tilt: {_number(math.degrees(leg.tilt))} deg", "joints:"]
+    lines = [
+        "kind: leg",
+        f"name: leg {name}",
+        "gravity: 9.81 m/s^2",
+        f"tilt: {_number(math.degrees(leg.tilt))} deg",
+        "joints:",
+    ]
     for j in range(leg.n):
         length, mass, com, inertia, rate, damping, free = leg.values[:, j]
         free_reading = math.degrees(leg.zero[j] + leg.sign[j] * free)
