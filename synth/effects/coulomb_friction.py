@@ -23,10 +23,11 @@ def start(deflection, friction, presliding):  # type: ignore[no-untyped-def]
 EFFECT = Effect(
     name="coulomb_friction",
     meaning="dry friction, constant in speed",
-    formula="-torque z, dz/dt = w / presliding up to |z| = 1",
+    formula="-torque z (3 - z^2) / 2, dz/dt = w / presliding up to |z| = 1",
     source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
     way="torque",
     memory=True,
+    bound=1.0,
     parameters=(
         Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
         Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),

@@ -110,7 +110,8 @@ class Effect:
     """An effect's name, what it is, its parameters in the order of its function, and how it acts.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
-    ``uses_load`` : the bearing force must be computed for it.
+    ``uses_load`` : the bearing force must be computed for it. ``bound`` : a memory beyond plus or minus this acts as if
+    it were there, and is put back there after each step.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Effect:
     shapes: tuple[Shape, ...]
     where: Literal["joint", "base"] = "joint"
     memory: bool = False
+    bound: float = np.inf
     uses_load: bool = False
     module: str = ""
 

@@ -51,7 +51,8 @@ def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLan
 
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
     """Bend (n_lane,) rad at the release: what the joint's spring bends the link by while its end is held."""
-    return legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint]) / legs.spring_rate[joint + 1]
+    torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
+    return np.asarray(torque / legs.spring_rate[joint + 1])
 
 
 EFFECT = Effect(

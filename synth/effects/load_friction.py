@@ -25,11 +25,12 @@ def start(deflection, radius, share, presliding):  # type: ignore[no-untyped-def
 EFFECT = Effect(
     name="load_friction",
     meaning="dry friction that grows with the joint's load",
-    formula="-z (radius |F| + share |T|), F the bearing force, T the torque of spring and damper; z as for dry friction",
+    formula="-s (radius |F| + share |T|), F the bearing force, T the torque of spring and damper, s of the bristle",
     source="journal bearing: Shigley, Mechanical Engineering Design, ch. 12; gear: Duclusaud et al., BAM, "
     "arXiv 2410.08650, model M3",
     way="torque",
     memory=True,
+    bound=1.0,
     uses_load=True,
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),

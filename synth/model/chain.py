@@ -23,6 +23,8 @@ from synth.model.leg import Array, Leg
 MAX_STEPS = 20_000
 MEMORY_TOLERANCE = 1e3  # a bristle's bend may be wrong by a thousand times as much as an angle
 
+UNBOUNDED = 1e300  # not infinite: the compiled code may assume that there is no such number
+
 
 @dataclass(frozen=True)
 class Conditions:
@@ -56,7 +58,7 @@ class Chain:
     def active(self, lanes: Array) -> np.ndarray[Any, np.dtype[np.int64]]:
         """(2, 1 + n_law) which extra torques any column of ``lanes`` (n_row, n_lane) switches on, as ``integrate``."""
         layout = self.layout
-        switches = [np.any(lanes[layout.rows("curve_slope")] != 0.0)]
+        switches = [bool(np.any(lanes[layout.rows("curve_slope")] != 0.0))]
         for effect in self.effects:
             rows = [layout.parameter_rows(effect.name, effect.index(name)) for name in effect.strengths]
             switches.append(any(np.any(lanes[row] != 0.0) for row in rows))
@@ -64,8 +66,8 @@ class Chain:
         both[0, 1:] *= [not effect.uses_load for effect in self.effects]
         return both
 
-    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, Any, Array]:
-        """Rows of state and derivative and tolerance factors; memories that are on are set to their start.
+    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, Any, Array, Array]:
+        """Rows of state and derivative, tolerance factors and bounds; memories that are on are set to their start.
 
         A memory takes part at those joints alone where its effect is on in some lane: a bristle turning over at a joint
         without friction would cost steps all the same.
@@ -82,7 +84,9 @@ class Chain:
         state, derivative = layout.states(on)
         factors = np.ones(len(state))
         factors[2 * layout.n :] = MEMORY_TOLERANCE
-        return np.array(state, dtype=np.int64), np.array(derivative, dtype=np.int64), factors
+        bounds = np.full(len(state), UNBOUNDED)
+        bounds[2 * layout.n :] = [min(effect_named(name).bound, UNBOUNDED) for name, _ in on]
+        return np.array(state, dtype=np.int64), np.array(derivative, dtype=np.int64), factors, bounds
 
     def run(
         self,
@@ -155,7 +159,9 @@ def _compiled(n: int, names: tuple[str, ...]) -> Chain:
     effects = tuple(effect_named(name) for name in names)
     layout = Layout(n, tuple(Law(effect.name, len(effect.parameters), effect.memory) for effect in effects))
     imports = {effect.name: effect.module for effect in effects}
-    files = tuple(_file_of(module) for module in ("synth.model.trigonometry", *imports.values()))
+    files = tuple(
+        _file_of(module) for module in ("synth.model.trigonometry", "synth.effects.compiled", *imports.values())
+    )
     chain = generate.load(f"chain{n}", generate.right_hand_side(layout), files[:1])
     extra = generate.load("torques", generate.extra_torques(layout, imports), files)
     bearing = generate.load("bearing", generate.bearing_forces(layout), files[:1])

@@ -43,7 +43,7 @@ _chain = types.FunctionType(types.void(float64[:, ::1]))
 _extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
 _bearing = types.FunctionType(types.void(float64[:, ::1], int64))
 _known = types.Tuple((float64[::1], float64[:, ::1]))
-_state = types.Tuple((int64[::1], int64[::1], float64[::1]))
+_state = types.Tuple((int64[::1], int64[::1], float64[::1], float64[::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
     float64, int64, float64[:, :, ::1],
@@ -100,7 +100,8 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     ----------
     chain, extra, bearing : the compiled right-hand side, the extra torques and the bearing forces.
     Z : (n_row, 16) workspace with initial state and parameters filled in; its state rows are overwritten.
-    states : rows of the state, rows of its derivative, and each one's factor (n_state,) on the tolerance.
+    states : rows of the state, rows of its derivative, and each one's factor (n_state,) on the tolerance and bound:
+        a state beyond its bound counts as at it, and is put there after each step (a bristle that slides).
     active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
         the bearing force; equal where none does.
     known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
@@ -112,7 +113,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     -------
     steps, reason : number of steps, and why it stopped. On any other reason than ``REACHED_END`` the rest is nan.
     """
-    state, derivative, factors = states
+    state, derivative, factors, bounds = states
     size = len(state)
     rows = out.shape[1]
     x = np.empty((size, LANES))
@@ -163,7 +164,11 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             for lane in range(LANES):
                 v = _E[0] * K[0, j, lane] + _E[2] * K[2, j, lane] + _E[3] * K[3, j, lane]
                 v += _E[4] * K[4, j, lane] + _E[5] * K[5, j, lane] + _E[6] * K[6, j, lane]
-                v = h * v / (factors[j] * (tolerance[1] + tolerance[0] * max(abs(x[j, lane]), abs(Z[state[j], lane]))))
+                v = h * v
+                if bounds[j] < 1e299:
+                    reached = Z[state[j], lane]
+                    v = max(-bounds[j], min(bounds[j], reached)) - max(-bounds[j], min(bounds[j], reached - v))
+                v = v / (factors[j] * (tolerance[1] + tolerance[0] * max(abs(x[j, lane]), abs(Z[state[j], lane]))))
                 error_sum[lane] += v * v
         error = 1e-30
         for lane in range(LANES):
@@ -193,6 +198,9 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             for j in range(size):
                 for lane in range(LANES):
                     x[j, lane] = Z[state[j], lane]
+                if bounds[j] < 1e299:
+                    for lane in range(LANES):
+                        x[j, lane] = max(-bounds[j], min(bounds[j], x[j, lane]))
                 for lane in range(LANES):
                     K[0, j, lane] = K[6, j, lane]
             factor = 0.9 * error**-0.17 * previous**0.04

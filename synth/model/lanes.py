@@ -47,12 +47,12 @@ class LegLanes:
     @property
     def n(self) -> int:
         """Number of links."""
-        return self.length.shape[0]
+        return int(self.length.shape[0])
 
     @property
     def n_lane(self) -> int:
         """Number of legs."""
-        return self.length.shape[1]
+        return int(self.length.shape[1])
 
     @classmethod
     def of(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
