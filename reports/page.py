@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -14,13 +14,18 @@ from markupsafe import Markup
 
 from reports import quantities
 from reports.reading import Result, read_result
-from reports.section import Missing, Section
+from reports.section import Missing, Section, sequence
 from reports.sections import (
     built,
     damper_curves,
     equations,
     estimates,
     files,
+    gap_how_far,
+    gap_next,
+    gap_terms,
+    gap_where,
+    gap_which,
     inputs,
     motion,
     parts,
@@ -50,6 +55,15 @@ FIT_SECTIONS: tuple[Section, ...] = (
     estimates.SECTION,
     motion.SECTION,
     equations.SECTION,
+)
+GAP_SECTIONS: tuple[Section, ...] = (
+    gap_where.SECTION,
+    gap_which.SECTION,
+    gap_how_far.SECTION,
+    gap_next.SECTION,
+    warnings.SECTION,
+    inputs.SECTION,
+    gap_terms.SECTION,
 )
 
 
@@ -88,7 +102,26 @@ def write_fit_report(folder: Path) -> Path:
     return _write(read_result(folder, "fit.json", "fit"), "Fit to recorded motion", FIT_SECTIONS)
 
 
-def _write(result: Result, kind: str, sections: Sequence[Section]) -> Path:
+def write_gap_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``gap.json``, ``predicted/*.csv`` and ``where/*.csv``; see ``write_leg_report``."""
+    result = read_result(folder, "gap.json", "gap")
+    trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
+    scored = [trial for trial in trials if trial.get("scored")]
+    opening = (
+        _environment()
+        .get_template("gap-opening.html")
+        .render(
+            sentence=result.content.get("sentence") or "",
+            verdict=result.content.get("verdict") or "–",
+            scored=len(scored),
+            held_out=all(trial.get("held_out") for trial in scored),
+            warnings=len(sequence(result.content, "warnings")),
+        )
+    )
+    return _write(result, "Gap between model and measurement", GAP_SECTIONS, Markup(opening))
+
+
+def _write(result: Result, kind: str, sections: Sequence[Section], opening: Markup | None = None) -> Path:
     shown: list[Shown] = []
     left_out: list[tuple[str, str]] = []
     environment = _environment()
@@ -102,6 +135,7 @@ def _write(result: Result, kind: str, sections: Sequence[Section]) -> Path:
     page = environment.get_template("page.html").render(
         kind=kind,
         name=result.content.get("name") or "",
+        opening=opening or "",
         file=result.name,
         versions=result.content.get("versions") or {},
         sections=shown,
@@ -128,6 +162,8 @@ def _environment() -> Environment:
         "interval": quantities.interval_text,
         "number": quantities.number,
         "unit": quantities.unit_text,
+        "percent": quantities.share_text,
+        "percent_interval": quantities.share_interval,
     }
     environment.filters.update(filters)
     return environment

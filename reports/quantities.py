@@ -130,6 +130,23 @@ def percent(part: float | None, whole: float | None) -> str:
     return ("+" if share > 0 else "−") + shown
 
 
+def share_text(quantity: object) -> str:
+    """A share as whole per cent, ``83 %``; what rounds to 0 or 100 and is neither says so."""
+    value = value_of(quantity) if isinstance(quantity, Mapping) else quantity
+    if not isinstance(value, (int, float)) or not math.isfinite(value):
+        return "–"
+    share = 100.0 * value
+    if 0.0 < share < 0.5:
+        return "under 1\u00a0%"
+    return "over 99\u00a0%" if 99.5 <= share < 100.0 else f"{_minus(f'{share:.0f}')}\u00a0%"
+
+
+def share_interval(quantity: object) -> str:
+    """``78 % to 88 %``; empty without an interval."""
+    interval = interval_of(quantity)
+    return "" if interval is None else " to ".join(share_text(end) for end in interval)
+
+
 def _bare(written: str) -> str:
     """Without zeros at the end of the decimals: they would claim digits that nobody stated."""
     return written.rstrip("0").rstrip(".") if "." in written else written

@@ -24,6 +24,7 @@ COMMANDS = {
     "init": "write an example project to start from",
     "fit": "springs, dampers and free angles of a leg from its trials",
     "leg": "from recorded motion to a leg to order, wind and print",
+    "gap": "why the built leg moves otherwise than simulated: where, which effect, how far it shrinks",
     "spring": "the torsion spring to wind, or what stands in its way",
     "catalog": "list, show and check catalogues of springs, dampers and wire",
     "warmup": "compile the equations of motion now instead of at the first use",

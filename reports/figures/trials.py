@@ -31,13 +31,14 @@ class Curve:
 
 @dataclass(frozen=True)
 class Panel:
-    """One joint of one trial: curves over common times, and a remark for its upper right corner."""
+    """One joint of one trial: curves of ``what`` over common times, and a remark for its upper right corner."""
 
     joint: str
     unit: str
     times: Sequence[float]
     curves: Sequence[Curve]
     remark: str
+    what: str = "angle"
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def _draw(svg: Svg, panel: Panel, limits: Limits, corner: Point, width: float) -
     most = max(8, int((width - 110) / 6.2))
     svg.text(
         (left + 4, top + 13),
-        f"{shortened(panel.joint, most - len(unit) - 9)} angle [{unit}]",
+        f"{shortened(panel.joint, most - len(unit) - len(panel.what) - 4)} {panel.what} [{unit}]",
         f'font-size="11.5" fill="{BLACK}" font-weight="600"',
     )
     svg.text((axes.x.end, top + 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')

@@ -1,0 +1,118 @@
+"""The torque that a model lacks: samples as dots, and in bins the median with the middle half of the samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from reports.figures.axes import Axes, Scale, padded
+from reports.figures.palette import BLACK, BLUE, GREY
+from reports.figures.svg import Point, Svg, shortened
+
+WIDTH, HEIGHT = 960.0, 236.0
+LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0
+MOST_DOTS = 700
+BINS, LEAST_IN_BIN = 15, 8
+OUTER = 0.02  # share of the samples that either end of an axis may leave out
+DOT, BAND = "#c3c9cf", "#bfd9ec"
+
+
+@dataclass(frozen=True)
+class Bin:
+    """One bin: its middle, the median and the quartiles of the torque in it."""
+
+    place: float
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """One panel: samples (abscissa, torque), and what the abscissa is, with its unit."""
+
+    joint: str
+    abscissa: str
+    points: Sequence[Point]
+
+
+def quantile(ordered: Sequence[float], share: float) -> float:
+    """Value below which a share of sorted numbers lies, linear between them (Hyndman & Fan 1996, type 7)."""
+    place = share * (len(ordered) - 1)
+    below = math.floor(place)
+    above = min(below + 1, len(ordered) - 1)
+    return ordered[below] + (place - below) * (ordered[above] - ordered[below])
+
+
+def binned(points: Sequence[Point], bins: int = BINS) -> list[Bin]:
+    """Bins of equal width over all but the outermost samples; those with too few samples are left out."""
+    xs = sorted(x for x, _ in points)
+    if len(xs) < LEAST_IN_BIN:
+        return []
+    low, high = quantile(xs, OUTER / 2), quantile(xs, 1 - OUTER / 2)
+    if not high > low:
+        return []
+    held: list[list[float]] = [[] for _ in range(bins)]
+    for x, y in points:
+        if low <= x <= high:
+            held[min(int((x - low) / (high - low) * bins), bins - 1)].append(y)
+    found = []
+    for index, values in enumerate(held):
+        if len(values) >= LEAST_IN_BIN:
+            ordered = sorted(values)
+            quartiles = (quantile(ordered, share) for share in (0.25, 0.5, 0.75))
+            found.append(Bin(low + (index + 0.5) * (high - low) / bins, *quartiles))
+    return found
+
+
+def missing_torque_figure(title: str, clouds: Sequence[Cloud]) -> Markup:
+    """One joint's panels side by side, on one torque axis."""
+    torques = sorted(y for cloud in clouds for _, y in cloud.points)
+    ends = (quantile(torques, OUTER), quantile(torques, 1 - OUTER), 0.0) if torques else (0.0,)
+    bins = [binned(cloud.points) for cloud in clouds]
+    spread = [value for each in bins for one in each for value in (one.low, one.high)]
+    vertical = padded([*ends, *spread], 0.1)
+    svg = Svg(WIDTH, HEIGHT, title)
+    width = WIDTH / len(clouds)
+    for index, (cloud, each) in enumerate(zip(clouds, bins, strict=True)):
+        _draw(svg, cloud, each, vertical, index * width, width)
+    return svg.markup
+
+
+def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: float, width: float) -> None:
+    xs = sorted(x for x, _ in cloud.points)
+    span = padded([quantile(xs, OUTER / 4), quantile(xs, 1 - OUTER / 4), 0.0], 0.04) if xs else (-1.0, 1.0)
+    axes = Axes(
+        Scale(*span, left + LEFT, left + width - RIGHT),
+        Scale(*vertical, HEIGHT - BOTTOM, TOP),
+    )
+    axes.frame(svg, 7, 5)
+    zero = axes.y(0.0)
+    svg.line((axes.x.start, zero), (axes.x.end, zero), f'stroke="{GREY}" stroke-width="1"')
+    svg.line((axes.x(0.0), TOP), (axes.x(0.0), HEIGHT - BOTTOM), f'stroke="{GREY}" stroke-width="0.6"')
+    every = max(1, math.ceil(len(cloud.points) / MOST_DOTS))
+    inside = [p for p in cloud.points[::every] if span[0] <= p[0] <= span[1] and vertical[0] <= p[1] <= vertical[1]]
+    svg.dots(axes.points(inside), 2.6, DOT)
+    _medians(svg, axes, bins)
+    words = f'font-size="11" fill="{BLACK}" text-anchor="middle"'
+    svg.text(((axes.x.start + axes.x.end) / 2, HEIGHT - 8), cloud.abscissa, words)
+    middle = (axes.y.start + axes.y.end) / 2
+    svg.text((left + 12, middle), "torque [N·m]", f'{words} transform="rotate(-90 {left + 12:.0f} {middle:.0f})"')
+    heading = f"{shortened(cloud.joint, 40)}: missing torque"
+    svg.text((left + LEFT, 14), heading, f'font-size="11.5" fill="{BLACK}" font-weight="600"')
+
+
+def _medians(svg: Svg, axes: Axes, bins: Sequence[Bin]) -> None:
+    if not bins:
+        return
+    upper = axes.points([(one.place, one.high) for one in bins])
+    lower = axes.points([(one.place, one.low) for one in reversed(bins)])
+    outline = "L".join(f"{x:.1f} {y:.1f}" for x, y in [*upper, *lower])
+    svg.path(f"M{outline}Z", f'fill="{BAND}" fill-opacity="0.75"')
+    medians = axes.points([(one.place, one.median) for one in bins])
+    svg.polyline(medians, f'stroke="{BLUE}" stroke-width="2" stroke-linejoin="round"')
+    for point in medians:
+        svg.circle(point, 3, f'fill="{BLUE}"')

@@ -1,0 +1,126 @@
+"""How far the gap shrinks: errors before and after on scored trials, and the motions on the same axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.legend import legend
+from reports.figures.palette import AFTER, BEFORE, RECORDED
+from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
+from reports.quantities import brief, interval_of
+from reports.reading import Json, Result, value_of
+from reports.responses import Response, extremes, read_response
+from reports.section import Missing, Section, mapping, sequence
+
+STEPS = (
+    ("as_designed", "as designed", "the nominal leg to the letter"),
+    ("before", "before", "the nominal leg at its best within its tolerances"),
+    ("after", "after", "with the explanation in"),
+    ("best_possible", "best possible", "the best that any effects of the library reach, however unlikely"),
+    ("noise_floor", "noise floor", "what the sensors leave"),
+)
+_LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
+WIDTH, LABEL = 640.0, 120.0
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Errors as bars and tables, the scored trials as figures."""
+    gap = mapping(result.content, "gap")
+    if not gap:
+        return Missing(f"{result.name} holds no gap")
+    trials = [t for t in sequence(result.content, "trials") if isinstance(t, Mapping) and t.get("scored")]
+    rms = {str(trial.get("file")): _worst(trial) for trial in trials}
+    shown = extremes(list(rms), rms)
+    joints = mapping(gap, "joints")
+    return {
+        "steps": [{"key": key, "name": name, "what": what, "rms": gap.get(key)} for key, name, what in STEPS],
+        "figure": _bars(gap),
+        "shrink": gap.get("shrink"),
+        "of_best": gap.get("shrink_of_best"),
+        "joints": [{"name": name, **joint, "noise": mapping(result.content, "noise").get(name)}
+                   for name, joint in joints.items()],
+        "trials": trials,
+        "legend": legend([(RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after")]),
+        "figures": _figures(result, [trial for trial in trials if str(trial.get("file")) in shown]),
+        "total": len(trials),
+        "held_out": all(trial.get("held_out") for trial in trials),
+        "explained": bool(sequence(result.content, "explanation")),
+    }  # fmt: skip
+
+
+def _worst(trial: Mapping[str, Any]) -> float:
+    values = [value_of(joint.get("before")) for joint in mapping(trial, "rms").values() if isinstance(joint, Mapping)]
+    return max((value for value in values if value is not None), default=0.0)
+
+
+def _bars(gap: Json) -> Markup:
+    """The five errors with their intervals on one axis."""
+    bars, labels = [], []
+    for key, name, _ in STEPS:
+        quantity = gap.get(key)
+        value = value_of(quantity)
+        if value is None:
+            continue
+        low, high = interval_of(quantity) or (None, None)
+        labels.append(name)
+        bars.append(Bar(value, brief(quantity), low, high, strong=key == "after", apart=key == "noise_floor"))
+    most = max((max(bar.value, bar.high or 0.0) for bar in bars), default=1.0)
+    return bar_figure(
+        "RMS angle errors", labels, [Column("RMS angle error on scored trials", bars, most)], WIDTH, LABEL
+    )
+
+
+def _figures(result: Result, trials: list[Mapping[str, Any]]) -> list[Json]:
+    """Measured, before and after, and the two errors below; axes of a joint are shared over the trials."""
+    found = []
+    for trial in trials:
+        response = read_response(result, str(trial.get("predicted")))
+        if response is not None and (panels := _angles(response, trial)):
+            found.append((trial, panels, _errors(response)))
+    limits = shared_limits([panel for _, panels, _ in found for panel in panels])
+    error_limits = shared_limits([panel for _, _, panels in found for panel in panels])
+    return [
+        {
+            "trial": str(trial.get("file")),
+            "held_out": bool(trial.get("held_out")),
+            "svg": trial_figure(f"{trial.get('file')}: measured, before and after", panels, limits),
+            "errors": trial_figure(f"{trial.get('file')}: errors before and after", errors, error_limits),
+        }
+        for trial, panels, errors in found
+    ]
+
+
+def _angles(response: Response, trial: Mapping[str, Any]) -> list[Panel]:
+    """Measured, before and after; a locked joint, of which nothing was measured, is left out."""
+    panels = []
+    for joint in response.joints("measured"):
+        if response.rms(joint, "measured", "before") is None:
+            continue
+        error = mapping(trial, "rms", joint)
+        remark = f"{brief(error.get('before'))} → {brief(error.get('after'))}" if error else ""
+        if (panel := response.panel(joint, _LINES, remark)) is not None:
+            panels.append(panel)
+    return panels
+
+
+def _errors(response: Response) -> list[Panel]:
+    """Predicted less measured, before and after, for the same joints."""
+    columns, times = response.table.columns, response.table.columns.get("time", [])
+    panels = []
+    for joint in response.joints("measured"):
+        measured = columns[f"{joint} measured"]
+        if response.rms(joint, "measured", "before") is None:
+            continue
+        curves = [
+            Curve([x - y for x, y in zip(columns[f"{joint} {kind}"], measured, strict=True)], _LINES[kind])
+            for kind in ("before", "after")
+        ]
+        panels.append(Panel(joint, response.unit(joint, "measured"), times, curves, "", "error"))
+    return panels
+
+
+SECTION = Section("how-far", "How far it shrinks", content)

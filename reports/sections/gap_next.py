@@ -1,0 +1,50 @@
+"""What to record next: the trial that would best tell apart what is still open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.figures.bars import Bar, Column, bar_figure
+from reports.quantities import number
+from reports.reading import Result, value_of
+from reports.section import Section, mapping, sequence
+
+WIDTH, LABEL = 640.0, 300.0
+
+
+def content(result: Result) -> dict[str, Any]:
+    """The trial as an entry of ``trials:``, its release, and the menu by expected information."""
+    experiment = mapping(result.content, "next_experiment")
+    if not experiment:
+        return {"experiment": None}
+    menu = [item for item in sequence(experiment, "menu") if isinstance(item, Mapping)]
+    menu = sorted(menu, key=lambda item: -(value_of(item.get("information")) or 0.0))
+    chosen = {"what": "the trial above", "information": experiment.get("information")}
+    bits = [value_of(item.get("information")) or 0.0 for item in (chosen, *menu)]
+    bars = [Bar(value, f"{number(value, 2)} bit", strong=index == 0) for index, value in enumerate(bits)]
+    labels = [str(item.get("what")) for item in (chosen, *menu)]
+    column = Column("expected information", bars, max(bits), words=72.0)
+    return {
+        "experiment": experiment,
+        "entry": entry_text(mapping(experiment, "trial")),
+        "release": mapping(experiment, "release"),
+        "figure": bar_figure("Trials by expected information", labels, [column], WIDTH, LABEL) if menu else None,
+    }
+
+
+def entry_text(trial: Mapping[str, Any]) -> str:
+    """An entry of ``trials:`` as it would be written, the file still to be named."""
+    words = [f"{key}: {_written(value)}" for key, value in trial.items() if key != "file"]
+    return "- {" + ", ".join([f"file: {trial.get('file', 'trials/next.csv')}", *words]) + "}"
+
+
+def _written(value: object) -> str:
+    if isinstance(value, list):
+        return "[" + ", ".join(map(str, value)) + "]"
+    if isinstance(value, Mapping) and value_of(value) is not None:
+        return f"{number(value_of(value))} {value.get('unit', '')}".replace("−", "-")
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+SECTION = Section("next", "What to record next", content)

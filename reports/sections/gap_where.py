@@ -1,0 +1,138 @@
+"""Where the gap lies: shares, the torque that the nominal leg lacks, and the error over time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.legend import legend
+from reports.figures.missing_torque import Cloud, missing_torque_figure
+from reports.figures.palette import AFTER, BEFORE, FLOOR
+from reports.figures.trials import Curve, Limits, Panel, trial_figure
+from reports.quantities import in_si, number, unit_text
+from reports.reading import Json, Result, Table
+from reports.section import Missing, Section, mapping, sequence
+
+# Key of ``where`` -> heading, and what is said of each of its bins.
+SHARES = {
+    "joint": ("by joint", "{}"),
+    "phase": ("by phase", "{}"),
+    "speed": ("by speed", "{} third"),
+    "position": ("by deflection", "{} third"),
+    "load": ("by load", "{} third"),
+    "time": ("by time", "{} third"),
+}
+_TIMES = {"low": "first", "middle": "middle", "high": "last"}
+PANEL, LABEL = 300.0, 104.0
+MOST_TIMES = 60
+ENDING = " missing torque"
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Shares as bars, missing torque a joint, error over time a joint."""
+    where = mapping(result.content, "where")
+    if not where:
+        return Missing(f"{result.name} does not say where the gap lies")
+    tables = _tables(result)
+    joints = _joints(tables)
+    return {
+        "shares": [figure for key in SHARES if (figure := _share(key, mapping(where, key))) is not None],
+        "torques": [figure for joint in joints if (figure := _torque(joint, tables)) is not None],
+        "errors": _errors(result, joints),
+        "legend": legend([(BEFORE, "nominal at its best"), (AFTER, "with the explanation"), (FLOOR, "noise")]),
+        "scored": sum(bool(trial.get("scored")) for trial in sequence(result.content, "trials")),
+    }
+
+
+def _tables(result: Result, scored: bool = False) -> list[Table]:
+    """The ``where`` tables of all trials, or of the scored ones."""
+    found = []
+    for trial in sequence(result.content, "trials"):
+        if isinstance(trial, Mapping) and trial.get("where") and (trial.get("scored") or not scored):
+            table = result.table(str(trial["where"]))
+            found += [] if table is None else [table]
+    return found
+
+
+def _joints(tables: list[Table]) -> list[str]:
+    names = [name.removesuffix(ENDING) for table in tables for name in table.columns if name.endswith(ENDING)]
+    return list(dict.fromkeys(names))
+
+
+def _share(key: str, shares: Json) -> Markup | None:
+    """Bars of one mapping of shares; the greatest stands out."""
+    values = {str(name): float(value) for name, value in shares.items() if isinstance(value, (int, float))}
+    if not values:
+        return None
+    heading, words = SHARES[key]
+    most = max(values.values())
+    if key == "time":
+        values = {_TIMES.get(name, name): value for name, value in values.items()}
+    labels = [words.format(name) if len(name) < 8 else name for name in values]
+    bars = [Bar(value, f"{100 * value:.0f} %", strong=value == most) for value in values.values()]
+    title = f"Share of the gap {heading}"
+    return bar_figure(title, labels, [Column(f"share {heading}", bars, 1.0, words=40.0)], PANEL, LABEL)
+
+
+def _torque(joint: str, tables: list[Table]) -> Markup | None:
+    """Missing torque against speed and against deflection, over all trials."""
+    clouds = []
+    for column, words in (("speed", "speed"), ("deflection", "deflection from the free angle")):
+        points, unit = [], ""
+        for table in tables:
+            torque, other = table.columns.get(joint + ENDING), table.columns.get(f"{joint} {column}")
+            if torque is None or other is None:
+                continue
+            unit = unit_text(table.units.get(f"{joint} {column}", "")).replace("deg", "°")
+            points += [(x, y) for x, y in zip(other, torque, strict=True) if math.isfinite(x) and math.isfinite(y)]
+        if points:
+            clouds.append(Cloud(joint, f"{words} [{unit}]", points))
+    return missing_torque_figure(f"{joint}: torque that the nominal leg lacks", clouds) if clouds else None
+
+
+def _errors(result: Result, joints: list[str]) -> Markup | None:
+    """RMS error over the scored trials against time, a panel a joint, with the noise."""
+    tables = _tables(result, scored=True)
+    panels, limits = [], {}
+    for joint in joints:
+        times, before = error_over_time(tables, f"{joint} error before")
+        _, after = error_over_time(tables, f"{joint} error after")
+        if len(times) < 2:
+            continue
+        noise = in_si(mapping(result.content, "noise").get(joint))
+        curves = [Curve(before, BEFORE), Curve(after, AFTER)]
+        if noise is not None:
+            curves.insert(0, Curve([math.degrees(noise)] * len(times), FLOOR))
+        remark = "" if noise is None else f"noise {number(math.degrees(noise), 2)}°"
+        panels.append(Panel(joint, "deg", times, curves, remark, "error"))
+        highest = max(value for curve in curves for value in curve.values if math.isfinite(value))
+        limits[joint] = (0.0, 1.08 * highest or 1.0)
+    return trial_figure("Error over time", panels, Limits(None, limits)) if panels else None
+
+
+def error_over_time(tables: list[Table], column: str) -> tuple[list[float], list[float]]:
+    """Bins of time (s, their middles) and the RMS of a column of all tables in each; nan where none is known."""
+    known = [
+        (time, value)
+        for table in tables
+        for time, value in zip(table.columns.get("time", []), table.columns.get(column, []), strict=False)
+        if math.isfinite(value)
+    ]
+    longest = max((time for time, _ in known), default=0.0)
+    if not longest > 0:
+        return [], []
+    bins = min(MOST_TIMES, max(2, len(known) // 4))
+    squares, counts = [0.0] * bins, [0] * bins
+    for time, value in known:
+        place = min(int(time / longest * bins), bins - 1)
+        squares[place] += value**2
+        counts[place] += 1
+    middles = [(index + 0.5) * longest / bins for index in range(bins)]
+    return middles, [math.sqrt(s / c) if c else math.nan for s, c in zip(squares, counts, strict=True)]
+
+
+SECTION = Section("where", "Where the gap lies", content)

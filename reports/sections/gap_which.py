@@ -1,0 +1,99 @@
+"""Which effect: the verdict, what was accepted, and every candidate with its probability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.bars import Bar, Column, bar_figure
+from reports.quantities import share_text
+from reports.reading import Json, Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+VERDICTS = {
+    "effect": "the trials say what is missing",
+    "none": "nothing is missing: the leg as designed, within its tolerances, explains the trials",
+    "tie": "something is missing, and these trials cannot tell which of the effects below it is",
+    "unknown": "something is missing that no effect in the library explains",
+}
+WIDTH, LABEL = 800.0, 236.0
+MOST_BARS = 10
+LEAST = 0.005  # a candidate less probable than this is counted among the others
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Verdict, accepted causes, the candidates' figure and table."""
+    document = result.content
+    ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
+    if not ranked and "verdict" not in document:
+        return Missing(f"{result.name} ranks no candidate")
+    verdict = str(document.get("verdict"))
+    effects = mapping(document, "effects")
+    return {
+        "verdict": verdict,
+        "means": VERDICTS.get(verdict, ""),
+        "explanation": [_cause(item, effects) for item in sequence(document, "explanation")],
+        "tied": [[_cause(item, effects) for item in causes] for causes in sequence(document, "tied")],
+        "figure": _figure(ranked, document.get("probability_none"), document.get("probability_unknown")),
+        "ranked": [{**_cause(entry, effects), "probability": share_text(entry.get("probability"))} for entry in ranked],
+        "shown": MOST_BARS,
+    }
+
+
+def name_of(cause: Mapping[str, Any]) -> str:
+    """``coulomb friction, knee``."""
+    return f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}"
+
+
+def _cause(entry: Mapping[str, Any], effects: Json) -> Json:
+    described = mapping(effects, str(entry.get("effect")))
+    return {
+        "name": name_of(entry),
+        "effect": str(entry.get("effect")),
+        "joint": str(entry.get("joint")),
+        "parameters": mapping(entry, "parameters"),
+        "shrink": entry.get("shrink"),
+        **{key: described.get(key) for key in ("meaning", "formula", "source")},
+    }
+
+
+def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> Markup:
+    """Probability and shrink a candidate, those that can hardly be together, then none and unknown."""
+    ordered = sorted(ranked, key=lambda entry: -_number(entry.get("probability")))
+    shown = [entry for entry in ordered if _number(entry.get("probability")) >= LEAST][:MOST_BARS]
+    shown = shown or ordered[:3]
+    others = sum(_number(entry.get("probability")) for entry in ordered if entry not in shown)
+    labels = [name_of(entry) for entry in shown]
+    chances = [_number(entry.get("probability")) for entry in shown]
+    shrinks = [_shrink(entry.get("shrink")) for entry in shown]
+    if len(shown) < len(ordered):
+        labels.append(f"{len(ordered) - len(shown)} others together")
+        chances.append(others)
+        shrinks.append(None)
+    labels += ["none: nothing is missing", "unknown: not in the library"]
+    chances += [_number(none), _number(unknown)]
+    shrinks += [None, None]
+    most, last = max(chances), len(labels) - 2
+    bars = [
+        Bar(chance, share_text(chance), strong=chance == most and index < last, apart=index >= last)
+        for index, chance in enumerate(chances)
+    ]
+    columns = [Column("probability", bars, 1.0), Column("it alone shrinks the gap by", shrinks, 1.0, words=64.0)]
+    return bar_figure("Candidates with their probability", labels, columns, WIDTH, LABEL)
+
+
+def _shrink(shrink: object) -> Bar | None:
+    value = value_of(shrink)
+    if value is None:
+        return None
+    low, high = (shrink.get("interval90") or (None, None)) if isinstance(shrink, Mapping) else (None, None)
+    return Bar(value, share_text(value), low, high)
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, (int, float)) else 0.0
+
+
+SECTION = Section("which", "Which effect causes it", content)
