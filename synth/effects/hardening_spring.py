@@ -22,12 +22,8 @@ EFFECT = Effect(
     way="torque",
     parameters=(
         Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at 1 rad; negative: softening"),
-        Parameter("exponent", "1", 3.0, Prior(3.0, 0.7, lower=1.5, upper=6.0), off=3.0, natural=False),
+        Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.3, upper=7.0), off=3.0, natural=False),
     ),
     strengths=("stiffening",),
-    shapes=(
-        Shape(("stiffening",), {"exponent": 3.0}),
-        Shape(("stiffening",), {"exponent": 2.0}),
-        Shape(("stiffening",), {"exponent": 5.0}),
-    ),
+    shapes=(Shape(("stiffening", "exponent"), {}, ({"exponent": 2.0}, {"exponent": 3.5})),),
 )

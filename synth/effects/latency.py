@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, delay: Array) -> Array:
     """Rotation ``delay`` (n_lane,) s earlier, by cubic Hermite interpolation between the samples.
 
-    Before the first sample the motion is carried back with the first samples' rate and acceleration.
+    Before the first sample the motion is carried back with the first samples' rate and acceleration, at most to
+    the release, before which the joint stood still.
     """
     result = np.empty_like(rotation)
     for lane, late in enumerate(np.broadcast_to(delay, (rotation.shape[1],))):
@@ -29,11 +30,18 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
             (1 + 2 * u) * (1 - u) ** 2 * q0 + u * (1 - u) ** 2 * w0 + u * u * (3 - 2 * u) * q1 + u * u * (u - 1) * w1
         )
         before = past < time[0]
-        lead = past[before] - time[0]
-        bend = (rate[1, lane] - rate[0, lane]) / (time[1] - time[0])
-        value[before] = rotation[0, lane] + lead * rate[0, lane] + 0.5 * lead**2 * bend
+        if np.any(before):
+            value[before] = _earlier(past[before] - time[0], time, rotation[:, lane], rate[:, lane])
         result[:, lane] = value
     return result
+
+
+def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:
+    """Rotation at ``lead`` (m,) s < 0 before the first sample: at rest up to the release, if there was one."""
+    bend = (rate[1] - rate[0]) / (time[1] - time[0])
+    if bend * rate[0] > 0.0 or rate[0] == 0.0:  # it had been speeding up: it stood still when its rate was zero
+        lead = np.maximum(lead, -rate[0] / bend if bend != 0.0 else 0.0)
+    return np.asarray(rotation[0] + lead * rate[0] + 0.5 * lead**2 * bend)
 
 
 EFFECT = Effect(

@@ -25,5 +25,5 @@ EFFECT = Effect(
         Parameter("exponent", "1", 2.0, Prior(2.1, 0.4, lower=1.5, upper=3.5), off=2.0, natural=False),
     ),
     strengths=("coefficient",),
-    shapes=(Shape(("coefficient",), {"exponent": 2.0}), Shape(("coefficient",), {"exponent": 3.0})),
+    shapes=(Shape(("coefficient", "exponent"), {}, ({"exponent": 2.0},)),),
 )

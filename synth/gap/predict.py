@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from synth.gap.candidates import Candidate
 from synth.gap.data import GapTrial
 from synth.gap.tolerances import Tolerances
-from synth.model.chain import Chain, Conditions, compiled_chain
+from synth.model.chain import compiled_chain
 from synth.model.lanes import LegLanes
 from synth.model.layout import LANES
 from synth.model.leg import Array, Leg
@@ -66,7 +67,7 @@ class Predictor:
         state = np.concatenate([block.state for block in blocks], axis=1)
         pending: list[tuple[Candidate, Array, slice]] = []
         readings: list[tuple[Candidate, Array, slice]] = []
-        for block, first, last in zip(blocks, ends[:-1], ends[1:], strict=True):
+        for block, (first, last) in zip(blocks, pairwise(ends), strict=True):
             part = slice(int(first), int(last))
             for candidate, x in _split(block, self.tolerances.size):
                 way = candidate.effect.way
@@ -86,7 +87,7 @@ class Predictor:
             state[j], state[n + j] = held, 0.0
         legs, rotation = _extended(legs, pending, state[:n], total)
         chain = compiled_chain(legs.n)
-        lanes = self._lanes(chain, legs, trial.recording.conditions)
+        lanes = chain.lanes(legs, trial.recording.conditions)
         own = list(legs.own)
         rates = np.zeros((legs.n, total))
         rates[own] = state[n:]
@@ -103,10 +104,7 @@ class Predictor:
             turning = out[:, [legs.n + j for j in own]]
             for j in sorted({candidate.joint for candidate, _, _ in readings}):
                 found[:, j] = self._as_read(readings, j, trial, found[:, j], turning[:, j])
-        return [found[:, :, first:last] for first, last in zip(ends[:-1], ends[1:], strict=True)]
-
-    def _lanes(self, chain: Chain, legs: LegLanes, conditions: Conditions) -> Array:
-        return chain.lanes(legs, conditions)
+        return [found[:, :, first:last] for first, last in pairwise(ends)]
 
     def _as_read(
         self,

@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -100,6 +100,20 @@ class Workbench:
         """Number of tolerance unknowns."""
         return self.predictor.tolerances.size
 
+    @cached_property
+    def total(self) -> float:
+        """Effective samples of all trials and joints."""
+        return float(sum(np.minimum(t.counts.sum(axis=0), self.effective).sum() for t in self.trials))
+
+    def cost(self, squares: float, unknowns: Array) -> float:
+        """Cost of a whitened sum of squares and unknowns, in units of log-likelihood.
+
+        ``N log(1 + squares / N) + |x|^2 / 2``: near the noise floor least squares, far above it the log-likelihood of
+        residuals whose size is not known. So a hypothesis that misses is not driven out of its tolerances by residuals
+        that no tolerance can mend.
+        """
+        return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
+
     def sigma(self, trial: GapTrial) -> Array:
         """(n,) rad."""
         count = np.maximum(trial.counts.sum(axis=0), 1)
@@ -138,10 +152,10 @@ class Workbench:
         widths = np.array([step for _, _, step in moves])
         slopes = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
         white = (slopes / self.sigma(trial)[:, None])[trial.counts]
-        l = len(rows)
-        tolerance = np.zeros((len(white) + l, p))
+        extra = len(rows)
+        tolerance = np.zeros((len(white) + extra, p))
         tolerance[: len(white), alive] = white[:, : len(alive)]
-        own = np.zeros((len(white) + l, l))
+        own = np.zeros((len(white) + extra, extra))
         own[: len(white)] = white[:, len(alive) :]
         deviation = trial.recording.initial_rate[1]
         for k, j in enumerate(free):
@@ -173,7 +187,7 @@ class Workbench:
         for f, fit in enumerate(fits):
             residuals = tuple(part[f][0] for part in parts)
             columns = tuple(part[f][1] for part in parts)
-            cost = 0.5 * sum(float(r @ r) for r in residuals) + 0.5 * float(fit.unknowns @ fit.unknowns)
+            cost = self.cost(sum(float(r @ r) for r in residuals), fit.unknowns)
             if not (np.isfinite(cost) and all(np.all(np.isfinite(c)) for c in columns)):
                 cost = np.inf
             made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
@@ -229,7 +243,8 @@ class Workbench:
         for i, (part, trial) in enumerate(zip(frame.parts, self.trials, strict=True)):
             ahead = fit.residuals[i] + part.tolerance @ step[: self.n_tolerance]
             ahead = ahead + fit.columns[i] @ step[self.n_tolerance :]
-            states.append(self._state(trial, fit.states[i], -np.linalg.solve(part.r, part.q.T @ ahead)))
+            change: Array = -np.asarray(np.linalg.solve(part.r, part.q.T @ ahead))
+            states.append(self._state(trial, fit.states[i], change))
         return replace(fit, unknowns=unknowns, states=tuple(states), residuals=(), columns=(), cost=np.inf)
 
     @staticmethod
@@ -251,10 +266,14 @@ class Workbench:
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal equations in the unknowns once the states are eliminated; ``parts`` trial by trial, without the prior."""
+    """Normal equations in the unknowns once the states are eliminated.
+
+    ``parts`` : each trial's matrix, gradient and sum of squares, without prior and ``weight``.
+    """
 
     matrix: Array
     gradient: Array
+    weight: float
     parts: tuple[tuple[Array, Array, float], ...]
 
     @classmethod
@@ -265,20 +284,23 @@ class Normal:
             slopes = np.concatenate([part.tolerance, columns], axis=1)
             slopes = slopes - part.q @ (part.q.T @ slopes)
             left = residual - part.q @ (part.q.T @ residual)
-            made.append((slopes.T @ slopes, slopes.T @ left, 0.5 * float(left @ left)))
+            made.append((slopes.T @ slopes, slopes.T @ left, float(left @ left)))
         size = len(fit.unknowns)
-        matrix = np.eye(size) + sum((m for m, _, _ in made), np.zeros((size, size)))
-        gradient = fit.unknowns + sum((g for _, g, _ in made), np.zeros(size))
-        return cls(matrix, gradient, tuple(made))
+        weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / bench.total)
+        matrix = np.eye(size) + weight * sum((m for m, _, _ in made), np.zeros((size, size)))
+        gradient = fit.unknowns + weight * sum((g for _, g, _ in made), np.zeros(size))
+        return cls(matrix, gradient, weight, tuple(made))
 
-    def left_out(self, fit: Fit) -> Array:
-        """(n_trial,) cost of each trial predicted by a fit without it, its own state estimated all the same.
+    def without(self, trial: int) -> Array:
+        """Step (n_unknown,) to the fit of all trials but one: Gauss-Newton from the common fit, in closed form."""
+        matrix, gradient, _ = self.parts[trial]
+        left = self.gradient - self.weight * gradient
+        return -np.asarray(np.linalg.solve(self.matrix - self.weight * matrix, left))
 
-        One Gauss-Newton step from the common fit, in closed form.
-        """
-        costs = []
-        for matrix, gradient, cost in self.parts:
-            without = self.matrix - matrix
-            step = -np.linalg.solve(without, self.gradient - gradient)
-            costs.append(cost + float(gradient @ step) + 0.5 * float(step @ matrix @ step))
-        return np.array(costs)
+    def left_out(self) -> Array:
+        """(n_trial,) squares of each trial predicted by the others, its own state estimated all the same."""
+        found = []
+        for trial, (matrix, gradient, squares) in enumerate(self.parts):
+            step = self.without(trial)
+            found.append(squares + 2.0 * float(gradient @ step) + float(step @ matrix @ step))
+        return np.array(found)

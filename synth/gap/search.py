@@ -1,0 +1,185 @@
+"""The search over causes: none, each alone, and pairs where one alone leaves something."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.gap.candidates import Candidate
+from synth.gap.score import first_state, fresh
+from synth.gap.solve import Fit, Frame, Normal, Workbench
+from synth.model.leg import Array
+
+BASE_ROUNDS = 5
+SCREEN_ROUNDS = (2, 4)  # steps of all starts, then of each candidate's best shapes
+KEPT_SHAPES = 2
+REFINED = 8  # single causes that get derivatives of their own
+ANCHORS = 4  # single causes that pairs are built on
+PAIRS = 8  # pairs that are tried, of those that promise most
+REFINED_PAIRS = 3
+SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
+
+
+@dataclass(frozen=True)
+class Assessed:
+    """A hypothesis at its best.
+
+    ``cost`` of the trials it was fitted to; ``left_out`` the same with each trial predicted by the others; ``ratio``
+    RMS over the noise floor; ``strain`` |x|^2 of the tolerances, about their number where they do no more than vary.
+    """
+
+    fit: Fit
+    cost: float
+    left_out: float
+    ratio: float
+    strain: float
+
+    @property
+    def keys(self) -> tuple[tuple[str, str], ...]:
+        """Effect and place of each cause."""
+        return self.fit.keys
+
+
+@dataclass(frozen=True)
+class Search:
+    """All hypotheses that were brought to their best: ``none``, ``singles`` and ``pairs`` in order of cost."""
+
+    none: Assessed
+    singles: tuple[Assessed, ...]
+    pairs: tuple[Assessed, ...]
+
+
+def fit_nominal(bench: Workbench) -> Fit:
+    """The nominal leg at its best within the tolerances."""
+    fit = Fit((), np.zeros(bench.n_tolerance), tuple(first_state(trial) for trial in bench.trials))
+    for _ in range(BASE_ROUNDS):
+        before = fit.cost
+        frame = bench.frame(fit)
+        fit = bench.solve([fresh(fit)], frame, 2)[0]
+        if before - fit.cost < 0.1:
+            break
+    return replace(fit, frame=bench.frame(fit))
+
+
+def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable[[str], None] | None = None) -> Search:
+    """Find how well each cause, and each promising pair, explains the trials."""
+    say = progress or (lambda text: None)
+    say("the nominal leg within its tolerances")
+    nominal = fit_nominal(bench)
+    say(f"{len({c.key for c in candidates})} single causes")
+    singles = _screen(bench, candidates, nominal)
+    best = _refine(bench, singles[:REFINED], times=2)
+    rest = [_assess(bench, fit, nominal.frame) for fit in singles[REFINED:]]
+    assessed = sorted([*[_assess(bench, f, f.frame) for f in best], *rest], key=lambda a: a.cost)
+    none = _assess(bench, nominal, nominal.frame)
+    pairs: list[Assessed] = []
+    if assessed and assessed[0].ratio > SATISFIED and none.ratio > SATISFIED:
+        say("pairs of causes")
+        pairs = _pairs(bench, assessed, singles)
+    return Search(none, tuple(assessed), tuple(sorted(pairs, key=lambda a: a.cost)))
+
+
+def _screen(bench: Workbench, candidates: Sequence[Candidate], nominal: Fit) -> list[Fit]:
+    """Every candidate from every start; the best shape of each cause, in order of cost."""
+    tolerances = nominal.unknowns
+    starts = [
+        Fit((candidate,), np.concatenate([tolerances, start]), nominal.states)
+        for candidate in candidates
+        for start in candidate.starts()
+    ]
+    fits = bench.solve(starts, nominal.frame, SCREEN_ROUNDS[0])
+    kept: dict[tuple[str, str], list[Fit]] = {}
+    for fit in fits:
+        kept.setdefault(fit.keys[0], []).append(fit)
+    chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
+    fits = bench.solve(chosen, nominal.frame, SCREEN_ROUNDS[1])
+    best: dict[tuple[str, str], Fit] = {}
+    for fit in fits:
+        if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
+            best[fit.keys[0]] = fit
+    return sorted((fit for fit in best.values() if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
+
+
+def _refine(bench: Workbench, fits: Sequence[Fit], times: int) -> list[Fit]:
+    """Fits with derivatives of their own, gone on with from where they are."""
+    current = list(fits)
+    for _ in range(times):
+        framed = [replace(fresh(fit), frame=bench.frame(fit)) for fit in current]
+        current = bench.solve(framed, None, 3)
+    return current
+
+
+def _pairs(bench: Workbench, singles: Sequence[Assessed], screened: Sequence[Fit]) -> list[Assessed]:
+    """Pairs that linear prediction says would pay, brought to their best."""
+    promised: dict[frozenset[tuple[str, str]], tuple[float, Fit, Frame]] = {}
+    for anchor in singles[:ANCHORS]:
+        frame = anchor.fit.frame
+        if frame is None:
+            continue
+        for other in screened:
+            pair = frozenset((anchor.keys[0], other.keys[0]))
+            if len(pair) < 2 or not _compatible(anchor.fit.hypothesis[0], other.hypothesis[0]):
+                continue
+            cost, start = _promise(bench, anchor.fit, other, frame)
+            if pair not in promised or cost < promised[pair][0]:
+                promised[pair] = cost, start, frame
+    best = sorted(promised.values(), key=lambda p: p[0])[:PAIRS]
+    fits = bench.solve([replace(start, frame=frame) for _, start, frame in best], None, 5)
+    fits.sort(key=lambda fit: fit.cost)
+    refined = _refine(bench, [fit for fit in fits[:REFINED_PAIRS] if np.isfinite(fit.cost)], times=2)
+    rest = [fit for fit in fits[REFINED_PAIRS:] if np.isfinite(fit.cost)]
+    return [_assess(bench, fit, fit.frame) for fit in [*refined, *rest]]
+
+
+def _compatible(first: Candidate, second: Candidate) -> bool:
+    """Two structures at one place would be one link twice."""
+    both = first.effect.way == second.effect.way == "structure"
+    return not (both and first.joint == second.joint)
+
+
+def _promise(bench: Workbench, anchor: Fit, other: Fit, frame: Frame) -> tuple[float, Fit]:
+    """Cost that a linear model promises for a pair, and where to start it."""
+    p = bench.n_tolerance
+    columns = tuple(np.concatenate([a, b], axis=1) for a, b in zip(anchor.columns, other.columns, strict=True))
+    size = other.columns[0].shape[1]
+    start = other.unknowns[p:].copy()
+    held = Fit(
+        (*anchor.hypothesis, *other.hypothesis), np.concatenate([anchor.unknowns, np.zeros(size)]), anchor.states
+    )
+    joint = replace(held, residuals=anchor.residuals, columns=columns)
+    normal = Normal.of(bench, joint, frame)
+    step = -np.linalg.solve(normal.matrix, normal.gradient)
+    squares = sum(float(r @ r) for r in anchor.residuals)
+    for matrix, gradient, _ in normal.parts:
+        squares += 2.0 * float(gradient @ step) + float(step @ matrix @ step)
+    cost = bench.cost(max(squares, 0.0), joint.unknowns + step)
+    strengths = [name in other.hypothesis[0].effect.strengths for name in other.hypothesis[0].shape.free]
+    share = np.where(strengths, 0.5, 1.0)
+    start = start * share
+    return cost, replace(held, unknowns=np.concatenate([anchor.unknowns, start]))
+
+
+def _assess(bench: Workbench, fit: Fit, frame: Frame | None) -> Assessed:
+    assert frame is not None
+    left_out = Normal.of(bench, fit, frame).left_out()
+    tolerances = fit.unknowns[: bench.n_tolerance]
+    return Assessed(
+        fit,
+        fit.cost,
+        bench.cost(float(left_out.sum()), fit.unknowns),
+        ratio(bench, fit),
+        float(tolerances @ tolerances),
+    )
+
+
+def ratio(bench: Workbench, fit: Fit) -> float:
+    """RMS of a fit over the noise floor, all samples alike."""
+    total, count = 0.0, 0
+    for trial, residual in zip(bench.trials, fit.residuals, strict=True):
+        sigma = bench.sigma(trial) / bench.noise
+        scale: Array = np.broadcast_to(sigma, trial.counts.shape)[trial.counts]
+        total += float(np.sum((residual[: len(scale)] * scale) ** 2))
+        count += len(scale)
+    return float(np.sqrt(total / max(count, 1)))
