@@ -17,8 +17,10 @@ import numpy as np
 import pytest
 
 import synth
+from synth.files.gap_project import Tolerance, read_gap_project
 from synth.files.leg_project import read_leg_project
 from synth.files.projects import read_fit_project
+from synth.files.results import value_in_si
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "synth" / "examples"
@@ -115,6 +117,31 @@ def test_examples_are_small_say_that_they_are_simulated_and_how() -> None:
         truth = json.loads((EXAMPLES / folder / "truth.json").read_text(encoding="utf-8"))
         for joint in truth["animal" if folder == "leg" else "robot"].values():
             assert all(repr(joint[key]["value"]).removesuffix(".0") in text for key in joint)
+
+
+def test_the_gap_example_is_off_within_its_tolerances_and_says_what_it_hides() -> None:
+    text = (EXAMPLES / "gap" / "README.md").read_text(encoding="utf-8")
+    assert "simulated by MuJoCo" in text
+    assert "tools/make_example.py" in text
+    project = read_gap_project(EXAMPLES / "gap" / "gap.yaml")
+    assert project.tolerance == Tolerance()
+    assert [trial.held_out for trial in project.trials] == [False] * 5 + [True] * 2
+    truth = json.loads((EXAMPLES / "gap" / "truth.json").read_text(encoding="utf-8"))
+    friction = truth["coulomb_friction"]["torque"]["value"]
+    assert f"{friction} N·m" in text
+    off = []
+    for joint in project.leg.joints:
+        assert joint.spring is not None
+        assert joint.effects == {}
+        built = {key: value_in_si(item, UNITS[key]) for key, item in truth["built"][joint.name].items()}
+        off.append((built["mass"] / joint.link.mass - 1.0) / project.tolerance.mass)
+        off.append((built["spring_rate"] / joint.spring.rate - 1.0) / project.tolerance.spring)
+        off.append((built["free_angle"] - joint.spring.free_angle) / project.tolerance.free_angle)
+    assert all(0.0 < abs(one) < 3.0 for one in off)
+
+
+UNITS = {"length": "m", "mass": "kg", "com": "m", "inertia": "kg*m^2", "spring_rate": "N*m/rad"}
+UNITS |= {"damper_rate": "N*m*s/rad", "free_angle": "rad"}
 
 
 def test_examples_read_without_a_problem() -> None:

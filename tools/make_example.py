@@ -10,7 +10,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +20,13 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
 from peers.mujoco_leg import simulate  # noqa: E402, the same independent engine as the tests'
+from synth.files.gap_project import Tolerance  # noqa: E402
 from synth.files.leg import read_leg  # noqa: E402
-from synth.model.leg import Damper, Leg, Spring  # noqa: E402
+from synth.model.leg import Damper, Leg, Link, Spring  # noqa: E402
 
 Array = NDArray[np.float64]
 
+TOLERANCE = Tolerance()
 COUNTS = 8192  # a turn
 SAMPLE_TIME = 0.01  # s
 RELEASED_BEFORE = 0.01  # s, from the release at rest to the first sample
@@ -41,6 +43,9 @@ RELEASES = ((-13, 31, 16), (9, -17, -24), (14, 22, -18), (-9, -24, 21), (6, 35, 
 CHECKS = ((-12, 26, -20), (10, 30, 15))
 ROBOT_RELEASES = ((-14, 28, -22), (15, 20, 25), (-11, -22, -18))
 KNEE_DROPS = (84.0, 96.0, 108.0, 120.0)  # deg, measured
+BUILT_RELEASES = ((-14, 34, -22), (15, 26, 25), (-11, -32, -18))
+BUILT_CHECKS = ((13, -28, 24), (-9, 42, 10))
+KNEE_FRICTION, FRICTION_SMOOTHING = 0.06, 2e-3  # N m, rad/s; what the gap's nominal leg lacks
 
 
 @dataclass(frozen=True)
@@ -65,12 +70,14 @@ def with_parts(leg: Leg, spring: Sequence[float], damper: Sequence[float], free_
     return leg.with_joints(**changes)
 
 
-def release(leg: Leg, pose: Sequence[float], duration: float, **conditions: object) -> tuple[Array, Array]:
+def release(
+    leg: Leg, pose: Sequence[float], duration: float, step: float = 5e-5, **conditions: object
+) -> tuple[Array, Array]:
     """Let the leg go at ``pose`` (deg, measured): times s from the first sample, measured angles (m, n) deg."""
     times = np.arange(round(duration / SAMPLE_TIME) + 1) * SAMPLE_TIME
     since_release = np.concatenate([[0.0], times + RELEASED_BEFORE])
     start = leg.to_rotation(np.radians(pose))
-    rotation = simulate(leg, start, np.zeros(len(start)), since_release, step=5e-5, **conditions)[1:]  # type: ignore[arg-type]
+    rotation = simulate(leg, start, np.zeros(len(start)), since_release, step=step, **conditions)[1:]  # type: ignore[arg-type]
     return times, np.degrees(leg.to_measured(rotation))
 
 
@@ -132,6 +139,65 @@ def robot_trials(links: Leg, folder: Path) -> None:
         write(folder / f"{name}.csv", leg, times, reading.read(angle))
 
 
+def as_built(nominal: Leg, generator: np.random.Generator) -> Leg:
+    """The leg with every number off within the gap's default tolerances, and dry friction at the knee."""
+    joints = []
+    for joint in nominal.joints:
+        assert joint.spring is not None
+        assert joint.damper is not None
+        assert joint.damper.rate is not None
+        spread = [
+            TOLERANCE.length,
+            TOLERANCE.mass,
+            TOLERANCE.com,
+            TOLERANCE.inertia,
+            TOLERANCE.spring,
+            TOLERANCE.damper,
+        ]
+        factors = 1.0 + np.array(spread) * generator.normal(0.0, 1.0, len(spread))
+        length, mass, com, inertia, spring, damper = (float(factor) for factor in factors)
+        link = joint.link
+        built = Link(link.length * length, link.mass * mass, link.com * com, link.inertia * inertia)
+        free_angle = joint.spring.free_angle + float(generator.normal(0.0, TOLERANCE.free_angle))
+        parts = Spring(joint.spring.rate * spring, free_angle), Damper(joint.damper.rate * damper)
+        effects = {"coulomb_friction": {"torque": KNEE_FRICTION}} if joint.name == "knee" else {}
+        joints.append(replace(joint, link=built, spring=parts[0], damper=parts[1], effects=effects))
+    return replace(nominal, joints=tuple(joints))
+
+
+def built_trials(nominal: Leg, folder: Path) -> dict[str, object]:
+    """Write the trials of the gap example; what the built leg was."""
+    generator = np.random.default_rng(20234)
+    leg = as_built(nominal, generator)
+    reading = Reading(0.1, generator)
+    trials: dict[str, tuple[Sequence[float], dict[str, object]]] = {
+        f"free_{i + 1}": (away, {}) for i, away in enumerate(BUILT_RELEASES)
+    }
+    trials["locked_hip"] = ((5, 36, 20), {"locked": (0,)})
+    trials["heavy"] = ((12, -30, -25), {"tip_mass": 0.05})
+    trials |= {f"check_{i + 1}": (away, {}) for i, away in enumerate(BUILT_CHECKS)}
+    for name, (away, conditions) in trials.items():
+        pose = np.array(FREE_ANGLE) + np.array(away)
+        times, angle = release(leg, pose, 1.5, 1e-4, friction_width=FRICTION_SMOOTHING, **conditions)
+        write(folder / f"{name}.csv", leg, times, reading.read(angle))
+    built = {}
+    for joint in leg.joints:
+        assert joint.spring is not None
+        assert joint.damper is not None
+        values = {
+            "length": (joint.link.length * 1e3, "mm"),
+            "mass": (joint.link.mass * 1e3, "g"),
+            "com": (joint.link.com * 1e3, "mm"),
+            "inertia": (joint.link.inertia, "kg*m^2"),
+            "spring_rate": (joint.spring.rate, "N*m/rad"),
+            "damper_rate": (joint.damper.rate, "N*m*s/rad"),
+            "free_angle": (np.degrees(joint.spring.free_angle), "deg"),
+        }
+        built[joint.name] = {key: {"value": float(f"{v:.6g}"), "unit": unit} for key, (v, unit) in values.items()}
+    friction = {"joint": "knee", "torque": {"value": KNEE_FRICTION, "unit": "N*m"}}
+    return {"coulomb_friction": friction, "built": built}
+
+
 def truth_of(spring: Sequence[float], damper: Sequence[float]) -> dict[str, object]:
     """The values of all trials, joint by joint."""
     return {
@@ -145,7 +211,7 @@ def truth_of(spring: Sequence[float], damper: Sequence[float]) -> dict[str, obje
 
 
 def make(examples: Path, out: Path) -> None:
-    """Simulate both examples from the leg files in ``examples`` and write their recordings under ``out``."""
+    """Simulate the examples from the leg files in ``examples`` and write their recordings under ``out``."""
     shifted = animal_releases(read_leg(examples / "leg/animal/animal.leg.yaml"), out / "leg/animal/releases")
     knee_drops(read_leg(examples / "leg/robot/robot.leg.yaml"), out / "leg/robot/damper_drops")
     law = {"torque at 1 rad/s": {"value": KNEE_DROP_TORQUE, "unit": "N*m"}, "exponent": KNEE_DROP_EXPONENT}
@@ -153,6 +219,7 @@ def make(examples: Path, out: Path) -> None:
     write_truth(out / "leg", {**truth, "knee damper of the drops": law})
     robot_trials(read_leg(examples / "fit/robot.leg.yaml"), out / "fit/trials")
     write_truth(out / "fit", {"robot": truth_of(ROBOT_SPRING, ROBOT_DAMPER)})
+    write_truth(out / "gap", built_trials(read_leg(examples / "gap/nominal.leg.yaml"), out / "gap/trials"))
 
 
 def main() -> None:
