@@ -86,7 +86,7 @@ class Chain:
         factors[2 * layout.n :] = MEMORY_TOLERANCE
         bounds = np.full(len(state), UNBOUNDED)
         bounds[2 * layout.n :] = [min(effect_named(name).bound, UNBOUNDED) for name, _ in on]
-        return np.array(state, dtype=np.int64), np.array(derivative, dtype=np.int64), factors, bounds
+        return np.array(state, dtype=np.uint64), np.array(derivative, dtype=np.uint64), factors, bounds
 
     def run(
         self,

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import float64, int64, njit, types
+from numba import float64, int64, njit, types, uint64
 
 from synth.model.layout import LANES, Layout
 
@@ -43,7 +43,7 @@ _chain = types.FunctionType(types.void(float64[:, ::1]))
 _extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
 _bearing = types.FunctionType(types.void(float64[:, ::1], int64))
 _known = types.Tuple((float64[::1], float64[:, ::1]))
-_state = types.Tuple((int64[::1], int64[::1], float64[::1], float64[::1]))
+_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], float64[::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
     float64, int64, float64[:, :, ::1],
@@ -71,7 +71,7 @@ def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untype
 
 @njit(inline="always", **_options)
 def _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K):  # type: ignore[no-untyped-def]
-    """Fill K (n_state, 16) with the time derivative of the state that lies in Z.
+    """Fill K (n_state * 16,) with the time derivative of the state that lies in Z.
 
     Friction that grows with the bearing force needs the accelerations that it changes itself: these are found without
     it first. What that leaves out is second order in the friction coefficient.
@@ -87,8 +87,9 @@ def _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t
         cursor = _known_torque(Z, n, any_active, known, t, cursor)
         chain(Z)
     for j in range(len(derivative)):
+        row = derivative[j]
         for lane in range(LANES):
-            K[j, lane] = Z[derivative[j], lane]
+            K[j * LANES + lane] = Z[row, lane]
     return cursor
 
 
@@ -115,10 +116,14 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     """
     state, derivative, factors, bounds = states
     size = len(state)
-    rows = out.shape[1]
-    x = np.empty((size, LANES))
-    K = np.empty((7, size, LANES))
-    r = np.empty((4, rows, LANES))
+    width, first_memory, shown = size * LANES, 2 * n * LANES, out.shape[1] * LANES
+    # Flat: a loop of 16 would spend more on the check that its arrays do not overlap than on its arithmetic.
+    x, y, v = np.empty(width), np.empty(width), np.empty(width)
+    allowed = np.repeat(factors, LANES)
+    bound = np.repeat(bounds, LANES)
+    K = np.empty((7, width))
+    r = np.empty((4, shown))
+    samples = out.reshape(len(times), shown)
     error_sum = np.empty(LANES)
     any_active, any_load = False, False
     for index in range(active.shape[1]):
@@ -130,10 +135,8 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             Z[_TORQUE + j, lane] = 0.0
     for j in range(size):
         for lane in range(LANES):
-            x[j, lane] = Z[state[j], lane]
-    for j in range(rows):
-        for lane in range(LANES):
-            out[0, j, lane] = x[j, lane]
+            x[j * LANES + lane] = Z[state[j], lane]
+    samples[0] = x[:shown]
     t = times[0]
     end = times[-1]
     h = min(first_step, end - t)
@@ -146,63 +149,62 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
         if t + h > end:
             h = end - t + 1e-15
         for s in range(1, 7):
+            c = h * _A[s, 0]
+            for e in range(width):
+                y[e] = x[e] + c * K[0, e]
+            for m in range(1, s):
+                c = h * _A[s, m]
+                for e in range(width):
+                    y[e] += c * K[m, e]
             for j in range(size):
-                c = h * _A[s, 0]
                 row = state[j]
                 for lane in range(LANES):
-                    Z[row, lane] = x[j, lane] + c * K[0, j, lane]
-                for m in range(1, s):
-                    c = h * _A[s, m]
-                    for lane in range(LANES):
-                        Z[row, lane] += c * K[m, j, lane]
+                    Z[row, lane] = y[j * LANES + lane]
             now = t + _C[s] * h
             cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, now, cursor, K[s])
         steps += 1
+        for e in range(width):
+            v[e] = _E[0] * K[0, e] + _E[2] * K[2, e] + _E[3] * K[3, e]
+        for e in range(width):
+            v[e] = h * (v[e] + _E[4] * K[4, e] + _E[5] * K[5, e] + _E[6] * K[6, e])
+        for e in range(first_memory, width):
+            kept = max(-bound[e], min(bound[e], y[e]))
+            v[e] = kept - max(-bound[e], min(bound[e], y[e] - v[e]))
+            y[e] = kept
+        for e in range(width):
+            v[e] /= allowed[e] * (tolerance[1] + tolerance[0] * max(abs(x[e]), abs(y[e])))
         for lane in range(LANES):
             error_sum[lane] = 0.0
         for j in range(size):
             for lane in range(LANES):
-                v = _E[0] * K[0, j, lane] + _E[2] * K[2, j, lane] + _E[3] * K[3, j, lane]
-                v += _E[4] * K[4, j, lane] + _E[5] * K[5, j, lane] + _E[6] * K[6, j, lane]
-                v = h * v
-                if bounds[j] < 1e299:
-                    reached = Z[state[j], lane]
-                    v = max(-bounds[j], min(bounds[j], reached)) - max(-bounds[j], min(bounds[j], reached - v))
-                v = v / (factors[j] * (tolerance[1] + tolerance[0] * max(abs(x[j, lane]), abs(Z[state[j], lane]))))
-                error_sum[lane] += v * v
+                error_sum[lane] += v[j * LANES + lane] * v[j * LANES + lane]
         error = 1e-30
         for lane in range(LANES):
             error = max(error, error_sum[lane])
         error = math.sqrt(error / size)
         if error <= 1.0:
             if times[i] <= t + h + 1e-12:
-                for c in range(rows):
-                    for lane in range(LANES):
-                        dy = Z[state[c], lane] - x[c, lane]
-                        bs = h * K[0, c, lane] - dy
-                        r[0, c, lane] = dy
-                        r[1, c, lane] = bs
-                        r[2, c, lane] = dy - h * K[6, c, lane] - bs
-                        v = _D[0] * K[0, c, lane] + _D[2] * K[2, c, lane] + _D[3] * K[3, c, lane]
-                        v += _D[4] * K[4, c, lane] + _D[5] * K[5, c, lane] + _D[6] * K[6, c, lane]
-                        r[3, c, lane] = h * v
+                for e in range(shown):
+                    dy = y[e] - x[e]
+                    bs = h * K[0, e] - dy
+                    r[0, e] = dy
+                    r[1, e] = bs
+                    r[2, e] = dy - h * K[6, e] - bs
+                for e in range(shown):
+                    r[3, e] = h * (_D[0] * K[0, e] + _D[2] * K[2, e] + _D[3] * K[3, e])
+                for e in range(shown):
+                    r[3, e] += h * (_D[4] * K[4, e] + _D[5] * K[5, e] + _D[6] * K[6, e])
                 while i < len(times) and times[i] <= t + h + 1e-12:
                     p = (times[i] - t) / h
                     u = 1.0 - p
-                    for c in range(rows):
-                        for lane in range(LANES):
-                            tail = r[1, c, lane] + p * (r[2, c, lane] + u * r[3, c, lane])
-                            out[i, c, lane] = x[c, lane] + p * (r[0, c, lane] + u * tail)
+                    for e in range(shown):
+                        tail = r[1, e] + p * (r[2, e] + u * r[3, e])
+                        samples[i, e] = x[e] + p * (r[0, e] + u * tail)
                     i += 1
             t += h
-            for j in range(size):
-                for lane in range(LANES):
-                    x[j, lane] = Z[state[j], lane]
-                if bounds[j] < 1e299:
-                    for lane in range(LANES):
-                        x[j, lane] = max(-bounds[j], min(bounds[j], x[j, lane]))
-                for lane in range(LANES):
-                    K[0, j, lane] = K[6, j, lane]
+            for e in range(width):
+                x[e] = y[e]
+                K[0, e] = K[6, e]
             factor = 0.9 * error**-0.17 * previous**0.04
             previous = max(error, 1e-4)
         else:
