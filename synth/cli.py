@@ -25,6 +25,7 @@ COMMANDS = {
     "fit": "springs, dampers and free angles of a leg from its trials",
     "leg": "from recorded motion to a leg to order, wind and print",
     "gap": "why the built leg moves otherwise than simulated: where, which effect, how far it shrinks",
+    "hopper": "gear motor and link length of a jumping leg, from motors that exist",
     "spring": "the torsion spring to wind, or what stands in its way",
     "catalog": "list, show and check catalogues of springs, dampers and wire",
     "warmup": "compile the equations of motion now instead of at the first use",

@@ -22,7 +22,10 @@ COMMANDS = {
     "fit": '"synth fit"',
     "gap": '"synth gap"',
     "leg-design": '"synth leg"',
-    "hopper": '"synth hopper"',
+    "hopper-design": '"synth hopper"',
+    "hopper-motor": '"synth hopper"',
+    "hopper-pull-ups": '"synth hopper"',
+    "hopper-jumps": '"synth hopper"',
     "leg": None,
 }
 

@@ -27,6 +27,8 @@ OUTCOMES = (
 )  # fmt: skip
 N_OUTCOME = len(OUTCOMES)
 
+SETTLED = 0.05  # s, from which on a leg that neither moves nor is about to is not going to
+CREEP = 0.02  # m/s, of the centre of mass: a self-locking gear that folds does so slowly
 LIFTED = 1e-3  # m, the foot's height that counts as off the ground
 _rhs = types.FunctionType(types.void(float64[:, ::1]))
 _signature = int64(
@@ -144,8 +146,10 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                     ended = LANDED_AGAIN
                 elif x[height, lane] <= 0.0 or abs(Z[bend, lane]) > 0.999:
                     ended = COLLAPSED
-                elif t >= duration:
-                    ended = TOO_WEAK
+                elif t >= duration or (
+                    t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(K[0, 1 + n_angle, lane]) < 0.5
+                ):
+                    ended = TOO_WEAK  # by now, or standing still: held, or stretched without leaving the ground
                 if ended != RUNNING:
                     outcome[0, lane] = ended
                     outcome[11, lane] = t

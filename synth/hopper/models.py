@@ -25,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.hopper.layout import LAYOUTS, JumpLayout
-from synth.hopper.leg import Contact, HopperLeg, Motor, segments
+from synth.hopper.leg import Contact, HopperLeg, Motor
 
 Array = NDArray[np.float64]
 
+LOCKED = 80.0 * np.pi / 180.0  # lower links flatter than this in the crouch lock
 REVERSE_SPEED = 0.05  # rad/s at the output
 
 
@@ -62,45 +63,61 @@ MODELS: dict[str, Model] = {
 
 def lane(leg: HopperLeg, motor: Motor, contact: Contact, model: Model) -> Array:
     """(n_row,) one lane of the workspace: parameters, and the crouch at rest with the weight on the foot."""
+    return lanes(leg, motor, contact, model, np.array([leg.length]))[:, 0]
+
+
+def lanes(leg: HopperLeg, motor: Motor, contact: Contact, model: Model, length: Array) -> Array:
+    """(n_row, n_lane) lanes of one leg with these upper links' lengths (n_lane,) m; the crouch must be in reach."""
     layout = LAYOUTS[leg.bending]
-    z = np.zeros(layout.n_row)
-    _geometry(z, layout, leg, motor)
+    z = np.zeros((layout.n_row, len(length)))
+    lower = length * leg.lower_ratio
+    mass = _geometry(z, layout, leg, motor, length, lower)
     _drive(z, layout, motor, model)
     _ground(z, layout, contact, model)
-    laminate, flexures = leg.laminate, leg.flexures
+    flexures = leg.flexures
     z[layout.row("flexure")] = flexures.rate
     z[layout.row("joint_damping")] = flexures.damping if model.joint_damping else 0.0
     for name in ("hip_rest", "knee_rest", "foot_rest"):
         z[layout.row(name)] = getattr(flexures, name)
-    beams = z[layout.block("beam")]
     for i in range(layout.n - 1):
         if i != layout.knee - 1:
-            beams[i] = laminate.beam_rate(leg.length if i < layout.knee else leg.lower_length)
+            whole = length if i < layout.knee else lower
+            z[layout.row("beam", i)] = leg.laminate.beam_rate(1.0) / whole
     z[layout.row("stop")] = leg.extended
     z[layout.row("stop_rate")] = leg.stop_rate
     z[layout.row("stop_dissipation")] = leg.stop_dissipation
-    b = leg.lower_angle(leg.crouch)
-    z[layout.block("angle")] = [leg.crouch] * layout.knee + [-b] * (layout.n - layout.knee)
-    sag = leg.total_mass(motor) * leg.gravity / contact.stiffness
-    z[layout.row("height")] = leg.height(leg.crouch) - sag
+    b = np.arcsin((0.5 * leg.hip_spacing + length * np.sin(leg.crouch)) / lower)
+    z[layout.block("angle")][: layout.knee] = leg.crouch
+    z[layout.block("angle")][layout.knee :] = -b
+    sag = mass * leg.gravity / contact.stiffness
+    z[layout.row("height")] = length * np.cos(leg.crouch) + lower * np.cos(b) - sag
     return z
 
 
-def _geometry(z: Array, layout: JumpLayout, leg: HopperLeg, motor: Motor) -> None:
-    """Lengths, and the coefficients A_ij and G_i of one side; rods with their mass spread evenly."""
-    lengths, masses, _ = segments(leg)
-    n = layout.n
-    outboard = [sum(masses[i + 1 :]) + 0.5 * leg.foot_mass for i in range(n)]
-    moment = [0.5 * masses[i] * lengths[i] + outboard[i] * lengths[i] for i in range(n)]
+def in_reach(leg: HopperLeg, length: Array) -> NDArray[np.bool_]:
+    """Lengths whose lower links reach the foot in the crouch and do not lock there."""
+    share = (0.5 * leg.hip_spacing + length * np.sin(leg.crouch)) / (length * leg.lower_ratio)
+    return np.asarray(share < np.sin(LOCKED))
+
+
+def _geometry(z: Array, layout: JumpLayout, leg: HopperLeg, motor: Motor, length: Array, lower: Array) -> Array:
+    """Lengths, and the coefficients A_ij and G_i of one side; rods with their mass spread evenly. The whole mass."""
+    n, knee = layout.n, layout.knee
+    pieces = [length / knee] * knee + [lower / (n - knee)] * (n - knee)
+    masses = [leg.laminate.mass_per_length * piece for piece in pieces]
+    outboard = [sum(masses[i + 1 :], np.zeros_like(length)) + 0.5 * leg.foot_mass for i in range(n)]
+    moment = [(0.5 * masses[i] + outboard[i]) * pieces[i] for i in range(n)]
     for i in range(n):
-        z[layout.inertia_row(i, i)] = masses[i] * lengths[i] ** 2 / 3.0 + outboard[i] * lengths[i] ** 2
+        z[layout.inertia_row(i, i)] = (masses[i] / 3.0 + outboard[i]) * pieces[i] ** 2
         for j in range(i + 1, n):
-            z[layout.inertia_row(i, j)] = lengths[i] * moment[j]
-    z[layout.block("length")] = lengths
+            z[layout.inertia_row(i, j)] = pieces[i] * moment[j]
+    z[layout.block("length")] = pieces
     z[layout.block("moment")] = moment
-    z[layout.row("mass")] = 0.5 * leg.total_mass(motor)
+    mass: Array = leg.structure_mass + 2 * motor.mass + leg.foot_mass + 2 * sum(masses, np.zeros_like(length))
+    z[layout.row("mass")] = 0.5 * mass
     z[layout.row("half_spacing")] = 0.5 * leg.hip_spacing
     z[layout.row("gravity")] = leg.gravity
+    return mass
 
 
 def _drive(z: Array, layout: JumpLayout, motor: Motor, model: Model) -> None:

@@ -9,44 +9,63 @@ theta)): it is the study's, and one reason why its scale is another.
 
 from __future__ import annotations
 
-from math import asin, cos, pi, sin
+import numpy as np
 
-from synth.hopper.jump import Outcome
+from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
 from synth.hopper.leg import HopperLeg, Motor
+from synth.hopper.models import Array
 
-STEP = 2e-5  # s, of Runge and Kutta's fourth order
+STEP = 5e-5  # s, of Runge and Kutta's fourth order
 LONGEST = 2.0  # s
 
 
-def point_mass_jump(leg: HopperLeg, motor: Motor) -> Outcome:
-    """One jump of the point mass; clearance is the ballistic height above the pose at takeoff."""
-    mass, length = leg.total_mass(motor), leg.length
-    top = length * sin(pi / 2 - leg.extended)
-    y, v, t = length * sin(pi / 2 - leg.crouch), 0.0, 0.0
-    energy = 0.0
+def point_mass_outcomes(leg: HopperLeg, motor: Motor, length: Array) -> Array:
+    """Outcomes (14, n), rows as ``integrator.OUTCOMES``, for links of these lengths (n,) m.
+
+    Clearance is the ballistic height above the pose at takeoff.
+    """
+    links = 2 * leg.laminate.mass_per_length * length * (1.0 + leg.lower_ratio)
+    mass = leg.structure_mass + 2 * motor.mass + leg.foot_mass + links
+    top = length * np.cos(leg.extended)
+    y, v = length * np.cos(leg.crouch), np.zeros_like(length)
+    time, energy = np.zeros_like(length), np.zeros_like(length)
+    start = y.copy()
+
+    def speed(y: Array, v: Array) -> Array:
+        return np.asarray(v / np.sqrt(np.maximum(length**2 - y**2, 1e-12)))
+
+    def acceleration(y: Array, v: Array) -> Array:
+        cosine = np.sqrt(np.maximum(0.0, 1.0 - (y / length) ** 2))
+        torque = 2 * motor.stall_torque * (1.0 - speed(y, v) / motor.no_load_speed)
+        return np.asarray(torque * cosine / (length * mass) - leg.gravity)
+
+    pushing = acceleration(y, v) > 0.0
+    lifts = pushing.copy()
     drop = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
-
-    def acceleration(y: float, v: float) -> float:
-        theta = asin(max(-1.0, min(1.0, y / length)))
-        omega = v / (length * max(cos(theta), 1e-6))
-        torque = 2 * motor.stall_torque * (1.0 - omega / motor.no_load_speed)
-        return torque * cos(theta) / (length * mass) - leg.gravity
-
-    first = acceleration(y, v)
-    if first <= 0.0:
-        return Outcome(0.0, 0.0, 0.0, 0.0, motor.stall_torque, 2 * motor.stall_current, 0.0, 0.0, "too weak to lift")
-    start = y
-    while t < LONGEST and y < top:
+    for _ in range(int(LONGEST / STEP)):
         k1 = acceleration(y, v)
-        if k1 <= -leg.gravity:
+        pushing &= (y < top) & (k1 > -leg.gravity)
+        if not pushing.any():
             break
         k2 = acceleration(y + 0.5 * STEP * v, v + 0.5 * STEP * k1)
-        k3 = acceleration(y + 0.5 * STEP * v, v + 0.5 * STEP * k2)
-        k4 = acceleration(y + STEP * v, v + STEP * k3)
-        omega = v / (length * max(cos(asin(min(1.0, y / length))), 1e-6))
-        energy += 2 * motor.voltage * (motor.stall_current - drop * omega) * STEP
-        y += STEP * (v + STEP * (k1 + k2 + k3) / 6.0)
-        v += STEP * (k1 + 2 * k2 + 2 * k3 + k4) / 6.0
-        t += STEP
-    height = v * v / (2.0 * leg.gravity)
-    return Outcome(height, y - start + height, t, v, motor.stall_torque, 2 * motor.stall_current, energy, 0.0, "")
+        k3 = acceleration(y + 0.5 * STEP * (v + 0.5 * STEP * k1), v + 0.5 * STEP * k2)
+        k4 = acceleration(y + STEP * (v + 0.5 * STEP * k2), v + STEP * k3)
+        on = pushing * STEP
+        energy += on * 2 * motor.voltage * (motor.stall_current - drop * speed(y, v))
+        y = y + on * (v + STEP * (k1 + k2 + k3) / 6.0)
+        v = v + on * (k1 + 2 * k2 + 2 * k3 + k4) / 6.0
+        time += on
+    found = np.zeros((N_OUTCOME, len(length)))
+    values = {
+        "status": np.where(lifts & (v > 0.0), LANDED_AGAIN, TOO_WEAK),
+        "clearance": v**2 / (2.0 * leg.gravity),
+        "takeoff_time": time,
+        "takeoff_speed": v,
+        "apex": y - start + v**2 / (2.0 * leg.gravity),
+        "peak_gear_torque": np.full_like(length, motor.stall_torque),
+        "peak_current": np.full_like(length, 2 * motor.stall_current),
+        "energy": energy,
+    }
+    for name, value in values.items():
+        found[OUTCOMES.index(name)] = value
+    return found

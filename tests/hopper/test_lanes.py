@@ -198,7 +198,7 @@ def test_what_cannot_jump_says_so() -> None:
     folded = simulate([(HopperLeg(), weak)], GROUND, MODELS["A"])[0]
     assert folded.limit.startswith("too weak")
     assert folded.clearance == 0.0
-    stiff = Contact(stiffness=1e14)
-    found = simulate([(HopperLeg(), motor())], stiff, MODELS["full"])[0]
+    tiny = HopperLeg(length=0.01, hip_spacing=0.002, bending="all")  # links that swing at 50 kHz
+    found = simulate([(tiny, motor())], GROUND, MODELS["A"])[0]
     assert found.clearance == 0.0
     assert found.limit.startswith("too stiff")

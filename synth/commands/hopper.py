@@ -1,0 +1,84 @@
+"""``synth hopper``: gear motor, ratio and link length of a jumping leg, from motors that exist.
+
+A sweep that was interrupted, even killed, goes on where it stopped when the same command is given again.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from synth.commands.progress import Progress
+    from synth.files.hopper_project import HopperProject
+    from synth.parts.catalog import Catalogue
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("file", help="project file, kind: hopper-design")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder to write, whole or not at all")
+    parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Sweep, choose, write."""
+    from synth.files.hopper_project import read_hopper_project
+    from synth.hopper.study import sweep_problem
+    from synth.parts.catalog import Catalogue
+
+    with progress.stage("reading the project"):
+        project = read_hopper_project(arguments.file)
+        catalogue = Catalogue.load(project.catalogs)
+        problem, _ = sweep_problem(project, catalogue)
+    if arguments.dry_run:
+        progress.say(f"{arguments.file} can be used: {len(problem.motors)} motors by {len(problem.lengths)} lengths")
+        return 0
+    _design(project, catalogue, arguments, progress)
+    return 0
+
+
+def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> None:
+    from synth.files.output import output_folder
+    from synth.hopper.checkpoint import Checkpoint
+    from synth.hopper.jump import compiled_jump
+    from synth.hopper.study import study, warnings_of
+    from synth.hopper.write import write_designs, write_jump
+
+    with output_folder(arguments.out) as folder:
+        checkpoint = Checkpoint(Path(arguments.out), _identity(project, catalogue))
+        if checkpoint.finished:
+            progress.say(f"going on with an interrupted sweep: {checkpoint.finished} chunks are done")
+        with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
+            compiled_jump(project.leg.bending)
+        found = study(project, catalogue, checkpoint, progress.stage)
+        with progress.stage("writing the designs"):
+            write_designs(found, folder / "designs.csv")
+            write_jump(found, folder / "jump.csv")
+        with progress.stage("writing the report"):
+            _report(found, folder)
+    checkpoint.remove()
+    for text in warnings_of(found):
+        progress.say(f"note: {text}")
+    progress.say(f"result: {Path(arguments.out) / 'hopper.json'}")
+
+
+def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
+    """What a sweep's numbers hang on."""
+    from hashlib import sha256
+
+    import synth
+
+    motors = sha256(repr(catalogue.motors).encode()).hexdigest()
+    files = {item.name: item.sha256 for item in project.inputs}
+    return {"project file": sha256(repr(sorted(files.items())).encode()).hexdigest(), "catalogue": motors,
+            "version of synth": synth.__version__}  # fmt: skip
+
+
+def _report(found: Any, folder: Path) -> None:
+    from synth.files.output import write_json
+    from synth.hopper.write import hopper_json
+
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    write_json(folder / "hopper.json", hopper_json(found, files, folder))

@@ -1,0 +1,237 @@
+"""A whole study of a project: sweep, front, choice, what its neighbours cost, the ladder of models on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.errors import UserError
+from synth.files.hopper_project import MOST_INTERVALS, HopperProject, motor_problem
+from synth.hopper.checkpoint import Checkpoint
+from synth.hopper.integrator import LANDED_AGAIN
+from synth.hopper.jump import Outcome, compiled_jump, outcome_of, simulate
+from synth.hopper.leg import HopperLeg, Motor
+from synth.hopper.models import MODELS, Array, in_reach, lane
+from synth.hopper.motors import chosen_rows, estimates_of, motor_of
+from synth.hopper.planar import planar_jump
+from synth.hopper.point_mass import point_mass_outcomes
+from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_sweep
+from synth.hopper.tolerance import Tolerances, contributions, groups, intervals
+from synth.parts.catalog import Catalogue
+from synth.parts.rows import GearMotorRow
+
+Stage = Callable[[str], AbstractContextManager[None]]
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """A design beside the chosen one: what was changed, and its outcome."""
+
+    change: str
+    motor: Motor
+    length: float
+    outcome: Outcome
+
+
+@dataclass(frozen=True)
+class Leaning:
+    """The chosen design by the planar form, leaning at the start."""
+
+    pitch: float  # rad, at the start
+    outcome: Outcome
+    final_pitch: float
+    slip: float
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """Everything that a project's result is made of; ``best`` None where nothing jumps."""
+
+    project: HopperProject
+    rows: tuple[GearMotorRow, ...]
+    sweep: Sweep
+    front: list[int]
+    low: Array
+    high: Array
+    best: int | None
+    ladder: dict[str, Outcome]
+    ladder_notes: dict[str, str]
+    neighbours: list[Neighbour]
+    contributions: dict[str, tuple[float, float]]
+    leaning: list[Leaning]
+    trace: Array | None
+
+    @property
+    def best_leg(self) -> HopperLeg:
+        assert self.best is not None
+        return self.project.leg.with_length(float(self.sweep.length[self.best]))
+
+    @property
+    def best_motor(self) -> Motor:
+        assert self.best is not None
+        return self.sweep.problem.motors[int(self.sweep.motor[self.best])]
+
+
+def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[Problem, tuple[GearMotorRow, ...]]:
+    """What to sweep, with the motors' rows.
+
+    Raises
+    ------
+    UserError : a pattern matches no motor, or one that is not complete.
+    """
+    try:
+        rows = chosen_rows(catalogue.motors, project.motors)
+    except UserError as error:
+        raise UserError([motor_problem(project, problem.text) for problem in error.problems]) from None
+    motors = tuple(motor_of(row, project.motor_options) for row in rows)
+    size = len(motors) * len(project.lengths)
+    everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
+    tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
+    return Problem(project.leg, motors, tolerances, project.lengths, project.contact, MODELS[project.model],
+                   everywhere and MODELS[project.model].engine == "lanes"), tuple(rows)  # fmt: skip
+
+
+def study(
+    project: HopperProject,
+    catalogue: Catalogue,
+    checkpoint: Checkpoint | None,
+    stage: Stage,
+    progress: Callable[[int, int], None] | None = None,
+) -> Study:
+    """Run the whole study."""
+    problem, rows = sweep_problem(project, catalogue)
+    with stage(f"simulating {problem.size} designs with model {project.model}"):
+        sweep = run_sweep(problem, checkpoint, progress=progress)
+    allowed = sweep.feasible(project.gearbox)
+    front = pareto_front(sweep, project.objectives, allowed) if allowed.any() else []
+    low, high = sweep.clearance_low.copy(), sweep.clearance_high.copy()
+    best = _best(sweep, project.choose, allowed)
+    if not problem.with_intervals and problem.model.engine == "lanes":
+        with stage("intervals of the front"):
+            for index in {*front, *([] if best is None else [best])}:
+                found = _group(problem, index)
+                _, low[index : index + 1], high[index : index + 1] = intervals(found[None, :])
+    if best is None:
+        return Study(project, rows, sweep, front, low, high, None, {}, {}, [], {}, [], None)
+    leg = project.leg.with_length(float(sweep.length[best]))
+    motor = problem.motors[sweep.motor[best]]
+    with stage("the chosen design by every model"):
+        ladder, notes = run_ladder(leg, motor, problem)
+        leaning = [_leaning(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
+    shown = problem.model if _has_lanes(problem) else MODELS["full"]
+    return Study(
+        project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best),
+        contributions(_group(problem, best)) if _has_lanes(problem) else {},
+        leaning, compiled_jump(leg.bending).trace(lane(leg, motor, problem.contact, shown)),
+    )  # fmt: skip
+
+
+def run_ladder(leg: HopperLeg, motor: Motor, problem: Problem) -> tuple[dict[str, Outcome], dict[str, str]]:
+    """One design by every model; model C on both grounds where MuJoCo is there, else the note how to get it."""
+    found: dict[str, Outcome] = {}
+    notes: dict[str, str] = {}
+    for name, model in MODELS.items():
+        if model.engine == "point":
+            found[name] = outcome_of(point_mass_outcomes(leg, motor, np.array([leg.length]))[:, 0])
+        elif model.engine == "lanes":
+            found[name] = simulate([(leg, motor)], problem.contact, model)[0]
+        else:
+            from synth.hopper.mujoco_model import mujoco_jump
+
+            try:
+                found[name] = mujoco_jump(leg, motor, problem.contact, model).outcome
+                found[f"{name}, its own contact"] = mujoco_jump(
+                    leg, motor, problem.contact, model, ground="own"
+                ).outcome
+            except UserError as error:
+                notes[name] = error.problems[0].text
+    return found, notes
+
+
+def _has_lanes(problem: Problem) -> bool:
+    return problem.model.engine == "lanes"
+
+
+def _tolerances(given: Tolerances, row: GearMotorRow) -> Tolerances:
+    """The project's, with what the maker states in its place."""
+    speed = given.speed if row.speed_tolerance is None else row.speed_tolerance
+    current = given.current if row.current_tolerance is None else row.current_tolerance
+    return replace(given, speed=speed, current=current)
+
+
+def _best(sweep: Sweep, objective: str, allowed: NDArray[np.bool_]) -> int | None:
+    if not allowed.any():
+        return None
+    score = np.where(allowed, OBJECTIVES[objective] * sweep.values[objective], -np.inf)
+    return int(np.argmax(score))
+
+
+def _group(problem: Problem, index: int) -> Array:
+    """Clearances (16,) of a design and its copies at the tolerances' ends."""
+    n = len(problem.lengths)
+    m, length = index // n, problem.lengths[index % n]
+    motor, tolerances = problem.motors[m], problem.tolerances[m]
+    made = groups(problem.leg, motor, problem.contact, problem.model, tolerances, np.array([length]))[0]
+    outcome = compiled_jump(problem.leg.bending).run(made)
+    return np.where(outcome[0] == LANDED_AGAIN, outcome[1], 0.0)
+
+
+def _leaning(leg: HopperLeg, motor: Motor, problem: Problem, pitch: float) -> Leaning:
+    found = planar_jump(leg, motor, problem.contact, problem.model, pitch=pitch)
+    return Leaning(pitch, found.outcome, found.pitch, found.slip)
+
+
+def _neighbours(problem: Problem, rows: tuple[GearMotorRow, ...], best: int) -> list[Neighbour]:
+    """One centimetre shorter and longer, one ratio less and more of the same motor among those swept."""
+    n = len(problem.lengths)
+    m, length = best // n, problem.lengths[best % n]
+    cases: list[tuple[str, Motor, float]] = [("as chosen", problem.motors[m], length)]
+    for change, other in (("1 cm shorter", length - 0.01), ("1 cm longer", length + 0.01)):
+        if other > 0.0 and in_reach(problem.leg, np.array([other]))[0]:
+            cases.append((change, problem.motors[m], other))
+    own = (rows[m].vendor, rows[m].product_line, rows[m].variant)
+    same = [i for i, row in enumerate(rows) if (row.vendor, row.product_line, row.variant) == own]
+    same.sort(key=lambda i: problem.motors[i].ratio)
+    place = same.index(m)
+    if place > 0:
+        cases.append(("one ratio less", problem.motors[same[place - 1]], length))
+    if place + 1 < len(same):
+        cases.append(("one ratio more", problem.motors[same[place + 1]], length))
+    if not _has_lanes(problem):
+        return [Neighbour(change, motor, each,
+                          outcome_of(point_mass_outcomes(problem.leg, motor, np.array([each]))[:, 0]))
+                for change, motor, each in cases]  # fmt: skip
+    designs = [(problem.leg.with_length(each), motor) for _, motor, each in cases]
+    found = simulate(designs, problem.contact, problem.model)
+    return [
+        Neighbour(change, motor, each, outcome) for (change, motor, each), outcome in zip(cases, found, strict=True)
+    ]
+
+
+def warnings_of(found: Study) -> list[str]:
+    """What to know before anything else."""
+    sweep = found.sweep
+    texts: list[str] = []
+    if found.best is None:
+        texts.append(
+            "no design leaves the ground: every motor is too weak or too slow for this leg; the height is zero"
+        )
+        return texts
+    row = found.rows[sweep.motor[found.best]]
+    if limit := sweep.limit_text(found.best):
+        texts.append(
+            f"the chosen design: {limit}; the gear may break (motors: {{gearbox: stop}} leaves such designs out)"
+        )
+    texts += [f"{row.part}: {text}" for text in estimates_of(row, found.project.motor_options)]
+    edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
+    if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):
+        texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
+    stiff = int((sweep.status == 4).sum())
+    if stiff:
+        texts.append(f"{stiff} designs are too stiff for the step and count as not jumping")
+    texts += found.ladder_notes.values()
+    return texts

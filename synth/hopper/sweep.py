@@ -1,0 +1,202 @@
+"""All motors by all lengths: jumps in chunks on every core, then limits, the Pareto front and the choice."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.hopper.checkpoint import Checkpoint
+from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES
+from synth.hopper.jump import LIMITS, compiled_jump
+from synth.hopper.leg import Contact, HopperLeg, Motor
+from synth.hopper.models import Array, Model, in_reach, lanes
+from synth.hopper.point_mass import point_mass_outcomes
+from synth.hopper.tolerance import Tolerances, groups, intervals
+
+CHUNK = 2048  # designs, a third of a second of one core without intervals
+OUT_OF_REACH = -1.0  # status of a design whose crouch the links do not reach
+OBJECTIVES = {  # name -> +1 more is better, -1 less is
+    "clearance": 1, "relative_height": 1, "total_height": 1, "energy": -1, "peak_gear_torque": -1,
+}  # fmt: skip
+Limiting = Literal["warn", "stop"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is swept: legs of ``lengths`` (m) by ``motors``, by one model."""
+
+    leg: HopperLeg
+    motors: tuple[Motor, ...]
+    tolerances: tuple[Tolerances, ...]  # one a motor
+    lengths: tuple[float, ...]
+    contact: Contact
+    model: Model
+    with_intervals: bool
+
+    @property
+    def size(self) -> int:
+        return len(self.motors) * len(self.lengths)
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Every design's outcome; all arrays (n_design,), motor by motor, lengths rising.
+
+    ``clearance_low``, ``clearance_high``: nan where no interval was asked for.
+    """
+
+    problem: Problem
+    motor: NDArray[np.int64]
+    length: Array
+    status: Array
+    values: dict[str, Array]  # clearance, total_height, relative_height, energy, peak_gear_torque, peak_current, ...
+    clearance_low: Array
+    clearance_high: Array
+
+    def over_limit(self) -> NDArray[np.bool_]:
+        """Designs whose gear torque in the push is above what their gearbox bears."""
+        limits = np.array([np.inf if m.torque_limit is None else m.torque_limit for m in self.problem.motors])
+        return np.asarray(self.values["peak_gear_torque"] > limits[self.motor])
+
+    def feasible(self, gearbox: Limiting) -> NDArray[np.bool_]:
+        """Designs that jump, and with ``stop`` whose gearbox bears it."""
+        jumps = self.status == LANDED_AGAIN
+        return np.asarray(jumps & ~self.over_limit()) if gearbox == "stop" else np.asarray(jumps)
+
+    def limit_text(self, index: int) -> str:
+        """What limits a design, empty where nothing does."""
+        if self.status[index] == OUT_OF_REACH:
+            return "the crouch is out of the links' reach"
+        if self.status[index] != LANDED_AGAIN:
+            return LIMITS[float(self.status[index])]
+        limit = self.problem.motors[self.motor[index]].torque_limit
+        torque = self.values["peak_gear_torque"][index]
+        if limit is not None and torque > limit:
+            return f"gear torque {torque:.3f} N*m above the gearbox's {limit:.3f} N*m"
+        return ""
+
+
+def run_sweep(
+    problem: Problem,
+    checkpoint: Checkpoint | None = None,
+    *,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Simulate every design.
+
+    Parameters
+    ----------
+    checkpoint : where finished chunks are kept and found.
+    workers : threads; default as many as cores.
+    progress : called with chunks done and all chunks.
+    """
+    count = -(-problem.size // CHUNK)
+    rows: list[Array | None] = [None] * count
+    done = 0
+
+    def one(index: int) -> None:
+        nonlocal done
+        found = checkpoint.load(index) if checkpoint is not None else None
+        if found is None:
+            found = _chunk(problem, index)
+            if checkpoint is not None:
+                checkpoint.save(index, found)
+        rows[index] = found
+        done += 1
+        if progress is not None:
+            progress(done, count)
+
+    if problem.model.engine == "lanes":
+        compiled_jump(problem.leg.bending)  # once, before threads ask for it
+    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+        list(pool.map(one, range(count)))
+    return _collect(problem, np.concatenate([row for row in rows if row is not None], axis=1))
+
+
+def _chunk(problem: Problem, index: int) -> Array:
+    """(N_OUTCOME + 2, n) outcomes, low and high of one chunk's designs."""
+    first, last = index * CHUNK, min((index + 1) * CHUNK, problem.size)
+    lengths = np.array(problem.lengths)
+    number = np.arange(first, last)
+    motor, length = number // len(lengths), lengths[number % len(lengths)]
+    found = np.zeros((N_OUTCOME + 2, last - first))
+    found[N_OUTCOME:] = np.nan
+    found[0] = OUT_OF_REACH
+    reach = in_reach(problem.leg, length)
+    for m in np.unique(motor):
+        chosen = np.flatnonzero((motor == m) & reach)
+        if len(chosen):
+            found[:, chosen] = _jumps(problem, int(m), length[chosen])
+    return found
+
+
+def _jumps(problem: Problem, index: int, length: Array) -> Array:
+    motor, model = problem.motors[index], problem.model
+    found = np.full((N_OUTCOME + 2, len(length)), np.nan)
+    if model.engine == "point":
+        found[:N_OUTCOME] = point_mass_outcomes(problem.leg, motor, length)
+        return found
+    jumper = compiled_jump(problem.leg.bending)
+    if not problem.with_intervals:
+        found[:N_OUTCOME] = jumper.run(lanes(problem.leg, motor, problem.contact, model, length))
+        return found
+    made = groups(problem.leg, motor, problem.contact, model, problem.tolerances[index], length)
+    for i, each in enumerate(made):
+        outcome = jumper.run(each)
+        found[:N_OUTCOME, i] = outcome[:, 0]
+        clearance = np.where(outcome[0] == LANDED_AGAIN, outcome[1], 0.0)
+        _, low, high = intervals(clearance[None, :])
+        found[N_OUTCOME, i], found[N_OUTCOME + 1, i] = low[0], high[0]
+    return found
+
+
+def _collect(problem: Problem, rows: Array) -> Sweep:
+    n = len(problem.lengths)
+    number = np.arange(problem.size)
+    motor, length = number // n, np.array(problem.lengths)[number % n]
+    by_name = dict(zip(OUTCOMES, rows[:N_OUTCOME], strict=True))
+    jumps = by_name["status"] == LANDED_AGAIN
+    clearance = np.where(jumps, by_name["clearance"], 0.0)
+    values = {
+        "clearance": clearance,
+        "relative_height": clearance / length,
+        "total_height": by_name["apex"],
+        "energy": by_name["energy"],
+        "peak_gear_torque": by_name["peak_gear_torque"],
+        "peak_current": by_name["peak_current"],
+        "takeoff_speed": by_name["takeoff_speed"],
+        "takeoff_time": by_name["takeoff_time"],
+    }
+    return Sweep(problem, motor, length, by_name["status"], values, rows[N_OUTCOME], rows[N_OUTCOME + 1])
+
+
+def pareto_front(sweep: Sweep, objectives: Sequence[str], allowed: NDArray[np.bool_]) -> list[int]:
+    """Allowed designs that none beats in one objective without losing in another, best first objective first.
+
+    Kung, Luccio & Preparata's order (J. ACM 22 (1975) 469-476): sorted by the first objective, each candidate is held
+    against the front found so far.
+    """
+    index = np.flatnonzero(allowed)
+    scores = np.stack([OBJECTIVES[name] * sweep.values[name][index] for name in objectives], axis=1)
+    order = np.lexsort(tuple(-scores[:, k] for k in range(scores.shape[1] - 1, -1, -1)))
+    if scores.shape[1] == 1:
+        return [int(index[order[0]])] if len(order) else []
+    if scores.shape[1] == 2:  # sorted by the first, a design is on the front where the second is a new greatest
+        second = scores[order, 1]
+        before = np.concatenate([[-np.inf], np.maximum.accumulate(second)[:-1]])
+        return [int(index[i]) for i in order[second > before]]
+    front: list[int] = []
+    kept = np.empty_like(scores)
+    for i in order:
+        n = len(front)
+        if not np.any(np.all(kept[:n] >= scores[i], axis=1)):
+            kept[n] = scores[i]
+            front.append(int(i))
+    return [int(index[i]) for i in front]

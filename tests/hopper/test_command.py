@@ -1,0 +1,190 @@
+"""``synth hopper`` end to end: the example, an interruption, and what bad input does to it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from synth.cli import main
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
+SMALL = """\
+kind: hopper-design
+motors: {use: ["N20 HP 6V 1*0:1", "N20 HP 6V 210:1"]}
+lengths: {least: 100 mm, most: 140 mm, step: 20 mm}
+"""
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("hopper") / "out"
+    assert main(["--quiet", "hopper", str(EXAMPLE), "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def found(result: Path) -> dict:  # type: ignore[type-arg]
+    return json.loads((result / "hopper.json").read_text())  # type: ignore[no-any-return]
+
+
+def designs(folder: Path) -> list[dict[str, str]]:
+    with (folder / "designs.csv").open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_designs_have_the_documented_columns(result: Path) -> None:
+    rows = designs(result)
+    wanted = (
+        "motor,gear_ratio,leg_length [m],model,clearance [m],clearance_low [m],clearance_high [m],"
+        "relative_height,feasible,limit"
+    )
+    assert ",".join(rows[0]).startswith(wanted)
+    assert len(rows) == 21 * 16
+    jumping = [row for row in rows if row["feasible"] == "yes"]
+    assert len(jumping) > 100
+    for row in jumping:
+        low, clear, high = (float(row[f"clearance{end} [m]"]) for end in ("_low", "", "_high"))
+        assert 0.0 <= low <= clear <= high
+        assert float(row["relative_height"]) == pytest.approx(clear / float(row["leg_length [m]"]), abs=2e-5)
+
+
+def test_the_best_is_the_highest_and_the_front_beats_all(result: Path, found: dict) -> None:  # type: ignore[type-arg]
+    rows = [row for row in designs(result) if row["feasible"] == "yes"]
+    heights = [float(row["clearance [m]"]) for row in rows]
+    assert found["format"] == "synth/hopper/1"
+    assert found["best"]["clearance"]["value"] == pytest.approx(max(heights), abs=1e-6)
+    front = [(item["clearance"]["value"], item["relative_height"]["value"]) for item in found["pareto"]]
+    assert front == sorted(front, reverse=True)
+    for row in rows:
+        one, other = float(row["clearance [m]"]), float(row["relative_height"])
+        assert any(a >= one - 1e-6 and b >= other - 1e-4 for a, b in front)
+
+
+def test_the_choice_is_told_with_neighbours_models_and_warnings(found: dict) -> None:  # type: ignore[type-arg]
+    changes = [item["change"] for item in found["neighbours"]]
+    assert changes == ["as chosen", "1 cm shorter", "1 cm longer", "one ratio less", "one ratio more"]
+    assert {"point_mass", "A", "B", "C", "D", "full"} <= set(found["models"])
+    same = found["models"]["A"]["clearance"]["value"], found["models"]["C"]["clearance"]["value"]
+    assert same[0] == pytest.approx(same[1], abs=2e-4)
+    assert any("gearbox" in text for text in found["warnings"])
+    assert any("rotor inertia estimated" in text for text in found["warnings"])
+    upright = found["planar"][0]["clearance"]["value"]
+    assert upright == pytest.approx(found["best"]["clearance"]["value"], abs=2e-4)
+    assert "crouch" not in {item["key"] for item in found["defaults"]}
+    assert "leg.stop_rate" in {item["key"] for item in found["defaults"]}
+
+
+def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
+    text = SMALL.replace("motors: {", "motors: {gearbox: stop, ")
+    (tmp_path / "a.yaml").write_text(text)
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 0
+    rows = designs(tmp_path / "out")
+    assert all("gearbox" in row["limit"] for row in rows if row["gear_ratio"] == "210.59")
+    assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
+
+
+def test_too_weak_a_motor_is_said_to_be_and_jumps_nothing(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(SMALL.replace('"N20 HP 6V 1*0:1", "N20 HP 6V 210:1"', '"N20 LP 6V 30:1"'))
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 0
+    rows = designs(tmp_path / "out")
+    assert all(row["limit"].startswith("too weak") and float(row["clearance [m]"]) == 0.0 for row in rows)
+    result = json.loads((tmp_path / "out" / "hopper.json").read_text())
+    assert result["best"] == {}
+    assert "too weak" in result["warnings"][0]
+
+
+def test_a_users_motor_is_one_more_row(tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_text(
+        "part,vendor,gear_ratio [1],voltage [V],no_load_speed [rpm],stall_torque [kgf*mm],stall_current [mA],"
+        "no_load_current [mA],mass [g],source\nM1,me,120,6,280,2.0,1600,100,9.5,my bench\n".replace(
+            "kgf*mm", "N*mm"
+        ).replace("2.0,1600", "200,1600")
+    )
+    (tmp_path / "a.yaml").write_text(SMALL.replace("{use: [", '{catalogs: [mine.csv], use: ["M1", '))
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 0
+    assert {row["motor"] for row in designs(tmp_path / "out")} >= {"M1"}
+
+
+BAD = [
+    ("leg: {crouch: 85 deg}", "leg.crouch", "cannot be reached: the lower links are level"),
+    ("leg: {crouch: 62 deg}", "leg.crouch", "no length of the sweep can be in the crouch"),
+    ("leg: {lower_ratio: 0.1}", "leg.crouch", "too short to meet"),
+    ("leg: {extended: 50 deg}", "leg.extended", "extended before it starts"),
+    ("leg: {extended: -20 deg}", "leg.extended", "upper links of 140 mm cross"),
+    ("leg: {crouch: 39}", "leg.crouch", "has no unit"),
+    ("contact: {stiffness: 1e12 N/m}", "contact.stiffness", "at most"),
+    ("motors: {use: [N20 XX]}", "motors.use", "matches no gear motor"),
+    ("motors: {use: ['N20 HPCB 12V 50:1']}", "motors.use", "no stall torque"),
+    ("motors: {gearbox: ignore}", "motors.gearbox", "warn"),
+    ("lengths: {least: 0 mm}", "lengths.least", "more than 0"),
+    ("lengths: {least: -1 cm}", "lengths.least", "more than 0"),
+    ("lengths: {least: 20 cm, most: 10 cm}", "lengths", "is less than least"),
+    ("lengths: {step: 1e-9 mm}", "lengths.step", "larger step"),
+    ("model: C", "model", "too slow to sweep"),
+    ("model: E", "model", "not allowed"),
+    ("laminate: {modulus: 10 kg}", "laminate.modulus", "mass"),
+    ("objectives: [height]", "objectives", "allowed"),
+]
+
+
+@pytest.mark.parametrize(("line", "key", "message"), BAD)
+def test_bad_input_is_named_with_its_place(
+    line: str, key: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = line.split(":")[0]
+    kept = "".join(f"{text}\n" for text in SMALL.splitlines() if not text.startswith(f"{name}:"))
+    (tmp_path / "a.yaml").write_text(kept + line + "\n")
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 2
+    shown = capsys.readouterr().err
+    assert key in shown
+    assert message in shown
+    assert f"a.yaml:{len(kept.splitlines()) + 1}" in shown
+    assert not (tmp_path / "out").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.yaml"]
+
+
+LARGE = """\
+kind: hopper-design
+motors: {use: ["N20 HP *"]}
+lengths: {least: 60 mm, most: 180 mm, step: 0.05 mm}
+"""
+
+
+def test_a_killed_sweep_goes_on_to_the_same_bytes_and_refuses_another_project(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(LARGE)
+    command = [sys.executable, "-m", "synth", "-q", "hopper", str(tmp_path / "a.yaml"), "--out"]
+    whole = subprocess.run([*command, str(tmp_path / "whole")], check=True, timeout=300, capture_output=True)
+    assert whole.returncode == 0
+    running = subprocess.Popen([*command, str(tmp_path / "killed")], stdout=subprocess.DEVNULL)
+    kept = tmp_path / ".killed.sweep"
+    deadline = time.monotonic() + 120
+    while len(list(kept.glob("chunk_*.npy"))) < 3 and running.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.kill(running.pid, signal.SIGKILL)
+    assert running.wait() == -signal.SIGKILL
+    before = {path.name: path.stat().st_mtime_ns for path in kept.glob("chunk_*.npy")}
+    assert 3 <= len(before) < 14
+    assert not (tmp_path / "killed").exists()
+
+    other = tmp_path / "b.yaml"
+    shutil.copy(tmp_path / "a.yaml", other)
+    other.write_text(LARGE.replace("180 mm", "170 mm"))
+    refused = subprocess.run([*command[:-2], str(other), "--out", str(tmp_path / "killed")],
+                             capture_output=True, text=True, check=False, timeout=120)  # fmt: skip
+    assert refused.returncode == 2
+    assert "another project file" in refused.stderr
+    assert {path.name: path.stat().st_mtime_ns for path in kept.glob("chunk_*.npy")} == before
+
+    subprocess.run([*command, str(tmp_path / "killed")], check=True, timeout=300, capture_output=True)
+    assert not kept.exists()
+    for name in ("designs.csv", "hopper.json", "jump.csv"):
+        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
