@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from reports.page import write_fit_report as write_fit_report
 from reports.page import write_gap_report as write_gap_report
+from reports.page import write_import_report as write_import_report
 from reports.page import write_leg_report as write_leg_report
 from reports.reading import ReportError as ReportError
 
-__all__ = ["ReportError", "write_fit_report", "write_gap_report", "write_leg_report"]
+__all__ = ["ReportError", "write_fit_report", "write_gap_report", "write_import_report", "write_leg_report"]

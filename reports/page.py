@@ -12,7 +12,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
-from reports import quantities
+from reports import quantities, stick_figure
 from reports.reading import Result, read_result
 from reports.section import Missing, Section, sequence
 from reports.sections import (
@@ -100,6 +100,11 @@ def write_leg_report(folder: Path) -> Path:
 def write_fit_report(folder: Path) -> Path:
     """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
     return _write(read_result(folder, "fit.json", "fit"), "Fit to recorded motion", FIT_SECTIONS)
+
+
+def write_import_report(folder: Path) -> Path:
+    """Write ``report.html``, the imported leg as a stick figure, from ``import.json``; see ``write_leg_report``."""
+    return _write(read_result(folder, "import.json", "import"), "Imported motion", (stick_figure.SECTION,))
 
 
 def write_gap_report(folder: Path) -> Path:

@@ -22,6 +22,7 @@ from synth.errors import Problem, UserError
 # A module of synth.commands each, loaded when its command is asked for.
 COMMANDS = {
     "init": "write an example project to start from",
+    "import": "motion that other programs recorded, as trials of a leg",
     "fit": "springs, dampers and free angles of a leg from its trials",
     "leg": "from recorded motion to a leg to order, wind and print",
     "gap": "why the built leg moves otherwise than simulated: where, which effect, how far it shrinks",
@@ -30,6 +31,7 @@ COMMANDS = {
     "catalog": "list, show and check catalogues of springs, dampers and wire",
     "warmup": "compile the equations of motion now instead of at the first use",
 }
+MODULES = {"import": "motion_import"}  # where a command's name cannot be a module's
 TOP_OPTIONS = ("--help", "--version", "--quiet")
 
 
@@ -88,7 +90,7 @@ def _dispatch(argv: list[str]) -> int:
 
 def _run(name: str, rest: list[str], quiet: bool) -> int:
     """Read a command's arguments and run it."""
-    module = importlib.import_module(f"synth.commands.{name}")
+    module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
     parser = Parser(
         prog=f"synth {name}",
         description=(module.__doc__ or "").partition("\n\n")[2].strip() or f"{COMMANDS[name].capitalize()}.",

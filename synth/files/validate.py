@@ -21,6 +21,7 @@ from synth.files.yaml_lines import Document, Key
 COMMANDS = {
     "fit": '"synth fit"',
     "gap": '"synth gap"',
+    "import": '"synth import"',
     "leg-design": '"synth leg"',
     "hopper-design": '"synth hopper"',
     "hopper-motor": '"synth hopper"',

@@ -1,1 +1,1 @@
-
+"""Motion that other programs recorded: one module a format, giving ``Channels`` (angles) or ``Markers`` (points)."""

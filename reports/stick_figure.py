@@ -1,0 +1,200 @@
+"""Imported motion drawn as the leg that it is now taken for: a wrong sign, side or order is seen at a glance."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.legend import legend
+from reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
+from reports.figures.svg import Point, Svg
+from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
+from reports.reading import Result, Table, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+MOST = 12  # trials that are drawn
+SIZE = 430.0  # of a drawing, view box units
+MARGIN = 46.0
+GHOSTS = 7  # poses between the first and the last
+START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
+GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
+_DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of the drawn leg: angles in degrees, length in mm."""
+
+    name: str
+    zero: float
+    sign: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Stick:
+    """The leg, and how its base is turned, degrees."""
+
+    joints: tuple[Joint, ...]
+    tilt: float
+
+    def pose(self, angles: Sequence[float]) -> list[Point]:
+        """The joints' places and the tip (n + 1), mm, x right and z up, for measured angles (n,) in degrees."""
+        absolute = self.tilt
+        places = [(0.0, 0.0)]
+        for joint, angle in zip(self.joints, angles, strict=True):
+            absolute += joint.sign * (angle - joint.zero)
+            x, z = places[-1]
+            turn = math.radians(absolute)
+            places.append((x + joint.length * math.sin(turn), z - joint.length * math.cos(turn)))
+        return places
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A trial: ``times`` (n,) s, ``angles`` (n, n_joint) degrees, nan where missing."""
+
+    times: Sequence[float]
+    angles: Sequence[tuple[float, ...]]
+
+    @property
+    def seen(self) -> list[int]:
+        """Samples with all joints."""
+        return [k for k, pose in enumerate(self.angles) if all(map(math.isfinite, pose))]
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Stick figures, angles over time and what the import found, a trial each."""
+    stick = _stick(result)
+    trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
+    if not stick.joints or not trials:
+        return Missing(f"{result.name} holds no leg or no trial")
+    motions = {str(trial.get("file")): _motion(result, stick, str(trial.get("file"))) for trial in trials}
+    panels = {file: _panels(stick, motion) for file, motion in motions.items() if motion is not None}
+    limits = shared_limits([panel for each in panels.values() for panel in each])
+    shown: list[dict[str, Any]] = []
+    for trial in trials:
+        file, motion = str(trial.get("file")), motions[str(trial.get("file"))]
+        item: dict[str, Any] = {"file": file, "source": trial.get("source"), "notes": sequence(trial, "notes")}
+        item |= {"form": trial.get("source_format"), "samples": trial.get("samples"), "rate": trial.get("rate")}
+        item["total"] = trial.get("samples_in_source")
+        if motion is not None and motion.seen and len(shown) < MOST:
+            item["stick"] = stick_figure(file, stick, motion, _tracked(trial))
+            item["angles"] = trial_figure(f"{file}: measured angles", panels[file], limits)
+        shown.append(item)
+    lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "way of the tip")]
+    if any(trial.get("points") for trial in trials):
+        lines.append((TRACKED, "points as tracked, scaled to the leg file's length"))
+    drawn = sum("stick" in item for item in shown)
+    return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials)}
+
+
+def stick_figure(title: str, stick: Stick, motion: Motion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
+    """The leg's first and last pose, some between, the tip's way, and each joint's angle with its positive sense."""
+    poses = [stick.pose(motion.angles[k]) for k in motion.seen]
+    every = [point for pose in (*poses, *tracked) for point in pose]
+    svg = Svg(SIZE, SIZE, f"{title}: the leg as a stick figure")
+    place = _placing(every)
+    _frame(svg)
+    for pose in _between(poses):
+        svg.polyline(map(place, pose), GHOST.style)
+    svg.polyline((place(pose[-1]) for pose in poses), TIP.style)
+    for pose, line in ((poses[-1], END), (poses[0], START)):
+        svg.polyline(map(place, pose), line.style)
+        for point in pose[:-1]:
+            svg.circle(place(point), 4.5, f'fill="#fff" stroke="{line.colour}" stroke-width="2"')
+    for frame in tracked:
+        svg.dots(map(place, frame), TRACKED.width, TRACKED.colour)
+    first = motion.angles[motion.seen[0]]
+    for index, joint in enumerate(stick.joints):
+        x, y = place(poses[0][index])
+        sense = "↺" if joint.sign > 0 else "↻"
+        words = f"{joint.name} {first[index]:.0f}° {sense}"
+        halo = 'font-size="12" fill="none" stroke="#fff" stroke-width="4" aria-hidden="true"'
+        for style in (halo, f'font-size="12" fill="{BLACK}"'):
+            svg.text((x + 10, y - 7), words, style, most=28)
+    return svg.markup
+
+
+def _stick(result: Result) -> Stick:
+    leg = mapping(result.content, "leg")
+    joints = [
+        Joint(
+            str(item.get("name")),
+            value_of(item.get("zero")) or 0.0,
+            float(item.get("sign") or 1),
+            value_of(item.get("length")) or 0.0,
+        )
+        for item in sequence(leg, "joints")
+        if isinstance(item, Mapping)
+    ]
+    return Stick(tuple(joints), value_of(leg.get("tilt")) or 0.0)
+
+
+def _motion(result: Result, stick: Stick, file: str) -> Motion | None:
+    table = result.table(file)
+    if table is None or "time" not in table.columns or any(j.name not in table.columns for j in stick.joints):
+        return None
+    columns = [_in_degrees(table, joint.name) for joint in stick.joints]
+    return Motion(table.columns["time"], list(zip(*columns, strict=True)))
+
+
+def _in_degrees(table: Table, joint: str) -> list[float]:
+    return [value * _DEGREES[table.units[joint]] for value in table.columns[joint]]
+
+
+def _tracked(trial: Mapping[str, Any]) -> list[list[Point]]:
+    """The tracked points' places in mm, of some frames."""
+    frames = [mapping(frame).get("places") for frame in sequence(trial, "points")]
+    return [[(1e3 * x, 1e3 * z) for x, z in frame] for frame in frames if isinstance(frame, list)]
+
+
+def _between(poses: Sequence[Sequence[Point]]) -> list[Sequence[Point]]:
+    """Poses evenly spread over the tip's way, the fast part of a swing thus as densely as the slow one."""
+    steps = [math.dist(a[-1], b[-1]) for a, b in pairwise(poses)]
+    way = list(accumulate(steps, initial=0.0))
+    if way[-1] <= 0:
+        return []
+    wanted = [way[-1] * k / (GHOSTS + 1) for k in range(1, GHOSTS + 1)]
+    return [poses[bisect_left(way, each)] for each in wanted]
+
+
+def _placing(points: Sequence[Point]) -> Callable[[Point], Point]:
+    """Millimetres to the drawing, alike in both directions."""
+    low = [min(point[axis] for point in points) for axis in (0, 1)]
+    high = [max(point[axis] for point in points) for axis in (0, 1)]
+    span = max(high[0] - low[0], high[1] - low[1], 1e-6)
+    scale = (SIZE - 2 * MARGIN) / span
+    middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
+
+    def place(point: Point) -> Point:
+        return SIZE / 2 + scale * (point[0] - middle[0]), SIZE / 2 - scale * (point[1] - middle[1])
+
+    return place
+
+
+def _frame(svg: Svg) -> None:
+    """A border, and which way is down."""
+    svg.rectangle((1, 1), SIZE - 2, SIZE - 2, f'fill="none" stroke="{RULE}"')
+    x, y = 24.0, SIZE - 52.0
+    svg.line((x, y), (x, y + 26), f'stroke="{GREY}" stroke-width="1.6"')
+    svg.path(f"M{x - 4} {y + 20}L{x} {y + 28}L{x + 4} {y + 20}", f'fill="none" stroke="{GREY}" stroke-width="1.6"')
+    svg.text((x + 8, y + 18), "gravity", f'font-size="11" fill="{GREY}"')
+
+
+def _panels(stick: Stick, motion: Motion) -> list[Panel]:
+    """Angles over time, a panel a joint."""
+    line = Line(BLUE, 1.4)
+    return [
+        Panel(joint.name, "deg", motion.times, [Curve([pose[index] for pose in motion.angles], line)], "")
+        for index, joint in enumerate(stick.joints)
+    ]
+
+
+SECTION = Section("stick-figure", "The leg as imported", content)

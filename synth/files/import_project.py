@@ -1,0 +1,222 @@
+"""The project file of ``synth import``: which foreign files, and what in them are the leg's joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Dictionary
+from dataclasses import dataclass, field
+from math import radians
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from synth import units
+from synth.errors import UserError
+from synth.files.leg import PartResolver
+from synth.files.paths import matching
+from synth.files.reading import InputFile, ProjectReader
+from synth.files.schema import read_section
+from synth.files.validate import Quantity, check_kind
+from synth.files.yaml_lines import load
+from synth.model.leg import Leg
+
+Window = tuple[float, float]
+TURNS = radians(720.0)
+Formats = Literal["auto", "deeplabcut", "opensim", "c3d", "matlab", "csv"]
+Cuts = Literal["cut", "free", "keep"]
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+@dataclass(frozen=True)
+class JointColumn:
+    """Where a joint's angle stands, and what it means.
+
+    ``zero`` : rad, the file's reading when this link points along its parent (the first: straight down); None and
+        ``sign`` None: as the leg's own.
+    """
+
+    column: str
+    unit: str | None = None
+    zero: float | None = None
+    sign: int | None = None
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """How a foreign file becomes a leg's angles; each format uses what it needs.
+
+    ``time`` : the clock's column; ``time_unit`` : its unit. ``frame_rate`` : Hz, where the file has no clock.
+    ``joints`` : a column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : a point less
+    likely is missing. ``plane`` : which axes of space are right and up. ``mirror`` : seen from the other side.
+    ``roll`` : rad, counter-clockwise, by which the picture is turned.
+    """
+
+    time: str | None = None
+    time_unit: str | None = None
+    frame_rate: float | None = None
+    joints: dict[str, JointColumn] = field(default_factory=dict)
+    points: tuple[str, ...] = ()
+    individual: str | None = None
+    likelihood: float | None = None
+    plane: tuple[str, str] | None = None
+    mirror: bool = False
+    roll: float = 0.0
+
+
+@dataclass(frozen=True)
+class _ImportFile:
+    kind: str
+    leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
+    files: Annotated[list[Any], Field(min_length=1, examples=["[videos/*.csv]"])]
+    format: Formats = "auto"
+    time: Any = None
+    frame_rate: Annotated[float, Quantity("Hz", above=0)] | None = None
+    joints: Annotated[dict[str, Any] | None, Field(examples=["{hip: {column: hip_flexion_r, unit: deg}}"])] = None
+    points: Annotated[list[Text] | None, Field(examples=["[hip, knee, ankle, toe]"])] = None
+    individual: str | None = None
+    likelihood: Annotated[float, Quantity("1", least=0, most=1)] | None = None
+    plane: Annotated[list[str] | None, Field(min_length=2, max_length=2, examples=["[x, z]"])] = None
+    mirror: bool = False
+    roll: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
+    release: Cuts = "cut"
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class _Clock:
+    column: Annotated[Text, Field(examples=["t"])]
+    unit: Text | None = None
+
+
+@dataclass(frozen=True)
+class _Column:
+    column: Annotated[Text, Field(examples=["hip_flexion_r"])]
+    unit: Text | None = None
+    zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] | None = None
+    sign: Literal[1, -1] | None = None
+
+
+@dataclass(frozen=True)
+class _Entry:
+    file: Annotated[Text, Field(examples=["videos/*.csv"])]
+    window: (
+        Annotated[list[Annotated[float, Quantity("s")]], Field(min_length=2, max_length=2, examples=["[2.7 s, 3.4 s]"])]
+        | None
+    ) = None
+
+
+@dataclass(frozen=True)
+class ForeignFile:
+    """A file to import: its ``name`` relative to the project, and the window that was picked by hand, s."""
+
+    path: Path
+    name: str
+    window: Window | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ImportProject:
+    """What ``synth import`` is to do."""
+
+    name: str
+    leg: Leg
+    files: tuple[ForeignFile, ...]
+    format: Formats
+    mapping: Mapping
+    release: Cuts
+    inputs: tuple[InputFile, ...] = ()
+
+
+def read_import_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> ImportProject:
+    """Read a project of kind ``import`` with its leg; the foreign files are found, not read.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project and the leg.
+    """
+    document = load(path)
+    check_kind(document, "import")
+    reader = ProjectReader(document, resolve_part)
+    written = document.value
+    file = read_section(_ImportFile, document, (), reader.problems, None, written)
+    leg = reader.leg(written["leg"], ("leg",)) if isinstance(written.get("leg"), str) else None
+    clock = None
+    if written.get("time") is not None:
+        clock = read_section(_Clock, document, ("time",), reader.problems, value=written["time"])
+        if clock is not None and clock.unit is not None:
+            _check_unit(reader, clock.unit, "s", ("time", "unit"))
+    columns = _columns(reader, written.get("joints"))
+    if leg is not None:
+        reader.known_joints(columns, leg, ("joints",))
+    files = _files(reader, written.get("files"))
+    if clock is not None and written.get("frame_rate") is not None:
+        reader.refuse('"time" and "frame_rate" are both given; keep one', ("frame_rate",))
+    reader.finish()
+    assert file is not None
+    assert leg is not None
+    mapping = Mapping(
+        clock.column if clock else None,
+        clock.unit if clock else None,
+        file.frame_rate,
+        columns,
+        tuple(file.points or ()),
+        file.individual,
+        file.likelihood,
+        (file.plane[0], file.plane[1]) if file.plane else None,
+        file.mirror,
+        file.roll,
+    )
+    inputs = tuple(reader.inputs)
+    return ImportProject(file.name or leg.name, leg, files, file.format, mapping, file.release, inputs)
+
+
+def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
+    """A column each, or just its name where the file says the unit and measures as the leg file does."""
+    found: dict[str, JointColumn] = {}
+    for name, value in written.items() if isinstance(written, dict) else ():
+        key = ("joints", str(name))
+        value = {"column": value} if isinstance(value, str) else value
+        column = read_section(_Column, reader.document, key, reader.problems, value=value)
+        if column is not None:
+            if column.unit is not None:
+                _check_unit(reader, column.unit, "rad", (*key, "unit"))
+            found[str(name)] = JointColumn(column.column, column.unit, column.zero, column.sign)
+    return found
+
+
+def _check_unit(reader: ProjectReader, unit: str, canonical: str, key: tuple[str, ...]) -> None:
+    try:
+        units.factor(unit, canonical)
+    except UserError as error:
+        reader.refuse(error.problems[0].text, key)
+
+
+def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
+    """The files that the entries stand for, each once."""
+    found: dict[Path, ForeignFile] = {}
+    for index, raw in enumerate(written) if isinstance(written, list) else ():
+        key = ("files", index)
+        value = {"file": raw} if isinstance(raw, str) else raw
+        if not isinstance(value, Dictionary):
+            reader.refuse(f"{raw!r} is no file; write a file, a glob or {{file: ..., window: [2.7 s, 3.4 s]}}", key)
+            continue
+        entry = read_section(_Entry, reader.document, key, reader.problems, value=dict(value))
+        if entry is None:
+            continue
+        window = (entry.window[0], entry.window[1]) if entry.window else None
+        if window is not None and not window[0] < window[1]:
+            reader.refuse("the window must go from the earlier time to the later: [2.7 s, 3.4 s]", (*key, "window"))
+        try:
+            paths = matching(reader.folder, entry.file)
+        except UserError as error:
+            for problem in error.problems:
+                reader.refuse(problem.text, key)
+            continue
+        for path in paths:
+            name = path.relative_to(reader.folder).as_posix()
+            if path.resolve() in found:
+                reader.refuse(f'"{name}" is listed twice; name it once', key)
+                continue
+            found[path.resolve()] = ForeignFile(path, name, window)
+    return tuple(found.values())

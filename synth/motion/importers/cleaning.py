@@ -1,0 +1,126 @@
+"""What is often wrong with angles: jumps by whole turns, gaps, lost frames; mended where it can be, and said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.model.leg import Array, Leg
+from synth.motion.smoothing import lost_samples
+
+TURN = 2.0 * np.pi
+OUTSIDE = np.radians(5.0)  # beyond a joint's range, that is worth saying
+UNEVEN = 1.5  # median steps: a longer one is a hole in the recording
+SHORTEST = 12  # samples, that a fit can use
+
+
+@dataclass(frozen=True, eq=False)
+class Cleaned:
+    """Measured angles (n, n_joint) rad, nan where missing, and what was found."""
+
+    angles: Array
+    notes: tuple[str, ...]
+
+
+def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: bool = False) -> Cleaned:
+    """Unwrap, bring to the turn that the leg file means, and report gaps.
+
+    Parameters
+    ----------
+    time : (n,) s.
+    angles : (n, n_joint) rad, measured angles.
+    arbitrary_turns : angles come from directions, whose whole turns mean nothing and are not reported.
+
+    Raises
+    ------
+    UserError : time that does not increase, or a joint with hardly a sample.
+    """
+    notes = [*_check_clock(time, name)]
+    result = angles.copy()
+    for j, joint in enumerate(leg.joints):
+        known = np.flatnonzero(np.isfinite(angles[:, j]))
+        if len(known) < SHORTEST:
+            text = f"{len(known)} samples of {len(time)} are left of the {joint.name}; at least {SHORTEST} are needed"
+            raise UserError(Problem(text, name))
+        whole = np.unwrap(angles[known, j])
+        jumps = int((np.abs(np.diff(whole) - np.diff(angles[known, j])) > 1e-6).sum())
+        middle = (joint.range[0] + joint.range[1]) / 2 if joint.range else joint.zero
+        turns = round((middle - float(np.median(whole))) / TURN)
+        result[known, j] = whole + turns * TURN
+        if jumps and not arbitrary_turns:
+            notes.append(f"{joint.name}: {jumps} jumps by a whole turn taken out")
+        if turns and not arbitrary_turns:
+            notes.append(f"{joint.name}: moved by {turns * 360:+d} deg, to the turn that the leg file means")
+    notes += _gap_notes(time, result, leg)
+    notes += _range_notes(result, leg)
+    return Cleaned(result, tuple(notes))
+
+
+def _check_clock(time: Array, name: str) -> list[str]:
+    """Refuse a clock that stands or runs back; say where frames are lost."""
+    if len(time) < SHORTEST:
+        raise UserError(Problem(f"has {len(time)} samples; at least {SHORTEST} are needed", name))
+    if not np.isfinite(time).all():
+        row = int(np.argmin(np.isfinite(time)))
+        raise UserError(Problem(f"sample {row + 1} has no time", name))
+    step = np.diff(time)
+    if (step <= 0).any():
+        row = int(np.argmax(step <= 0))
+        what = "repeats" if step[row] == 0 else "runs backwards"
+        text = f"time {what} at sample {row + 2}: {time[row]:g} s, then {time[row + 1]:g} s"
+        raise UserError(Problem(text, name))
+    middle = float(np.median(step))
+    holes = step > UNEVEN * middle
+    if holes.any():
+        lost = int(np.round(step[holes] / middle - 1).sum())
+        where = time[int(np.argmax(holes))]
+        return [f"{lost} frames are lost in {int(holes.sum())} holes of the clock, the first after {where:.3f} s"]
+    return []
+
+
+def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
+    """Missing samples by joint, with the longest gap, and samples far off their neighbours."""
+    notes = []
+    spikes = lost_samples(angles) & np.isfinite(angles)
+    for j, name in enumerate(leg.joint_names):
+        missing = ~np.isfinite(angles[:, j])
+        if missing.any():
+            known = time[~missing]
+            inner = np.diff(known)
+            at = int(np.argmax(inner))
+            text = f"{name}: {int(missing.sum())} of {len(time)} samples are missing and stay so"
+            inside = missing & (time > known[0]) & (time < known[-1])
+            if inside.any():
+                text += f"; the longest gap is {inner[at] * 1e3:.0f} ms, from {known[at]:.3f} s on"
+            notes.append(text)
+        if spikes[:, j].any():
+            at = int(np.argmax(spikes[:, j]))
+            text = f"{name}: {int(spikes[:, j].sum())} samples stand alone far off their neighbours (first at "
+            notes.append(f"{text}{time[at]:.3f} s); they are kept, and a fit leaves them out")
+    return notes
+
+
+def _range_notes(angles: Array, leg: Leg) -> list[str]:
+    """Joints that lie outside their range, and whether the other sign would bring them in."""
+    notes = []
+    for j, joint in enumerate(leg.joints):
+        if joint.range is None:
+            continue
+        known = angles[np.isfinite(angles[:, j]), j]
+        outside = _share_outside(known, joint.range)
+        if not outside:
+            continue
+        low, high = np.degrees(joint.range)
+        text = f"{joint.name}: {outside:.0%} of the samples lie outside its range [{low:g}, {high:g}] deg"
+        mirrored = 2.0 * joint.zero - known
+        mirrored += TURN * np.round((sum(joint.range) / 2 - float(np.median(mirrored))) / TURN)
+        if outside > 0.5 and _share_outside(mirrored, joint.range) < 0.1:
+            text += "; with the other sign they would lie inside: is the sign (or the side it was filmed from) wrong?"
+        notes.append(text)
+    return notes
+
+
+def _share_outside(angle: Array, span: tuple[float, float]) -> float:
+    return float(np.mean((angle < span[0] - OUTSIDE) | (angle > span[1] + OUTSIDE)))

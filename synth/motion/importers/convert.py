@@ -1,0 +1,266 @@
+"""A foreign file becomes a recording of a leg: read by its format, turned into measured angles, cleaned, cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.import_project import JointColumn, Mapping
+from synth.model.leg import Array, Joint, Leg
+from synth.motion.importers.c3d import read_c3d
+from synth.motion.importers.cleaning import SHORTEST, clean
+from synth.motion.importers.deeplabcut import is_deeplabcut, read_deeplabcut
+from synth.motion.importers.matlab import read_matlab
+from synth.motion.importers.opensim import read_opensim
+from synth.motion.importers.plain_csv import read_plain_csv
+from synth.motion.importers.points import Tracked, track
+from synth.motion.importers.source import Channels, Markers, Source, listed, other_side, same_name
+from synth.motion.importers.swaps import exchanged, restored, swap_note
+from synth.motion.release import Release, find_release
+from synth.units import factor
+
+Format = Literal["auto", "deeplabcut", "opensim", "c3d", "matlab", "csv"]
+Cut = Literal["cut", "free", "keep"]
+READERS: dict[str, Callable[[Path, Mapping, str], Source]] = {
+    "deeplabcut": read_deeplabcut,
+    "opensim": read_opensim,
+    "c3d": read_c3d,
+    "matlab": read_matlab,
+    "csv": read_plain_csv,
+}
+ENDINGS = {".mot": "opensim", ".sto": "opensim", ".c3d": "c3d", ".mat": "matlab", ".csv": "csv", ".tsv": "csv"}
+ENDINGS |= {".txt": "csv"}
+OF_MARKERS = ("deeplabcut", "c3d")
+CLOCKS = ("time", "t", "timestamp")
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """A recording of the leg.
+
+    ``time`` (n,) s on the file's own clock; ``angles`` (n, n_joint) rad, measured, nan where missing. ``total``
+    samples were in the file; ``release`` what was found at its start, None where it was not looked for; ``notes`` all
+    that was found, mended or cut, in words. ``tracked``: the points behind the angles, of marker files, on the same
+    samples.
+    """
+
+    format: str
+    time: Array
+    angles: Array
+    total: int
+    release: Release | None
+    notes: tuple[str, ...]
+    tracked: Tracked | None
+
+
+def recognise(path: Path, name: str) -> str:
+    """The format of a file by its ending and, of a CSV, by its first line.
+
+    Raises
+    ------
+    UserError : an ending of no format that is read here, with the way out where there is one.
+    """
+    ending = path.suffix.casefold()
+    if ending in (".h5", ".hdf5"):
+        text = "is HDF5; DeepLabCut writes the same as CSV: deeplabcut.analyze_videos_converth5_to_csv(folder)"
+        raise UserError(Problem(text, name))
+    if ending == ".trc":
+        raise UserError(Problem("is a TRC file; OpenSim and the capture software also write C3D", name))
+    if ending in (".xls", ".xlsx", ".ods"):
+        raise UserError(Problem("is a spreadsheet; export it as CSV", name))
+    if ending not in ENDINGS:
+        text = f'of the ending "{ending}" no format is known; known are {listed(ENDINGS)} (or say format: in a project)'
+        raise UserError(Problem(text, name))
+    found = ENDINGS[ending]
+    if found == "csv":
+        try:
+            with path.open("rb") as stream:
+                start = stream.read(200_000)
+        except OSError:
+            start = b""  # the reader says what is wrong
+        return "deeplabcut" if is_deeplabcut(start) else "csv"
+    return found
+
+
+def import_file(
+    path: Path,
+    leg: Leg,
+    mapping: Mapping,
+    *,
+    name: str,
+    form: str = "auto",
+    cut: Cut = "cut",
+    window: tuple[float, float] | None = None,
+) -> Imported:
+    """Read one file as a recording of ``leg``.
+
+    Parameters
+    ----------
+    form : the format, or ``auto``.
+    cut : ``cut`` to the release, ``free`` also to the end of what a hand drives, ``keep`` everything.
+    window : s on the file's clock, picked by hand; nothing is then looked for.
+
+    Raises
+    ------
+    UserError : the file cannot be read, does not hold what ``mapping`` says, or leaves too little.
+    """
+    form = recognise(path, name) if form == "auto" else form
+    _check_mapping(form, mapping, name)
+    source = READERS[form](path, mapping, name)
+    tracked: Tracked | None = None
+    if isinstance(source, Markers):
+        tracked = track(source, leg, mapping)
+        time, angles, notes = tracked.time, leg.to_measured(tracked.rotation), list(tracked.notes)
+    else:
+        time, angles, notes = _angles(source, leg, mapping)
+    cleaned = clean(time, angles, leg, name, arbitrary_turns=tracked is not None)
+    notes += cleaned.notes
+    release = None if window is not None else _release(time, cleaned.angles, leg, notes)
+    first, last = _kept(time, release, cut, window, notes, name)
+    kept = slice(first, last)
+    if tracked is not None:
+        tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
+    return Imported(form, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked)
+
+
+def _check_mapping(form: str, mapping: Mapping, name: str) -> None:
+    """Refuse keys that a format has no use for: a wish that is ignored is a wrong result."""
+    if form in OF_MARKERS:
+        unused = {"joints": bool(mapping.joints), "time": mapping.time is not None}
+        unused |= {"plane": form != "c3d" and mapping.plane is not None}
+    else:
+        unused = {"points": bool(mapping.points), "plane": mapping.plane is not None, "mirror": mapping.mirror}
+        unused |= {"roll": mapping.roll != 0.0}
+    if form != "deeplabcut":
+        unused |= {"likelihood": mapping.likelihood is not None, "individual": mapping.individual is not None}
+    if form == "opensim":
+        unused |= {"time": mapping.time is not None, "frame_rate": mapping.frame_rate is not None}
+    problems = [
+        Problem(f"means nothing for a file of format {form}; leave it out", name, key=key)
+        for key, given in unused.items()
+        if given
+    ]
+    if problems:
+        raise UserError(problems)
+
+
+def _angles(source: Channels, leg: Leg, mapping: Mapping) -> tuple[Array, Array, list[str]]:
+    """Clock (n,) s and measured angles (n, n_joint) rad of a file of channels."""
+    notes = list(source.notes)
+    problems: list[Problem] = []
+    columns: list[Array] = []
+    for joint in leg.joints:
+        try:
+            columns.append(_angle(source, joint, mapping.joints.get(joint.name) or JointColumn(joint.name), notes))
+        except UserError as error:
+            problems += error.problems
+    time = None
+    try:
+        time = _clock(source, mapping)
+    except UserError as error:
+        problems += error.problems
+    if problems:
+        raise UserError(problems)
+    assert time is not None
+    return time, np.column_stack(columns), notes
+
+
+def _angle(source: Channels, joint: Joint, column: JointColumn, notes: list[str]) -> Array:
+    """One joint's measured angle (n,) rad."""
+    index = source.find(column.column, joint.name)
+    unit = _unit(source, index, column.unit, joint.name, "deg")
+    value = source.values[:, index : index + 1]
+    other = other_side(source.names[index], source.names)
+    if other is not None:
+        swapped = exchanged(value, source.values[:, other : other + 1])
+        if swapped.any():
+            notes.append(swap_note(f"{joint.name} ({source.names[index]})", swapped))
+            value = restored(value, swapped, source.values[:, other : other + 1])
+    angle = value[:, 0] * factor(unit, "rad")
+    zero = joint.zero if column.zero is None else column.zero
+    sign = joint.sign if column.sign is None else column.sign
+    return np.asarray(joint.zero + joint.sign * sign * (angle - zero))
+
+
+def _unit(source: Channels, index: int, told: str | None, what: str, example: str) -> str:
+    """The unit of a column: the file's own, or what the project says where the file is silent."""
+    own, title = source.units[index], source.names[index]
+    if told is not None and own and abs(factor(told, own) - 1.0) > 1e-12:
+        place = "the header's inDegrees" if source.units_fixed else "the file"
+        text = f'{what}: {place} says that "{title}" is in {own}, the project says {told}; leave `unit` out'
+        raise UserError(Problem(text, source.name))
+    unit = own or told
+    if not unit:
+        text = f'{what}: the file does not say the unit of "{title}"; say it: {{column: {title}, unit: {example}}}'
+        raise UserError(Problem(text, source.name))
+    canonical = "s" if example == "s" else "rad"
+    try:
+        factor(unit, canonical)
+    except UserError as error:
+        raise UserError(Problem(f"{what}: {error.problems[0].text}", source.name)) from None
+    return unit
+
+
+def _clock(source: Channels, mapping: Mapping) -> Array:
+    """(n,) s, from the file, its clock's column, or the frame rate."""
+    if source.time is not None:
+        return source.time
+    if mapping.time is not None:
+        index = source.find(mapping.time, "time")
+    elif mapping.frame_rate is not None:
+        return np.asarray(np.arange(len(source.values)) / mapping.frame_rate)
+    else:
+        found = [k for k, name in enumerate(source.names) if any(same_name(name, clock) for clock in CLOCKS)]
+        if len(found) != 1:
+            text = "say which column is the clock, time: {column: NAME, unit: s}, or the rate, frame_rate: 250 Hz"
+            raise UserError(Problem(f"{text}; the file has {listed(source.names)}", source.name))
+        index = found[0]
+    unit = _unit(source, index, mapping.time_unit, "time", "s")
+    return np.asarray(source.values[:, index] * factor(unit, "s"))
+
+
+def _release(time: Array, angles: Array, leg: Leg, notes: list[str]) -> Release | None:
+    try:
+        found = find_release(time, angles, leg)
+    except ValueError as error:
+        notes.append(f"no release was looked for: {error}")
+        return None
+    notes.append(found.sentence)
+    return found
+
+
+def _kept(
+    time: Array,
+    release: Release | None,
+    cut: Cut,
+    window: tuple[float, float] | None,
+    notes: list[str],
+    name: str,
+) -> tuple[int, int]:
+    """First kept sample and the one after the last, with what was cut said."""
+    if window is not None:
+        first, last = (int(k) for k in np.searchsorted(time, [window[0] - 1e-9, window[1] + 1e-9]))
+        if last - first < SHORTEST:
+            text = f"the window {window[0]:g} to {window[1]:g} s holds {last - first} samples of the file's "
+            raise UserError(Problem(f"{text}{time[0]:g} to {time[-1]:g} s; at least {SHORTEST} are needed", name))
+        notes.append(f"cut to the window given: {len(time) - last + first} of {len(time)} samples left out")
+        return first, last
+    if release is None or cut == "keep":
+        if release is not None and release.free_from > time[0]:
+            notes.append("nothing was cut, as wished; a trial must start at or after the release")
+        return 0, len(time)
+    start = release.free_from if cut == "free" else release.released
+    if start is None or start <= time[0]:
+        return 0, len(time)
+    first = int(np.searchsorted(time, start))
+    if len(time) - first < SHORTEST:
+        notes.append(f"not cut at {start:.3f} s: only {len(time) - first} samples would be left")
+        return 0, len(time)
+    what = "the release" if start == release.released else "the end of the foreign torque"
+    notes.append(f"cut at {what}: {first} of {len(time)} samples, up to {time[first - 1]:.3f} s, left out")
+    return first, len(time)

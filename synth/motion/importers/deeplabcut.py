@@ -1,0 +1,114 @@
+"""DeepLabCut: a CSV with three header rows (scorer, bodyparts, coords), or four where there are several animals.
+
+Written by ``analyze_videos(..., save_as_csv=True)`` as pandas writes a table with column levels; x, y in pixels from
+the picture's upper left corner, y downward, and the network's likelihood of each point (Mathis et al., *Nature
+Neuroscience* 21 (2018) 1281).
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.import_project import Mapping
+from synth.files.paths import read_bytes
+from synth.files.validate import near
+from synth.motion.importers.source import Markers, listed
+
+SIZE_LIMIT = 400_000_000  # bytes: an hour at 200 Hz of 30 points
+LIKELIHOOD = 0.6  # DeepLabCut's own `pcutoff`
+LEVELS = ("scorer", "individuals", "bodyparts", "coords")
+
+
+def is_deeplabcut(start: bytes) -> bool:
+    """Whether a file's first bytes are DeepLabCut's header."""
+    lines = start.decode("utf-8-sig", errors="replace").splitlines()[:4]
+    heads = [line.partition(",")[0].strip() for line in lines]
+    return heads[:1] == ["scorer"] and "coords" in heads
+
+
+def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
+    """Points of one animal, y turned upward, unlikely ones missing.
+
+    Raises
+    ------
+    UserError : another header, hand-made labels, a cell that is no number, or several animals and none chosen.
+    """
+    data = read_bytes(path, SIZE_LIMIT, "cut the video")
+    try:
+        rows = [row for row in csv.reader(data.decode("utf-8-sig").splitlines()) if row]
+    except UnicodeDecodeError:
+        raise UserError(Problem("is not UTF-8 text, as DeepLabCut writes it", name)) from None
+    levels = [row[0].strip() for row in rows[:4] if row[0].strip() in LEVELS]
+    if levels not in (list(LEVELS), [level for level in LEVELS if level != "individuals"]):
+        text = "does not begin with DeepLabCut's header rows scorer, bodyparts, coords; "
+        raise UserError(Problem(f"{text}write it with analyze_videos(..., save_as_csv=True)", name, 1))
+    header = {level: [cell.strip() for cell in rows[k][1:]] for k, level in enumerate(levels)}
+    chosen = _individual(header, mapping.individual, name)
+    columns = _columns(header, chosen, name)
+    frames, values = _numbers(rows[len(levels) :], len(header["coords"]), len(levels), name)
+    least = LIKELIHOOD if mapping.likelihood is None else mapping.likelihood
+    positions = np.full((len(frames), len(columns), 2), np.nan)
+    unlikely = 0
+    for index, places in enumerate(columns.values()):
+        xy = values[:, [places["x"], places["y"]]]
+        doubtful = ~(values[:, places["likelihood"]] >= least)
+        unlikely += int((doubtful & np.isfinite(xy).all(axis=1)).sum())
+        positions[:, index] = np.where(doubtful[:, None], np.nan, xy)
+    positions[..., 1] *= -1.0  # pixels count downward
+    notes = [f"the likelihood of {unlikely} points (all body parts) is below {least:g}: taken as missing"]
+    return Markers(name, tuple(columns), positions, frames, None, "pixel", tuple(notes if unlikely else ()))
+
+
+def _individual(header: dict[str, list[str]], wanted: str | None, name: str) -> str | None:
+    """Which animal's points are meant."""
+    animals = list(dict.fromkeys(header.get("individuals", [])))
+    if wanted is not None and wanted not in animals:
+        has = f"; the file has {listed(animals)}" if animals else "; the file is of one animal, leave `individual` out"
+        raise UserError(Problem(f'there is no individual "{wanted}"{near(wanted, animals) or has}', name))
+    if wanted is None and len(animals) > 1:
+        text = f"holds {len(animals)} animals; say which: individual: {animals[0]}, or one of {listed(animals[1:])}"
+        raise UserError(Problem(text, name))
+    return wanted or (animals[0] if animals else None)
+
+
+def _columns(header: dict[str, list[str]], individual: str | None, name: str) -> dict[str, dict[str, int]]:
+    """Body part -> coordinate -> column of the numbers."""
+    found: dict[str, dict[str, int]] = {}
+    for index, (part, coordinate) in enumerate(zip(header["bodyparts"], header["coords"], strict=True)):
+        if individual is None or header["individuals"][index] == individual:
+            found.setdefault(part, {})[coordinate] = index
+    for part, places in found.items():
+        if "z" in places:
+            raise UserError(Problem("holds points in space (x, y, z); save them as C3D", name, key=part))
+        if set(places) != {"x", "y", "likelihood"}:
+            text = f"has the columns {listed(places)} where x, y, likelihood are needed"
+            if set(places) == {"x", "y"}:
+                text = "has no likelihood: these are labels made by hand for training, not a tracked video"
+            raise UserError(Problem(text, name, key=part))
+    return found
+
+
+def _numbers(rows: list[list[str]], width: int, headers: int, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Frame numbers (n,) and cells (n, width), nan where empty."""
+    values = np.full((len(rows), width + 1), np.nan)
+    for k, row in enumerate(rows):
+        line = k + headers + 1
+        if len(row) != width + 1:
+            raise UserError(Problem(f"has {len(row)} cells where the header has {width + 1}", name, line))
+        for column, cell in enumerate(row):
+            if cell.strip():
+                try:
+                    values[k, column] = float(cell)
+                except ValueError:
+                    what = "a frame's number" if column == 0 else "a number"
+                    hint = "; is it labels made by hand for training?" if column == 0 else ""
+                    raise UserError(Problem(f'"{cell[:60]}" is not {what}{hint}', name, line)) from None
+    if len(values) < 2:
+        raise UserError(Problem("has no frames below its header", name))
+    if np.isnan(values[:, 0]).any() or (np.diff(values[:, 0]) <= 0).any():
+        raise UserError(Problem("has frames without a number, or not in order", name))
+    return values[:, 0], values[:, 1:]

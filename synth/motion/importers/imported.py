@@ -1,0 +1,146 @@
+"""The result of ``synth import``: trials in the project's own format, and ``import.json`` on how they came about."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import synth
+from synth.errors import UserError
+from synth.files.import_project import ForeignFile, ImportProject
+from synth.files.output import sha256_file, write_csv, write_json
+from synth.files.validate import gathering, raise_if_any
+from synth.model.leg import Leg
+from synth.motion.importers.convert import Imported, import_file
+from synth.units import quantity
+
+TRIALS = "trials"
+LIBRARIES = ("numpy", "scipy")
+DRAWN = 9  # frames whose points are kept for the drawing
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedTrial:
+    """A foreign file, and the recording that it became; ``target`` is its file's name in the result."""
+
+    source: ForeignFile
+    target: str
+    imported: Imported
+
+
+def read_files(project: ImportProject) -> list[ImportedTrial]:
+    """Read every file of a project.
+
+    Raises
+    ------
+    UserError
+        With every mistake of all files.
+    """
+    problems: list[Any] = []
+    trials: list[ImportedTrial] = []
+    targets = _targets(project.files)
+    for file, target in zip(project.files, targets, strict=True):
+        with gathering(problems):
+            imported = import_file(
+                file.path,
+                project.leg,
+                project.mapping,
+                name=file.name,
+                form=project.format,
+                cut=project.release,
+                window=file.window,
+            )
+            trials.append(ImportedTrial(file, target, imported))
+    raise_if_any(problems)
+    return trials
+
+
+def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Path) -> None:
+    """Write the trials, each read back as the fit would read it, and ``import.json``."""
+    from synth.files.recording import read_recording
+
+    (folder / TRIALS).mkdir()
+    problems: list[Any] = []
+    for trial in trials:
+        columns = {"time [s]": trial.imported.time}
+        for index, joint in enumerate(project.leg.joint_names):
+            columns[f"{joint} [deg]"] = np.degrees(trial.imported.angles[:, index])
+        path = folder / trial.target
+        write_csv(path, columns)
+        with gathering(problems):
+            read_recording(path, project.leg, name=f"{trial.source.name} (as {trial.target})")
+    if problems:
+        raise UserError(problems)
+    content = {
+        "format": "synth/import/1",
+        "name": project.name,
+        "leg": _leg(project.leg),
+        "trials": [_trial(trial, folder) for trial in trials],
+        "inputs": {item.name: item.sha256 for item in project.inputs},
+        "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
+    }
+    write_json(folder / "import.json", content)
+
+
+def _targets(files: tuple[ForeignFile, ...]) -> list[str]:
+    """A name in the result for each file: its own where that is enough, else with its folders, else its ending too."""
+    paths = [Path(file.name) for file in files]
+    levels = [
+        [path.stem for path in paths],
+        ["_".join([*path.parts[:-1], path.stem]) for path in paths],
+        ["_".join([*path.parts[:-1], path.stem, path.suffix[1:]]) for path in paths],
+    ]
+    names: list[str] = []
+    for choices in zip(*levels, strict=True):
+        name = next((each for each, level in zip(choices, levels, strict=True) if level.count(each) == 1), choices[-1])
+        while f"{TRIALS}/{name}.csv" in names:
+            name += "_"
+        names.append(f"{TRIALS}/{name}.csv")
+    return names
+
+
+def _leg(leg: Leg) -> dict[str, Any]:
+    """What a drawing of the leg needs."""
+    joints = []
+    for joint in leg.joints:
+        item: dict[str, Any] = {"name": joint.name, "zero": quantity(joint.zero, "deg"), "sign": joint.sign}
+        item["length"] = quantity(joint.link.length, "mm")
+        if joint.range is not None:
+            item["range"] = [quantity(end, "deg") for end in joint.range]
+        joints.append(item)
+    return {"name": leg.name, "tilt": quantity(leg.tilt, "deg"), "joints": joints}
+
+
+def _trial(trial: ImportedTrial, folder: Path) -> dict[str, Any]:
+    made = trial.imported
+    item: dict[str, Any] = {
+        "file": trial.target,
+        "sha256": sha256_file(folder / trial.target),
+        "source": trial.source.name,
+        "source_sha256": sha256_file(trial.source.path),
+        "source_format": made.format,
+        "samples": len(made.time),
+        "samples_in_source": made.total,
+        "rate": quantity(1.0 / float(np.median(np.diff(made.time))), "Hz"),
+        "notes": list(made.notes),
+    }
+    if made.release is not None:
+        found = made.release
+        item["release"] = {
+            "released": None if found.released is None else quantity(found.released, "s"),
+            "driven_until": None if found.driven_until is None else quantity(found.driven_until, "s"),
+        }
+    if made.tracked is not None:
+        seen = np.flatnonzero(np.isfinite(made.tracked.points).all(axis=(1, 2)))
+        if len(seen):
+            picked = seen[np.unique(np.linspace(0, len(seen) - 1, DRAWN).round().astype(int))]
+            points = (made.tracked.points[picked] - made.tracked.points[picked][:, :1]) * made.tracked.scale
+            item["points"] = [
+                {"time": quantity(float(made.time[k]), "s"), "unit": "m", "places": frame}
+                for k, frame in zip(picked, points, strict=True)
+            ]
+    return item

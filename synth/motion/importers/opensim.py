@@ -1,0 +1,104 @@
+"""OpenSim: motion and storage files, ``.mot`` and ``.sto``: a header up to ``endheader``, then a table with its labels.
+
+``inDegrees=yes|no`` says what angles are in (OpenSim documentation, *Storage (.sto) Files*). OpenSim itself takes a
+file without it for radians; older files are often in degrees all the same, so here it is asked for.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.import_project import Mapping
+from synth.files.paths import read_bytes
+from synth.motion.importers.source import Channels
+
+SIZE_LIMIT = 200_000_000
+HEADER_LIMIT = 500  # lines
+
+
+def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
+    """All columns beside the clock, in the unit that the header says.
+
+    Raises
+    ------
+    UserError : no header's end, ``inDegrees`` missing or neither yes nor no, vectors in cells, a table cut off.
+    """
+    try:
+        lines = read_bytes(path, SIZE_LIMIT, "cut it in OpenSim").decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise UserError(Problem("is not text; OpenSim writes .mot and .sto as text", name)) from None
+    header, first = _header(lines, name)
+    in_degrees = _in_degrees(header, name)
+    kind = header.get("datatype", "double")
+    if kind.casefold() != "double":
+        raise UserError(Problem(f"holds cells of type {kind}; only one number a cell (double) can be read", name))
+    while first < len(lines) and not lines[first].strip():
+        first += 1
+    labels = _cells(lines[first]) if first < len(lines) else []
+    if not labels or labels[0].casefold() != "time":
+        raise UserError(Problem('has no row of labels that begins with "time" after endheader', name, first + 1))
+    repeated = next((label for k, label in enumerate(labels) if label in labels[:k]), None)
+    if repeated is not None:
+        raise UserError(Problem(f'column "{repeated}" is given twice', name, first + 1))
+    values = _table(lines, first + 1, labels, name)
+    for key, found, what in (("nrows", len(values), "rows"), ("ncolumns", len(labels), "columns")):
+        said = header.get(key, header.get(key.replace("n", "data", 1)))
+        if said is not None and said.isdigit() and int(said) != found:
+            text = f"its header says {said} {what} and there are {found}: the file is cut off or was edited"
+            raise UserError(Problem(text, name))
+    unit = "deg" if in_degrees else "rad"
+    note = f"inDegrees={'yes' if in_degrees else 'no'}: angles are read in {unit}"
+    units = (unit,) * (len(labels) - 1)
+    return Channels(name, tuple(labels[1:]), units, values[:, 1:], values[:, 0], (note,), units_fixed=True)
+
+
+def _header(lines: list[str], name: str) -> tuple[dict[str, str], int]:
+    """Keys and values of the header, keys in lower case, and the index of the line after it."""
+    found: dict[str, str] = {}
+    for index, line in enumerate(lines[:HEADER_LIMIT]):
+        text = line.strip()
+        if text.casefold() == "endheader":
+            return found, index + 1
+        key, equals, value = text.partition("=")
+        if not equals:  # `datarows 153` of the older motion files
+            key, _, value = text.partition(" ")
+        if value.strip():
+            found[key.strip().casefold()] = value.strip()
+    raise UserError(Problem('has no line "endheader": it is no OpenSim motion or storage file', name))
+
+
+def _in_degrees(header: dict[str, str], name: str) -> bool:
+    said = header.get("indegrees")
+    if said is None:
+        text = "its header does not say inDegrees, so its angles may be degrees or radians; write the line "
+        text += '"inDegrees=yes" or "inDegrees=no" before "endheader"'
+        raise UserError(Problem(text, name, key="inDegrees"))
+    if said.casefold() not in ("yes", "no"):
+        raise UserError(Problem(f'"{said}" is not allowed: write yes or no', name, key="inDegrees"))
+    return said.casefold() == "yes"
+
+
+def _cells(line: str) -> list[str]:
+    """A row's cells; labels may hold blanks where tabs separate them."""
+    return [cell.strip() for cell in line.strip().split("\t")] if "\t" in line else line.split()
+
+
+def _table(lines: list[str], first: int, labels: list[str], name: str) -> np.ndarray:
+    rows = []
+    for index in range(first, len(lines)):
+        if not lines[index].strip():
+            continue
+        cells = lines[index].split()
+        if len(cells) != len(labels):
+            text = f"has {len(cells)} cells where there are {len(labels)} labels"
+            raise UserError(Problem(text, name, index + 1))
+        try:
+            row = [float(cell) for cell in cells]
+        except ValueError as error:
+            raise UserError(Problem(f"holds no number: {error}", name, index + 1)) from None
+        rows.append(row)
+    values = np.array(rows, dtype=np.float64).reshape(-1, len(labels))
+    return np.where(np.isfinite(values), values, np.nan)

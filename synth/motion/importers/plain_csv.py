@@ -1,0 +1,114 @@
+"""Plain CSV from any logger: other column names, units in brackets or told, commas, semicolons or tabs.
+
+Comment lines before the header are skipped. A second row that holds units only (``s;deg;deg``) is read as such.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+
+from synth import units
+from synth.errors import Problem, UserError
+from synth.files.import_project import Mapping
+from synth.files.paths import read_bytes
+from synth.motion.importers.source import Channels
+
+SIZE_LIMIT = 200_000_000
+COMMENTS = ("#", "%", "//")
+_TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
+
+
+def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
+    """All columns with their names and, where the file says them, units.
+
+    Raises
+    ------
+    UserError : no rows, no header, rows of another length, or a cell of a wanted column that is no number.
+    """
+    text = _text(path, name)
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    while lines and lines[0][1].lstrip().startswith(COMMENTS):
+        lines = lines[1:]
+    if len(lines) < 2:
+        raise UserError(Problem("has no rows below its header", name))
+    separator = max(",;\t", key=lines[0][1].count)
+    rows = list(csv.reader((line for _, line in lines), delimiter=separator))
+    titles = [cell.strip() for cell in rows[0]]
+    while titles and not titles[-1]:
+        titles = titles[:-1]
+    if any(_number(title, separator) is not None for title in titles):
+        raise UserError(Problem("begins with numbers; its first line must name the columns", name, lines[0][0]))
+    names, found_units = zip(*map(_title, titles), strict=True)
+    first = 1
+    if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
+        found_units, first = tuple(cell.strip() for cell in rows[1][: len(titles)]), 2
+    values = _values(rows[first:], [line for line, _ in lines[first:]], titles, separator, name)
+    repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
+    if repeated is not None:
+        raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name, lines[0][0]))
+    return Channels(name, tuple(names), tuple(found_units), values)
+
+
+def _text(path: Path, name: str) -> str:
+    data = read_bytes(path, SIZE_LIMIT, "thin it")
+    if data[:4] in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0"):
+        raise UserError(Problem("is a spreadsheet or an archive, not a CSV; export it as CSV", name))
+    for encoding in ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252"):
+        try:
+            return data.decode(encoding)  # a degree sign often comes in Windows' own encoding
+        except UnicodeDecodeError:
+            continue
+    raise UserError(Problem("is not text", name))
+
+
+def _title(title: str) -> tuple[str, str]:
+    """Name and unit of ``Hip angle (deg)``; what stands in brackets and is no unit belongs to the name."""
+    match = _TITLE.fullmatch(title)
+    # Of an angle or a time only: "Hip (L)" is the left one, not litres.
+    if match and match[1] and any(_is_unit(match[2], of) for of in ("rad", "s")):
+        return match[1], match[2]
+    return title, ""
+
+
+def _is_unit(text: str, of: str | None = None) -> bool:
+    """Whether ``text`` is a unit, ``of`` the same dimension if given; a bare number is none."""
+    try:
+        units.factor(text, of or text)
+    except UserError:
+        return False
+    return not text.strip().isdigit()
+
+
+def _values(rows: list[list[str]], lines: list[int], titles: list[str], separator: str, name: str) -> np.ndarray:
+    """(n, n_column), nan where a cell is empty or is no number at all, such as a remark."""
+    values = np.full((len(rows), len(titles)), np.nan)
+    for k, (row, line) in enumerate(zip(rows, lines, strict=True)):
+        if len(row) < len(titles) or any(cell.strip() for cell in row[len(titles) :]):
+            text = f"has {len(row)} cells where the header has {len(titles)} columns"
+            raise UserError(Problem(text, name, line))
+        for column in range(len(titles)):
+            number = _number(row[column], separator)
+            if number is not None:
+                values[k, column] = number
+            elif row[column].strip().casefold() not in _MISSING and not np.isnan(values[:k, column]).all():
+                shown = row[column].strip()[:40]
+                text = f'"{shown}" is not a number; leave the cell empty where a sample is missing'
+                raise UserError(Problem(text, name, line, titles[column]))
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _number(cell: str, separator: str) -> float | None:
+    """A cell's number; decimals take a comma where semicolons or tabs separate."""
+    text = cell.strip()
+    if separator != "," and _DECIMAL_COMMA.fullmatch(text):
+        text = text.replace(",", ".")
+    try:
+        return float(text) if "_" not in text and text.casefold() not in _MISSING else None
+    except ValueError:
+        return None

@@ -1,0 +1,177 @@
+"""Points on a limb to the angles of its joints, in a plane.
+
+Link i runs from point i to point i + 1; its absolute rotation, counter-clockwise from straight down with x to the
+right and z up, is ``atan2(dx, -dz)``, and a joint's rotation is the difference to its parent's.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.import_project import Mapping
+from synth.model.leg import Array, Leg
+from synth.motion.importers.source import Markers, listed, other_side
+from synth.motion.importers.swaps import Mask, exchanged, restored, swap_note
+
+STRETCH = 0.2  # of a link's length; a point is misplaced where the link is longer or shorter by more
+SPREADS = 6.0  # robust standard deviations of the link's length, that it must differ by too
+MISMATCH = 0.25  # of a link's length against the leg file's, both relative to the whole leg
+TILTED = np.radians(15.0)  # out of the plane, that is worth saying
+_AXIS = re.compile(r"([+-]?)([xyz])")
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """Angles from points: ``rotation`` (n, n_joint) rad, nan where a point is missing; ``points`` (n, n_point, 2)
+    in units of the source, x right and z up, as they were used; ``scale`` metres a unit of the source, as the leg
+    file's lengths say; ``notes`` what was found.
+    """
+
+    time: Array
+    rotation: Array
+    points: Array
+    scale: float
+    notes: tuple[str, ...]
+
+
+def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
+    """The joints' rotations from the points that ``mapping`` names.
+
+    Raises
+    ------
+    UserError : points that are not there or not enough, no clock, a plane where none is wanted or none where one is.
+    """
+    time = _clock(markers, mapping)
+    chosen = _chosen(markers, leg, mapping)
+    notes = list(markers.notes)
+    space = _unswapped(markers, chosen, notes)
+    flat = _in_plane(space, markers, mapping, notes)
+    if mapping.mirror:
+        flat[..., 0] *= -1.0
+    vector = np.diff(flat, axis=1)
+    length = np.hypot(vector[..., 0], vector[..., 1])
+    middle = np.nanmedian(np.where(np.isfinite(length).any(axis=0), length, 0.0), axis=0)
+    if (middle <= 0).any():
+        empty = [leg.joint_names[i] for i in np.flatnonzero(middle <= 0)]
+        raise UserError(Problem(f"the points of these links are nowhere seen together: {listed(empty)}", markers.name))
+    absolute = np.arctan2(vector[..., 0], -vector[..., 1]) - mapping.roll
+    absolute[_misplaced(length, middle, leg, notes)] = np.nan
+    rotation = absolute.copy()
+    rotation[:, 0] -= leg.tilt
+    rotation[:, 1:] -= absolute[:, :-1]
+    rotation = np.angle(np.exp(1j * rotation))
+    scale = _scale(middle, leg, notes)
+    turned = _rolled(flat, mapping.roll)
+    return Tracked(time, np.asarray(rotation), turned, scale, tuple(notes))
+
+
+def _clock(markers: Markers, mapping: Mapping) -> Array:
+    """(n,) s."""
+    own, told = markers.frame_rate, mapping.frame_rate
+    if own is not None and told is not None and abs(own / told - 1.0) > 1e-6:
+        text = f"the file says {own:g} Hz and the project {told:g} Hz; leave it out"
+        raise UserError(Problem(text, markers.name, key="frame_rate"))
+    rate = own or told
+    if rate is None:
+        text = "has no clock: say how many frames a second were filmed, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
+        text += "Of slow-motion video that is the rate of filming, not of playing"
+        raise UserError(Problem(text, markers.name))
+    return np.asarray(markers.frames / rate)
+
+
+def _chosen(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
+    """Indices of the points, proximal to distal."""
+    n = len(leg.joints)
+    if not mapping.points:
+        text = f"say which points the leg's joints are, proximal to distal and then the tip, {n + 1} in all: "
+        text += f"points: [{', '.join(leg.joint_names)}, tip] (--points); the file has {listed(markers.names)}"
+        raise UserError(Problem(text, markers.name))
+    if len(mapping.points) != n + 1:
+        text = f"{len(mapping.points)} points are named; {leg.name} has {n} joints and needs {n + 1}: each joint and "
+        raise UserError(Problem(f"{text}the last link's end", markers.name, key="points"))
+    if len(set(mapping.points)) < len(mapping.points):
+        raise UserError(Problem("a point is named twice", markers.name, key="points"))
+    return [markers.find(point) for point in mapping.points]
+
+
+def _unswapped(markers: Markers, chosen: list[int], notes: list[str]) -> Array:
+    """Positions (n, n_point, d) of the chosen points, exchanges with the other side put back."""
+    found = []
+    for index in chosen:
+        track, other = markers.positions[:, index], other_side(markers.names[index], markers.names)
+        if other is not None and other not in chosen:
+            swapped = exchanged(track, markers.positions[:, other])
+            if swapped.any():
+                notes.append(swap_note(markers.names[index], swapped))
+                track = restored(track, swapped, markers.positions[:, other])
+        if not np.isfinite(track).any():
+            raise UserError(Problem(f'the point "{markers.names[index]}" is nowhere seen', markers.name))
+        found.append(track)
+    return np.stack(found, axis=1)
+
+
+def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]) -> Array:
+    """(n, n_point, 2): right and up."""
+    if space.shape[2] == 2:
+        if mapping.plane is not None:
+            text = "the file's points lie in a picture already; leave `plane` out"
+            raise UserError(Problem(text, markers.name, key="plane"))
+        return space.copy()
+    if mapping.plane is None:
+        moving = np.nanstd(space - np.nanmean(space, axis=0), axis=(0, 1))
+        sizes = ", ".join(f"{axis} {size:.3g} {markers.unit}".strip() for axis, size in zip("xyz", moving, strict=True))
+        text = "its points lie in space: say which axes are right and up in the plane of motion, for example "
+        text += f"plane: [x, z], or [-y, z] (--plane=x,z). The points move by ({sizes}, SD)"
+        raise UserError(Problem(text, markers.name))
+    axes = [_AXIS.fullmatch(axis.strip().casefold()) for axis in mapping.plane]
+    if None in axes or len({axis[2] for axis in axes if axis}) < 2:
+        text = f"[{', '.join(mapping.plane)}] is no plane: write two axes of x, y, z, such as [x, z] or [-y, z]"
+        raise UserError(Problem(text, markers.name, key="plane"))
+    picked = [("xyz".index(axis[2]), -1.0 if axis[1] == "-" else 1.0) for axis in axes if axis]
+    flat = np.stack([sign * space[..., index] for index, sign in picked], axis=-1)
+    (left_out,) = {0, 1, 2} - {index for index, _ in picked}
+    across = np.abs(np.diff(space[..., left_out], axis=1))
+    along = np.linalg.norm(np.diff(flat, axis=1), axis=-1)
+    out = np.nanpercentile(np.degrees(np.arctan2(across, along)), 95)
+    if np.radians(out) > TILTED:
+        plane = ", ".join(mapping.plane)
+        notes.append(f"links stand up to {out:.0f} deg out of the plane [{plane}]: is it the right one?")
+    return flat
+
+
+def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
+    """(n, n_link) True where a link is so long or short that one of its points must be wrong."""
+    off = np.abs(length - middle)
+    spread = 1.4826 * np.nanmedian(off, axis=0)
+    wrong = off > np.maximum(STRETCH * middle, SPREADS * spread)
+    for i, name in enumerate(leg.joint_names):
+        if wrong[:, i].any():
+            limit = max(STRETCH, SPREADS * spread[i] / middle[i])
+            text = f"the link below the {name} is more than {limit:.0%} too long or short in {int(wrong[:, i].sum())} "
+            notes.append(f"{text}frames: a point is misplaced there; those angles are left empty")
+        if spread[i] > 0.05 * middle[i]:
+            text = f"the link below the {name} changes its length by {spread[i] / middle[i]:.0%} (SD): it leaves the "
+            notes.append(f"{text}plane, or a point slides on the skin")
+    return np.asarray(wrong)
+
+
+def _scale(middle: Array, leg: Leg, notes: list[str]) -> float:
+    """Metres a unit of the source; notes links whose proportion is not that of the leg file."""
+    wanted = np.array([joint.link.length for joint in leg.joints])
+    scale = float(wanted.sum() / middle.sum())
+    for name, ratio in zip(leg.joint_names, middle * scale / wanted, strict=True):
+        if abs(ratio - 1.0) > MISMATCH:
+            text = f"the link below the {name} is {abs(ratio - 1):.0%} {'longer' if ratio > 1 else 'shorter'} between "
+            notes.append(f"{text}its points than in the leg file (relative to the whole leg): are the points in order?")
+    return scale
+
+
+def _rolled(flat: Array, roll: float) -> Array:
+    """Points turned back by the camera's roll."""
+    cosine, sine = np.cos(roll), np.sin(roll)
+    x, z = flat[..., 0], flat[..., 1]
+    return np.stack([cosine * x + sine * z, cosine * z - sine * x], axis=-1)

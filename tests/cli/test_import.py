@@ -1,0 +1,189 @@
+"""``synth import`` end to end: from a foreign file to trials that ``synth fit`` reads."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import bare
+from motion.driven_releases import driven_release
+from motion.importers.swung_leg import PARTS, angles, leg, pixels, points
+from motion.importers.test_deeplabcut import parts, written
+from synth.cli import main
+from synth.files.leg import read_leg, write_leg
+from synth.files.recording import read_recording
+
+LEG = "leg.leg.yaml"
+DATA = Path(__file__).resolve().parents[1] / "motion" / "importers" / "data"
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Two tracked videos, one filmed from the other side and cut by hand, and a project for both."""
+    monkeypatch.chdir(tmp_path)
+    write_leg(bare(leg()), tmp_path / LEG)
+    (tmp_path / "videos").mkdir()
+    generator = np.random.default_rng(1)
+    places = points(angles()[1])
+    for name, factor in (("a.csv", 1), ("b.csv", -1)):
+        noise = generator.normal(0, 0.2, places.shape)
+        written(tmp_path / "videos" / name, parts(pixels(places * [factor, 1]) + noise))
+    text = f"kind: import\nleg: {LEG}\nfiles: [videos/a.csv, {{file: videos/b.csv, window: [0.55 s, 1.4 s]}}]\n"
+    text += f"points: [{', '.join(PARTS)}]\nframe_rate: 200 Hz\n"
+    (tmp_path / "import.yaml").write_text(text)
+    return tmp_path
+
+
+def test_a_project_becomes_trials_a_page_and_an_account(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "import.yaml", "--out", "out"]) == 0
+    said = capsys.readouterr().out
+    assert "videos/a.csv: " in said
+    assert re.search(r"cut at the release: \d+ of 300 samples, up to 0\.\d+ s, left out", said)
+    assert "cut to the window given: 129 of 300 samples left out" in said
+    assert "knee: 100% of the samples lie outside its range [60, 175] deg; with the other sign" in said
+    recorded = read_recording(project / "out" / "trials" / "a.csv", read_leg(project / LEG))
+    at = np.searchsorted(angles()[0], recorded.time - 1e-9)
+    assert 95 < at[0] < 106
+    np.testing.assert_allclose(np.degrees(recorded.angles), angles()[1][at], atol=0.5)
+    account = json.loads((project / "out" / "import.json").read_text())
+    assert account["format"] == "synth/import/1"
+    one, other = account["trials"]
+    assert (one["source"], one["file"], one["source_format"]) == ("videos/a.csv", "trials/a.csv", "deeplabcut")
+    assert one["rate"] == {"value": 200.0, "unit": "Hz"}
+    assert one["release"]["released"]["value"] == pytest.approx(0.5, abs=0.02)
+    assert one["samples"] == len(recorded.time)
+    assert "release" not in other
+    page = (project / "out" / "report.html").read_text()
+    assert page.count("the leg as a stick figure</title>") == 2
+    assert "with the other sign they would lie inside" in page
+    assert "hip 125° ↺" in page
+    assert "ankle 162° ↻" in page
+
+
+def test_mirrored_in_the_project_both_sides_give_the_same(project: Path) -> None:
+    text = (project / "import.yaml").read_text().replace("videos/a.csv, ", "")
+    (project / "import.yaml").write_text(text + "mirror: true\n")
+    assert main(["--quiet", "import", "import.yaml", "--out", "out"]) == 0
+    recorded = read_recording(project / "out" / "trials" / "b.csv", read_leg(project / LEG))
+    np.testing.assert_allclose(np.degrees(recorded.angles), angles()[1][110:281], atol=0.9)
+
+
+def test_same_input_same_bytes_and_a_dry_run_writes_nothing(project: Path) -> None:
+    for out in ("one", "two"):
+        assert main(["--quiet", "import", "import.yaml", "--out", out]) == 0
+    for file in ("import.json", "report.html", "trials/a.csv"):
+        assert (project / "one" / file).read_bytes() == (project / "two" / file).read_bytes()
+    assert main(["--quiet", "import", "import.yaml", "--out", "three", "--dry-run"]) == 0
+    assert not (project / "three").exists()
+
+
+def test_a_recording_on_its_own(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["import", "videos/a.csv", "--leg", LEG, "--out", "out", "--points", "hip,knee,ankle,toe"]
+    assert main([*words, "--frame-rate", "200 Hz", "--release", "keep"]) == 0
+    assert "nothing was cut, as wished" in capsys.readouterr().out
+    assert len((project / "out" / "trials" / "a.csv").read_text().splitlines()) == 301
+
+
+def test_released_by_a_lingering_hand_then_fitted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A hand that lets go over 0.15 s, cut away by `release: free`: what is left is fitted to 5 %."""
+    generator = np.random.default_rng(8)
+    made = [driven_release(generator, 0.15, 0.05) for _ in range(1)]
+    truth = made[0].leg
+    write_leg(bare(truth), tmp_path / LEG)
+    table = np.column_stack([made[0].time, np.degrees(made[0].angles)])
+    header = "seconds,Hip (deg),Knee (deg),Ankle (deg)"
+    np.savetxt(tmp_path / "logger.csv", table, delimiter=",", header=header, comments="", fmt="%.5f")
+    text = f"kind: import\nleg: {LEG}\nfiles: [logger.csv]\ntime: {{column: seconds, unit: s}}\nrelease: free\n"
+    (tmp_path / "import.yaml").write_text(text)
+    assert main(["import", str(tmp_path / "import.yaml"), "--out", str(tmp_path / "out")]) == 0
+    assert "cut at the end of the foreign torque" in capsys.readouterr().out
+    first = float((tmp_path / "out" / "trials" / "logger.csv").read_text().splitlines()[1].split(",")[0])
+    assert made[0].free_from - 0.06 < first < made[0].free_from + 0.04
+    shutil.copytree(tmp_path / "out" / "trials", tmp_path / "trials")
+    (tmp_path / "fit.yaml").write_text(f"kind: fit\nleg: {LEG}\ntrials: [trials/*.csv]\n")
+    assert main(["--quiet", "fit", str(tmp_path / "fit.yaml"), "--out", str(tmp_path / "fitted")]) == 0
+    fit = json.loads((tmp_path / "fitted" / "fit.json").read_text())
+    for joint in truth.joints:
+        assert joint.spring is not None
+        found = fit["joints"][joint.name]["spring_rate"]["value"]
+        assert found == pytest.approx(joint.spring.rate, rel=0.05)
+
+
+def test_files_of_one_name_in_two_folders_keep_apart(project: Path) -> None:
+    (project / "more").mkdir()
+    shutil.copy(project / "videos" / "a.csv", project / "more" / "a.csv")
+    text = (project / "import.yaml").read_text()
+    (project / "import.yaml").write_text(re.sub("files: .*", "files: [videos/a.csv, more/a.csv]", text))
+    assert main(["--quiet", "import", "import.yaml", "--out", "out"]) == 0
+    assert sorted(path.name for path in (project / "out" / "trials").iterdir()) == [
+        "more_a.csv",
+        "videos_a.csv",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("points:", "pionts:", r'import.yaml:4: pionts: "pionts" is not a key here; did you mean points\?'),
+        ("200 Hz", "200", r"import.yaml:5: frame_rate: 200 has no unit: write it like 10 Hz"),
+        ("kind: import", "kind: fit", r'import.yaml:1: kind: a file of kind fit is read by "synth fit"'),
+        ("0.55 s, 1.4 s", "1.4 s, 0.55 s", r"files\[2\].window: the window must go from the earlier time to the later"),
+        ("videos/b.csv", "videos/c.csv", r"import.yaml:3: files\[2\]: .*c.csv.* does not exist"),
+        ("frame_rate: 200 Hz", "joints: {hop: x}", r'joints.hop: "hop" is no joint of robot; did you mean hip\?'),
+        ("frame_rate: 200 Hz", "release: start", r'release: "start" is not allowed; allowed here: cut, free, keep'),
+        (
+            "frame_rate: 200 Hz",
+            "joints: {hip: {column: x, unit: mm}}",
+            r"joints.hip.unit: \[mm\] is the unit of a leng",
+        ),
+        ("frame_rate", "time: {column: t}\nframe_rate", r'"time" and "frame_rate" are both given; keep one'),
+        ("frame_rate: 200 Hz", "", r"videos/a.csv: has no clock: say how many frames a second"),
+    ],
+)
+def test_mistakes_of_the_project(
+    project: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
+) -> None:
+    text = (project / "import.yaml").read_text()
+    assert old in text
+    (project / "import.yaml").write_text(text.replace(old, new, 1))
+    assert main(["--quiet", "import", "import.yaml", "--out", "out"]) == 2
+    assert re.search(message, capsys.readouterr().err)
+    assert not (project / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["import.yaml", "--leg", LEG], r"--leg: belongs to a recording named on its own; import.yaml is a project"),
+        (["videos/a.csv"], r"videos/a.csv: name the leg whose joints were recorded: --leg LEG.leg.yaml"),
+        (["videos/a.csv", "--leg", LEG, "--plane", "x"], r'--plane: "x": write two axes, such as x,z'),
+        (["videos/a.csv", "--leg", LEG, "--frame-rate", "200"], r'--frame-rate: "200" has no unit'),
+        (["videos/a.csv", "--leg", LEG, "--release", "now"], r'--release: "now" is not one of cut, free, keep'),
+        (["none.mot", "--leg", LEG], r"none.mot: does not exist"),
+        ([str(DATA / "unsaid.sto"), "--leg", LEG], r"unsaid.sto: inDegrees: its header does not say inDegrees"),
+        (["film.mp4", "--leg", LEG], r'film.mp4: of the ending ".mp4" no format is known'),
+    ],
+)
+def test_mistakes_of_the_command_line(
+    project: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
+    assert main(["--quiet", "import", *words, "--out", "out"]) == 2
+    assert re.search(message, capsys.readouterr().err)
+
+
+def test_angles_beyond_any_travel_are_refused_by_the_name_of_the_source(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Degrees told to be radians: caught when the written trial is read back as the fit would read it."""
+    time, measured = angles()
+    table = np.column_stack([time, measured])
+    np.savetxt(project / "x.csv", table, delimiter=",", header="time (s),hip,knee,ankle", comments="")
+    columns = ", ".join(f"{name}: {{column: {name}, unit: rad}}" for name in ("hip", "knee", "ankle"))
+    (project / "x.yaml").write_text(f"kind: import\nleg: {LEG}\nfiles: [x.csv]\njoints: {{{columns}}}\nrelease: keep\n")
+    assert main(["--quiet", "import", "x.yaml", "--out", "out"]) == 2
+    assert "x.csv (as trials/x.csv)" in capsys.readouterr().err

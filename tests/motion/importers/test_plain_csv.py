@@ -1,0 +1,158 @@
+"""CSV of other loggers, written by pandas: names, units, separators, decimal commas; what is found in the angles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from motion.importers.swung_leg import angles, leg
+from synth.errors import UserError
+from synth.files.import_project import JointColumn, Mapping
+from synth.motion.importers.convert import Imported, import_file
+from synth.motion.importers.source import other_side
+
+PLAIN = Mapping()
+
+
+def imported(path: Path, mapping: Mapping = PLAIN, **options: object) -> Imported:
+    options = {"cut": "keep"} | options
+    return import_file(path, leg(), mapping, name=path.name, **options)  # type: ignore[arg-type]
+
+
+def table(*titles: str) -> pd.DataFrame:
+    time, measured = angles()
+    return pd.DataFrame(np.column_stack([time, measured]), columns=list(titles))
+
+
+def test_our_own_header_needs_no_mapping(tmp_path: Path) -> None:
+    table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]").to_csv(tmp_path / "a.csv", index=False)
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.csv").angles), angles()[1], atol=1e-9)
+
+
+def test_other_names_units_separator_decimal_comma_and_comments(tmp_path: Path) -> None:
+    data = table("Time (ms)", "Hip_Angle (°)", "knee potentiometer", "Ankle (L)")
+    data["Time (ms)"] *= 1e3
+    data["knee potentiometer"] = np.radians(180.0 - data["knee potentiometer"])
+    data["remark"] = "ok"
+    text = "# logger 7\n% 3 channels\n" + data.to_csv(index=False, sep=";", decimal=",")
+    (tmp_path / "a.csv").write_bytes(text.encode("cp1252"))
+    columns = {
+        "hip": JointColumn("hip angle"),
+        "knee": JointColumn("knee potentiometer", unit="rad", zero=0.0, sign=-1),
+        "ankle": JointColumn("Ankle (L)", unit="deg"),
+    }
+    found = imported(tmp_path / "a.csv", Mapping(joints=columns))
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    np.testing.assert_allclose(found.time, angles()[0], atol=1e-12)
+
+
+def test_a_row_of_units_under_the_names(tmp_path: Path) -> None:
+    lines = table("t", "hip", "knee", "ankle").to_csv(index=False, sep="\t").splitlines()
+    (tmp_path / "a.txt").write_text("\n".join([lines[0], "s\tdeg\tdeg\tdeg", *lines[1:]]))
+    np.testing.assert_allclose(np.degrees(imported(tmp_path / "a.txt").angles), angles()[1], atol=1e-9)
+
+
+def test_every_mistake_of_a_file_is_said_at_once(tmp_path: Path) -> None:
+    table("clock", "Hip", "kn", "ankle (m/s)").to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(UserError) as caught:
+        imported(tmp_path / "a.csv", Mapping(joints={"ankle": JointColumn("ankle (m/s)", unit="m/s")}))
+    text = str(caught.value)
+    assert 'hip: the file does not say the unit of "Hip"; say it: {column: Hip, unit: deg}' in text
+    assert 'knee: there is no column "knee"; did you mean kn?' in text
+    assert "ankle: [m/s] is the unit of a speed" in text
+    assert "say which column is the clock, time: {column: NAME, unit: s}" in text
+
+
+def test_jumps_by_whole_turns_are_taken_out_and_told(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    data["knee [deg]"] = (data["knee [deg]"] + 70.0 + 180.0) % 360.0 - 180.0  # wraps about 110 deg
+    data["ankle [deg]"] -= 720.0
+    data.loc[100:104, "knee [deg]"] = np.nan
+    data.to_csv(tmp_path / "a.csv", index=False)
+    columns = {"knee": JointColumn("knee", zero=np.radians(250.0), sign=1)}
+    found = imported(tmp_path / "a.csv", Mapping(joints=columns))
+    seen = np.isfinite(found.angles)
+    np.testing.assert_allclose(np.degrees(found.angles[seen]), angles()[1][seen], atol=1e-9)
+    assert any("jumps by a whole turn taken out" in note and note.startswith("knee: ") for note in found.notes)
+    assert "ankle: moved by +720 deg, to the turn that the leg file means" in found.notes
+
+
+def test_exchanged_columns_are_put_back(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "left knee [deg]", "ankle [deg]")
+    data["right knee [deg]"] = 150.0 + 5.0 * np.sin(9.0 * data["time [s]"])
+    swap = slice(210, 229)
+    left, right = data["left knee [deg]"].copy(), data["right knee [deg]"].copy()
+    data.loc[swap, "left knee [deg]"], data.loc[swap, "right knee [deg]"] = right.loc[swap], left.loc[swap]
+    data.to_csv(tmp_path / "a.csv", index=False)
+    found = imported(tmp_path / "a.csv", Mapping(joints={"knee": JointColumn("left knee")}))
+    np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
+    text = "knee (left knee): left and right are exchanged in 20 frames (1 stretches); put back"
+    assert text in found.notes
+
+
+def test_lost_frames_spikes_and_a_bad_clock(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    data.loc[30, "hip [deg]"] += 30.0
+    data.drop(index=range(50, 57)).to_csv(tmp_path / "a.csv", index=False)
+    notes = imported(tmp_path / "a.csv").notes
+    assert "7 frames are lost in 1 holes of the clock, the first after 0.245 s" in notes
+    assert any(
+        note.startswith("hip: 1 samples stand alone far off their neighbours (first at 0.150 s)") for note in notes
+    )
+    data.loc[70, "time [s]"] = data.loc[69, "time [s]"]
+    data.to_csv(tmp_path / "b.csv", index=False)
+    with pytest.raises(UserError, match=r"time repeats at sample 71: 0.345 s, then 0.345 s"):
+        imported(tmp_path / "b.csv")
+
+
+def test_cut_at_the_release_keep_and_a_window_by_hand(tmp_path: Path) -> None:
+    """Held for 0.5 s: sample 100."""
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    data.iloc[:, 1:] += np.random.default_rng(0).normal(0, 0.05, (300, 3))
+    data.to_csv(tmp_path / "a.csv", index=False)
+    cut = imported(tmp_path / "a.csv", cut="cut")
+    assert 0.49 < cut.time[0] < 0.52
+    assert cut.total == 300
+    assert any(note.startswith("cut at the release: ") and "of 300 samples" in note for note in cut.notes)
+    kept = imported(tmp_path / "a.csv", cut="keep")
+    assert len(kept.time) == 300
+    assert kept.notes[-1] == "nothing was cut, as wished; a trial must start at or after the release"
+    window = imported(tmp_path / "a.csv", window=(0.6, 1.0))
+    assert (window.time[0], window.time[-1], window.release) == (0.6, 1.0, None)
+    assert window.notes[-1] == "cut to the window given: 219 of 300 samples left out"
+    with pytest.raises(UserError, match=r"the window 2 to 3 s holds 0 samples of the file's 0 to 1.495 s"):
+        imported(tmp_path / "a.csv", window=(2.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", r"has no rows below its header"),
+        (b"0,1,2,3\n1,2,3,4\n", r":1: begins with numbers; its first line must name the columns"),
+        (b"time [s],hip [deg],hip [rad]\n0,1,2\n", r'column "hip" is given twice'),
+        (b"time [s],hip [deg]\n0,1\n1,x\n", r':3: hip \[deg\]: "x" is not a number; leave the cell empty'),
+        (b"time [s],hip [deg]\n0,1\n1\n", r":3: has 1 cells where the header has 2 columns"),
+        (b"PK\x03\x04abc", r"is a spreadsheet or an archive"),
+    ],
+)
+def test_damaged_files(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    with pytest.raises(UserError, match=message):
+        imported(path)
+
+
+def test_unknown_endings_name_the_known() -> None:
+    with pytest.raises(UserError, match=r'of the ending ".avi" no format is known; known are \.mot, \.sto, \.c3d'):
+        imported(Path("film.avi"))
+    with pytest.raises(UserError, match=r"a.xlsx: is a spreadsheet; export it as CSV"):
+        imported(Path("a.xlsx"))
+
+
+def test_names_of_the_other_side() -> None:
+    names = ("knee_L", "knee_R", "LKnee", "RKnee", "left hip", "right hip", "ankle", "hip_flexion_l", "hip_flexion_r")
+    pairs = {0: 1, 1: 0, 4: 5, 5: 4, 7: 8, 8: 7, 6: None}
+    assert {k: other_side(names[k], names) for k in pairs} == pairs
