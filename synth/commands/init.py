@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from synth.commands.progress import Progress
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
-PROJECTS = {"leg": "leg-design.yaml", "fit": "fit.yaml", "gap": "gap.yaml"}  # example -> its project file
+PROJECTS = {
+    "leg": "leg-design.yaml",
+    "fit": "fit.yaml",
+    "hopper": "hopper.yaml",
+    "gap": "gap.yaml",
+}  # example -> its project file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
