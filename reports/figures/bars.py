@@ -13,9 +13,9 @@ from reports.figures.palette import BLACK, BLUE, GREY, RULE
 from reports.figures.svg import Svg
 
 ROW, HEAD, FOOT = 24.0, 24.0, 4.0
-WORDS = 58.0  # right of a bar, for its words
+WORDS = 70.0  # right of a bar, for its words
 GAP = 18.0  # between columns
-LETTER = 6.4  # width of a letter of a label
+LETTER = 6.9  # width of a letter of a label, at most
 PALE = "#a9cbe4"
 
 
@@ -53,7 +53,7 @@ def bar_figure(title: str, labels: Sequence[str], columns: Sequence[Column], wid
     for index, column in enumerate(columns):
         start = label + index * (each + GAP)
         scale = Scale(0.0, column.most if column.most > 0 else 1.0, start, start + each - column.words)
-        svg.text((start, 13), column.heading, f'font-size="11" fill="{GREY}"', most=int(each / 5.6))
+        svg.text((start, 13), column.heading, f'font-size="11" fill="{GREY}"', most=int(each / 6.6))
         svg.line((start, HEAD - 3), (start, bottom + 1), f'stroke="{GREY}" stroke-width="0.9"')
         for row, bar in enumerate(column.bars):
             if bar is not None:

@@ -80,7 +80,7 @@ def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> M
         Bar(chance, share_text(chance), strong=chance == most and index < last, apart=index >= last)
         for index, chance in enumerate(chances)
     ]
-    columns = [Column("probability", bars, 1.0), Column("it alone shrinks the gap by", shrinks, 1.0, words=64.0)]
+    columns = [Column("probability", bars, 1.0), Column("it alone shrinks the gap by", shrinks, 1.0, words=76.0)]
     return bar_figure("Candidates with their probability", labels, columns, WIDTH, LABEL)
 
 

@@ -1,0 +1,144 @@
+"""The gap's project file: tolerances with their defaults, the nominal leg's missing parts, every mistake told."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from synth.errors import UserError
+from synth.files.gap_project import Tolerance, read_gap_project
+
+ROWS = "".join(f"{i / 100},{90 + i},{150 - i}\n" for i in range(12))
+SPRING = "    spring: {rate: 5 N*m/rad, free_angle: 100 deg}\n"
+DAMPER = "    damper: {rate: 0.1 N*m*s/rad}\n"
+GAP = "kind: gap\nleg: nominal.leg.yaml\ntrials: [trials/*.csv]\n"
+
+
+def leg_text(hip: str = SPRING + DAMPER, knee: str = SPRING + DAMPER) -> str:
+    link = "link: {length: 200 mm, mass: 0.7 kg, com: 90 mm, inertia: 3e-3 kg*m^2}"
+    head = "kind: leg\nname: built leg\njoints:\n"
+    return head + "".join(
+        f"  - name: {name}\n    zero: 90 deg\n    sign: +1\n    {link}\n{parts}"
+        for name, parts in (("hip", hip), ("knee", knee))
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "trials").mkdir()
+    (tmp_path / "nominal.leg.yaml").write_text(leg_text())
+    for name in ("a", "b"):
+        (tmp_path / "trials" / f"{name}.csv").write_text("time [s],hip [deg],knee [deg]\n" + ROWS)
+    return tmp_path
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "gap.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_what_is_left_out_has_the_format_s_values_and_is_said(folder: Path) -> None:
+    project = read_gap_project(write(folder, GAP))
+    assert project.name == "built leg"
+    assert [trial.name for trial in project.trials] == ["trials/a.csv", "trials/b.csv"]
+    assert project.tolerance == Tolerance(0.005, 0.01, 0.01, 0.02, 0.03, 0.05, math.radians(0.5))
+    assert [(d.key, d.value) for d in project.defaults] == [
+        ("tolerance.length", "0.5 %"),
+        ("tolerance.mass", "1 %"),
+        ("tolerance.com", "1 %"),
+        ("tolerance.inertia", "2 %"),
+        ("tolerance.spring", "3 %"),
+        ("tolerance.damper", "5 %"),
+        ("tolerance.free_angle", "0.5 deg"),
+    ]
+    assert [file.name for file in project.inputs] == ["gap.yaml", "nominal.leg.yaml"]
+
+
+def test_tolerances_in_any_unit_and_only_the_missing_ones_are_defaults(folder: Path) -> None:
+    text = GAP + "name: mine\nseed: 7\ntolerance: {mass: 0.02, spring: 10 percent, free_angle: 0.01 rad, length: 0 %}\n"
+    project = read_gap_project(write(folder, text))
+    assert (project.name, project.seed) == ("mine", 7)
+    assert project.tolerance.mass == 0.02
+    assert project.tolerance.spring == pytest.approx(0.1)
+    assert project.tolerance.free_angle == 0.01
+    assert project.tolerance.length == 0.0
+    assert [d.key for d in project.defaults] == ["tolerance.com", "tolerance.inertia", "tolerance.damper"]
+
+
+def test_a_tolerance_of_zero_for_everything_is_a_leg_known_exactly(folder: Path) -> None:
+    keys = ("length", "mass", "com", "inertia", "spring", "damper")
+    text = ", ".join([*(f"{key}: 0 %" for key in keys), "free_angle: 0 deg"])
+    project = read_gap_project(write(folder, GAP + f"tolerance: {{{text}}}\n"))
+    assert project.tolerance == Tolerance(0, 0, 0, 0, 0, 0, 0)
+    assert project.defaults == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        ("tolerance: {mass: -1 %}\n", "tolerance.mass", "at least 0 %"),
+        ("tolerance: {mass: 51 %}\n", "tolerance.mass", "at most 50 %"),
+        ("tolerance: {free_angle: 0.5 %}\n", "tolerance.free_angle", "angle"),
+        ("tolerance: {free_angle: -1 deg}\n", "tolerance.free_angle", "at least 0 deg"),
+        ("tolerance: {spring: 0.1 N*m/rad}\n", "tolerance.spring", "ratio"),
+        ("tolerance: {weight: 1 %}\n", "tolerance.weight", "is not a key"),
+        ("tolerance: 5 %\n", "tolerance", "mapping"),
+        ("seed: -1\n", "seed", "greater"),
+        ("noise: 0.1 deg\n", "noise", "is not a key"),
+    ],
+)
+def test_bad_tolerances_and_keys(folder: Path, text: str, key: str, words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_gap_project(write(folder, GAP + text))
+    (problem,) = caught.value.problems
+    assert problem.key == key
+    assert words in problem.text
+    assert problem.line == 4
+
+
+def test_a_project_without_leg_or_trials_says_both(folder: Path) -> None:
+    with pytest.raises(UserError) as caught:
+        read_gap_project(write(folder, "kind: gap\n"))
+    assert [problem.key for problem in caught.value.problems] == ["leg", "trials"]
+
+
+def test_all_trials_held_out_is_refused(folder: Path) -> None:
+    text = GAP.replace("[trials/*.csv]", "[{file: trials/*.csv, held_out: true}]")
+    with pytest.raises(UserError, match="every trial is held out"):
+        read_gap_project(write(folder, text))
+
+
+def test_a_missing_spring_or_damper_is_none_as_designed_and_said(folder: Path) -> None:
+    (folder / "nominal.leg.yaml").write_text(leg_text(hip=DAMPER, knee=SPRING))
+    project = read_gap_project(write(folder, GAP))
+    hip, knee = project.leg.joints
+    assert hip.spring is not None
+    assert knee.damper is not None
+    assert (hip.spring.rate, knee.damper.rate) == (0.0, 0.0)
+    assert [(d.key, d.value) for d in project.defaults[-2:]] == [
+        ("built leg: hip.spring", "0 N*m/rad"),
+        ("built leg: knee.damper", "0 N*m*s/rad"),
+    ]
+
+
+def test_a_leg_with_no_spring_and_no_damper_at_all_is_one_for_a_fit(folder: Path) -> None:
+    (folder / "nominal.leg.yaml").write_text(leg_text("", ""))
+    with pytest.raises(UserError) as caught:
+        read_gap_project(write(folder, GAP))
+    assert "(hip, knee) has a spring or a damper" in str(caught.value)
+    assert "damper: {rate: 0 N*m*s/rad}" in str(caught.value)
+    (folder / "nominal.leg.yaml").write_text(leg_text("    damper: {rate: 0 N*m*s/rad}\n", ""))
+    assert read_gap_project(write(folder, GAP)).leg.joint_names == ("hip", "knee")
+
+
+def test_columns_in_another_order_are_the_same_trial(folder: Path) -> None:
+    usual = read_gap_project(write(folder, GAP)).trials[0]
+    rows = [line.split(",") for line in ROWS.splitlines()]
+    swapped = "knee [deg],time [s],hip [deg]\n" + "".join(f"{k},{t},{h}\n" for t, h, k in rows)
+    (folder / "trials" / "a.csv").write_text(swapped)
+    other = read_gap_project(write(folder, GAP)).trials[0]
+    assert (other.angles == usual.angles).all()
+    assert (other.time == usual.time).all()

@@ -1,0 +1,272 @@
+"""The gap's page and its files: what it opens with, what it needs, every verdict, names with markup."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gap.made_result import FRICTION, made_result
+from page_reader import check_words, drawings, page_of
+from reports import quantities, write_gap_report
+from reports.figures.missing_torque import binned, quantile
+from reports.reading import Table
+from reports.sections.gap_next import entry_text
+from reports.sections.gap_where import error_over_time
+from synth.files.gap_project import GapProject, Tolerance
+from synth.files.leg import read_leg
+from synth.gap.result import GapResult
+from synth.gap.write import write_gap
+
+Folder = Callable[[GapResult], Path]
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Folder:
+    """A maker of result folders, each with its page."""
+
+    def made(result: GapResult) -> Path:
+        folder = tmp_path / "out"
+        folder.mkdir()
+        result = replace(result, inputs={"gap.yaml": "ab" * 32})
+        project = GapProject(Path("gap.yaml"), "robot", result.leg, (), Tolerance(), 0, (), ())
+        write_gap(result, project, folder)
+        write_gap_report(folder)
+        return folder
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def effect() -> GapResult:
+    return made_result()
+
+
+def check_all(html: str) -> None:
+    for drawing in drawings(html):
+        check_words(drawing)
+
+
+def columns_of(path: Path) -> dict[str, list[float]]:
+    with path.open() as stream:
+        header, *rows = csv.reader(stream)
+    return {name: [float(cell or "nan") for cell in cells] for name, *cells in zip(header, *rows, strict=True)}
+
+
+def test_predictions_have_the_public_form_for_the_scored_trials_alone(written: Folder, effect: GapResult) -> None:
+    folder = written(effect)
+    assert sorted(path.name for path in (folder / "predicted").iterdir()) == ["check_6.csv", "check_7.csv"]
+    columns = columns_of(folder / "predicted" / "check_7.csv")
+    assert list(columns) == [
+        "time [s]",
+        *(f"{joint} {kind} [deg]" for joint in effect.leg.joint_names for kind in ("measured", "before", "after")),
+    ]
+    trial = effect.trials[-1]
+    np.testing.assert_allclose(columns["knee before [deg]"], np.degrees(trial.before[:, 1]), rtol=1e-9)
+    np.testing.assert_allclose(columns["knee measured [deg]"], np.degrees(trial.measured[:, 1]), rtol=1e-9)
+
+
+def test_every_trial_says_where_torque_is_missing(written: Folder, effect: GapResult) -> None:
+    folder = written(effect)
+    assert len(list((folder / "where").iterdir())) == len(effect.trials)
+    columns = columns_of(folder / "where" / "free_1.csv")
+    torques, speeds = columns["knee missing torque [N*m]"], columns["knee speed [deg/s]"]
+    against = [-torque * np.sign(speed) for torque, speed in zip(torques, speeds, strict=True) if abs(speed) > 20]
+    assert len(against) > 10
+    assert np.median(against) == pytest.approx(FRICTION, rel=0.1)
+
+
+def test_gap_json_has_the_public_keys_and_units(written: Folder, effect: GapResult) -> None:
+    gap = json.loads((written(effect) / "gap.json").read_text())
+    assert gap["format"] == "synth/gap/1"
+    assert gap["verdict"] == "effect"
+    assert gap["explanation"][0] == gap["explanation"][0] | {"effect": "coulomb_friction", "joint": "knee"}
+    assert gap["explanation"][0]["parameters"]["torque"]["unit"] == "N*m"
+    assert set(gap["ranked"][0]) >= {"effect", "joint", "probability", "parameters", "shrink"}
+    total = sum(entry["probability"] for entry in gap["ranked"])
+    assert total + gap["probability_none"] + gap["probability_unknown"] == pytest.approx(1.0)
+    assert set(gap["gap"]) >= {"as_designed", "before", "after", "noise_floor", "scored_on"}
+    assert gap["gap"]["scored_on"] == ["trials/check_6.csv", "trials/check_7.csv"]
+    assert gap["settings"]["tolerance.spring"] == {"value": 3.0, "unit": "percent", "how": "one standard deviation"}
+    assert set(gap["versions"]) >= {"synth", "numpy", "numba"}
+    for trial in gap["trials"]:
+        assert (trial["predicted"] is not None) == trial["scored"]
+    before, after = (gap["gap"]["joints"]["knee"][key]["value"] for key in ("before", "after"))
+    errors = [np.degrees(trial.before - trial.measured)[:, 1] for trial in effect.trials if trial.scored]
+    assert before == pytest.approx(float(np.sqrt(np.mean(np.concatenate(errors) ** 2))), rel=1e-9)
+    assert after < before / 5
+
+
+def test_the_diagnosed_leg_can_be_read_back(written: Folder, effect: GapResult) -> None:
+    leg = read_leg(written(effect) / "diagnosed.leg.yaml")
+    assert leg.joints[1].effects == {"coulomb_friction": {"torque": 0.048}}
+    assert leg.joints[0].spring == effect.leg.joints[0].spring
+
+
+def test_a_locked_joint_and_lost_samples_are_empty_cells_and_no_panel(written: Folder, effect: GapResult) -> None:
+    trial = effect.trials[-1]
+    measured = trial.measured.copy()
+    measured[:, 0] = np.nan
+    measured[3:6, 1] = np.nan
+    changed = replace(trial, measured=measured)
+    folder = written(replace(effect, trials=(*effect.trials[:-1], changed)))
+    columns = columns_of(folder / "predicted" / "check_7.csv")
+    assert all(math.isnan(value) for value in columns["hip measured [deg]"])
+    gap = json.loads((folder / "gap.json").read_text())
+    assert set(gap["trials"][-1]["rms"]) == {"knee", "ankle"}
+    html, _ = page_of(folder / "report.html")
+    (drawing,) = re.findall("check_7.csv: measured.*?</svg>", html)
+    assert drawing.count("angle [°]") == 2
+
+
+def test_the_page_opens_with_the_sentence_and_keeps_the_order(written: Folder, effect: GapResult) -> None:
+    folder = written(effect)
+    html, page = page_of(folder / "report.html")
+    opening = re.search(r"<h1>robot</h1>\n<p class=\"opening\">(.*?)</p>", html)
+    assert opening
+    assert unescape(opening.group(1)) == effect.sentence
+    assert page.ids == ["where", "which", "how-far", "next", "warnings", "inputs", "terms"]
+    assert "Left out" not in page.text
+    assert "equations of the last section" not in page.text
+
+
+def test_the_page_needs_nothing_outside_itself_and_its_words_fit(written: Folder, effect: GapResult) -> None:
+    folder = written(effect)
+    html, page = page_of(folder / "report.html")
+    assert all(link.startswith("#") and link[1:] in page.ids for link in page.links)
+    assert not page.sources
+    assert not re.search(r"url\(|@import|https?://", html)
+    found = drawings(html)
+    # six shares, three joints' torque, errors over time, candidates, errors, two trials twice, menu, six swatches
+    assert len(found) == 6 + 3 + 1 + 1 + 1 + 4 + 1 + 6
+    check_all(html)
+
+
+def test_the_same_result_gives_the_same_bytes(written: Folder, effect: GapResult) -> None:
+    folder = written(effect)
+    first = (folder / "report.html").read_bytes()
+    assert write_gap_report(folder).read_bytes() == first
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("effect", "the trials say what is missing"),
+        ("none", "nothing is missing"),
+        ("tie", "These cannot be told apart on these trials"),
+        ("unknown", "no effect in the library explains"),
+    ],
+)
+def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -> None:
+    _, page = page_of(written(made_result(verdict)) / "report.html")
+    assert words in page.text
+    assert ("No explanation was accepted" in page.text) == (verdict != "effect")
+    assert "none: nothing is missing" in page.text
+    assert "unknown: not in the library" in page.text
+
+
+def test_nothing_ranked_and_nothing_to_record(written: Folder, effect: GapResult) -> None:
+    bare = replace(
+        effect, verdict="none", explanation=(), ranked=(), probability_none=1.0, probability_unknown=0.0,
+        next_experiment=None, warnings=(), diagnosed=effect.leg,
+    )  # fmt: skip
+    html, page = page_of(written(bare) / "report.html")
+    assert "no trial of the menu would change the answer" in page.text
+    assert "warning" not in html.split("<nav")[0].split("<body>")[1]
+    check_all(html)
+
+
+def test_many_candidates_are_summed_beyond_the_first(written: Folder, effect: GapResult) -> None:
+    ranked = [replace(effect.ranked[0], probability=0.05 - 0.002 * k) for k in range(18)]
+    html, page = page_of(written(replace(effect, ranked=tuple(ranked))) / "report.html")
+    assert "8 others together" in page.text
+    assert f" {round(100 * sum(0.05 - 0.002 * k for k in range(10, 18)))} %" in page.text
+    check_all(html)
+
+
+def test_names_with_markup_stay_text(written: Folder) -> None:
+    wicked = "<img src=x onerror=alert(1)>\"'&{{7*7}}"
+    result = made_result(names=(wicked, "knee with a rather long name indeed", "a"))
+    result = replace(result, sentence=wicked, warnings=(wicked,), trials=tuple(
+        replace(trial, name=f"{wicked}{k}.csv") for k, trial in enumerate(result.trials)
+    ))  # fmt: skip
+    folder = written(result)
+    html, page = page_of(folder / "report.html")
+    assert not page.events
+    assert "<img src=x" not in html
+    assert html.count("<script>") == 1
+    assert unescape(page.text).count(wicked) > 8
+    check_all(html)
+
+
+def test_a_damaged_where_is_left_out_and_said(written: Folder, effect: GapResult) -> None:
+    folder = written(effect)
+    content: dict[str, Any] = json.loads((folder / "gap.json").read_text())
+    for key in ("where", "gap", "next_experiment", "ranked", "settings", "noise", "effects", "versions", "trials"):
+        (folder / "gap.json").write_text(json.dumps({k: v for k, v in content.items() if k != key}))
+        _, page = page_of(write_gap_report(folder))
+        assert effect.sentence in page.text
+    (folder / "gap.json").write_text(json.dumps({k: v for k, v in content.items() if k != "where"}))
+    _, page = page_of(write_gap_report(folder))
+    assert "does not say where the gap lies" in page.text
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=40), st.floats(0, 1))
+def test_quantiles_are_numpy_s(values: list[float], share: float) -> None:
+    assert quantile(sorted(values), share) == pytest.approx(float(np.quantile(values, share)), abs=1e-9)
+
+
+def test_bins_show_a_step_of_dry_friction() -> None:
+    points = [(x / 10, -0.05 * np.sign(x)) for x in range(-500, 501)]
+    bins = binned(points)
+    assert len(bins) == 15
+    assert all(one.low <= one.median <= one.high for one in bins)
+    assert {one.median for one in bins if abs(one.place) > 4} == {-0.05, 0.05}
+    assert binned(points[:5]) == []
+    assert binned([(1.0, 0.1)] * 50) == []
+
+
+def test_error_over_time_is_a_root_mean_square_over_trials() -> None:
+    times = [k / 100 for k in range(101)]
+    tables = [Table({"time": times, "e": [size] * 101}, {}) for size in (3.0, 4.0)]
+    middles, values = error_over_time(tables, "e")
+    assert values == pytest.approx([math.sqrt(12.5)] * len(values))
+    assert middles[0] > 0.0
+    assert error_over_time(tables, "none") == ([], [])
+    assert error_over_time([], "e") == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("trial", "text"),
+    [
+        ({"tip_mass": "50 g"}, "- {file: trials/next.csv, tip_mass: 50 g}"),
+        ({"locked": ["hip", "knee"]}, "- {file: trials/next.csv, locked: [hip, knee]}"),
+        ({"tilt": {"value": -20.0, "unit": "deg"}}, "- {file: trials/next.csv, tilt: -20 deg}"),
+        ({"held_out": True, "file": "a.csv"}, "- {file: a.csv, held_out: true}"),
+        ({}, "- {file: trials/next.csv}"),
+    ],
+)
+def test_the_next_trial_is_an_entry_that_a_project_takes(trial: dict[str, Any], text: str) -> None:
+    assert entry_text(trial) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.834, "83\u00a0%"), (0.0, "0\u00a0%"), (0.004, "under 1\u00a0%"), (0.997, "over 99\u00a0%"),
+     (1.0, "100\u00a0%"), (-0.12, "−12\u00a0%"), (None, "–"), (math.nan, "–")],
+)  # fmt: skip
+def test_shares_as_per_cent(value: float | None, text: str) -> None:
+    assert quantities.share_text(value) == text
+    assert quantities.share_text({"value": value, "unit": "1"}) == text
