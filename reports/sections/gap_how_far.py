@@ -48,6 +48,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "figures": _figures(result, [trial for trial in trials if str(trial.get("file")) in shown]),
         "total": len(trials),
         "held_out": all(trial.get("held_out") for trial in trials),
+        "tied": result.content.get("verdict") == "tie",
         "explained": bool(sequence(result.content, "explanation")),
     }  # fmt: skip
 

@@ -44,6 +44,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "torques": [figure for joint in joints if (figure := _torque(joint, tables)) is not None],
         "errors": _errors(result, joints),
         "legend": legend([(BEFORE, "nominal at its best"), (AFTER, "with the explanation"), (FLOOR, "noise")]),
+        "trials": len(tables),
         "scored": sum(bool(trial.get("scored")) for trial in sequence(result.content, "trials")),
     }
 

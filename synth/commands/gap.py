@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.files.gap_project import GapProject
+    from synth.gap.result import GapResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,12 +49,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         return 0
     with output_folder(arguments.out) as folder:
         progress.compiling(len(project.leg.joints))
-        with progress.stage("diagnosing"):
-            from synth.gap.diagnose import diagnose
-
-            result = diagnose(project.leg, project.trials, project.tolerance, seed=project.seed, progress=progress)
-            said = tuple(dict.fromkeys((*warnings, *result.warnings)))
-            result = replace(result, warnings=said, inputs=_inputs(project, arguments.effect))
+        result = _diagnosed(project, progress)
+        said = tuple(dict.fromkeys((*warnings, *result.warnings)))
+        result = replace(result, warnings=said, inputs=_inputs(project, arguments.effect))
         with progress.stage("writing"):
             from reports import write_gap_report
             from synth.gap.write import write_gap
@@ -66,6 +64,21 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     progress.say(f"gap: {Path(arguments.out) / 'gap.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 0
+
+
+def _diagnosed(project: GapProject, progress: Progress) -> GapResult:
+    """The diagnosis; what it says that it is doing becomes stages, each ending where the next begins."""
+    from contextlib import ExitStack
+
+    from synth.gap.diagnose import diagnose
+
+    with progress.stage("diagnosing"), ExitStack() as open_stage:
+
+        def say(text: str) -> None:
+            open_stage.close()
+            open_stage.enter_context(progress.stage(text))
+
+        return diagnose(project.leg, project.trials, project.tolerance, seed=project.seed, progress=say)
 
 
 def _inputs(project: GapProject, effects: list[str]) -> dict[str, str]:

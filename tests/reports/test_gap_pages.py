@@ -171,7 +171,8 @@ def test_the_same_result_gives_the_same_bytes(written: Folder, effect: GapResult
 def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -> None:
     _, page = page_of(written(made_result(verdict)) / "report.html")
     assert words in page.text
-    assert ("No explanation was accepted" in page.text) == (verdict != "effect")
+    assert ("No explanation was accepted" in page.text) == (verdict in ("none", "unknown"))
+    assert ("The likeliest of the explanations that tie" in page.text) == (verdict == "tie")
     assert "none: nothing is missing" in page.text
     assert "unknown: not in the library" in page.text
 
