@@ -1,10 +1,15 @@
 """C3D: points in space, as motion capture systems write them (www.c3d.org), read by ``ezc3d``.
 
-ezc3d: Michaud & Begon, *J. Open Source Software* 6 (2021) 2911.
+ezc3d: Michaud & Begon, *J. Open Source Software* 6 (2021) 2911. A damaged file can take its process down with it, so
+it reads in a process of its own, which costs half a second a file.
 """
 
 from __future__ import annotations
 
+import importlib.util
+import io
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +22,30 @@ from synth.model.leg import Array
 from synth.motion.importers.source import Markers
 
 SIZE_LIMIT = 1_000_000_000
+TIME_LIMIT = 600.0  # s
 INSTALL = 'reading C3D needs the package ezc3d: pip install "limb-synth[c3d]", or pip install ezc3d'
+
+# Run by the child: from the file named to arrays on its standard output.
+_CHILD = """
+import io, sys
+import ezc3d, numpy
+content = ezc3d.c3d(sys.argv[1])
+point = content["parameters"]["POINT"]
+values = lambda key: list(point[key]["value"]) if key in point else []
+arrays = io.BytesIO()
+numpy.savez(
+    arrays,
+    points=numpy.asarray(content["data"]["points"], dtype=float)[:3],
+    residuals=numpy.asarray(content["data"]["meta_points"]["residuals"], dtype=float)[0],
+    labels=numpy.array([str(label) for key in ["LABELS", *LONGER] for label in values(key)], dtype=str),
+    rate=numpy.array(values("RATE"), dtype=float),
+    unit=numpy.array([str(unit) for unit in values("UNITS")], dtype=str),
+    first=float(content["header"]["points"]["first_frame"]),
+)
+sys.stdout.buffer.write(arrays.getvalue())
+"""
+# More than 255 points have their names in further parameters (C3D file format, user guide, POINT:LABELS2).
+_LONGER = [f"LABELS{number}" for number in range(2, 10)]
 
 
 def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
@@ -25,37 +53,43 @@ def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : ezc3d is not installed, the file is no C3D, or it holds no point or no rate.
+    UserError : ezc3d is not installed, the file is no C3D or damaged, or it holds no point or no rate.
     """
     if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software")[1:2] == b"\x50":
         raise UserError(Problem("is no C3D file: its second byte is not the mark 50h", name))
-    try:
-        import ezc3d
-    except ImportError:
-        raise UserError(Problem(INSTALL, name)) from None
-    try:
-        content = ezc3d.c3d(str(path))
-    except (OSError, RuntimeError, ValueError, IndexError, KeyError) as error:
-        raise UserError(Problem(f"cannot be read as C3D: {error}", name)) from None
-    parameters = content["parameters"].get("POINT", {})
-    names = tuple(str(label).strip() for label in _values(parameters, "LABELS"))
-    rates = _values(parameters, "RATE")
-    positions: Array = np.asarray(content["data"]["points"], dtype=np.float64)[:3].transpose(2, 1, 0).copy()
+    if importlib.util.find_spec("ezc3d") is None:
+        raise UserError(Problem(INSTALL, name))
+    content = _read(path, name)
+    names = tuple(str(label).strip() for label in content["labels"])
+    positions: Array = content["points"].transpose(2, 1, 0).copy()
     if not names or positions.shape[0] < 2:
         raise UserError(Problem("holds no points over time", name))
     if len(names) < positions.shape[1]:
         raise UserError(Problem(f"names {len(names)} of its {positions.shape[1]} points", name))
-    if not rates or not float(rates[0]) > 0:
+    rate = content["rate"]
+    if not len(rate) or not 0 < rate[0] < np.inf:
         raise UserError(Problem("says no rate of its points (POINT:RATE)", name))
-    residual = np.asarray(content["data"]["meta_points"]["residuals"])[0].T
-    positions[residual < 0] = np.nan  # the format's mark of a point that was not seen
-    unit = _values(parameters, "UNITS")
-    first = float(content["header"]["points"]["first_frame"])
-    frames: Array = np.asarray(first + np.arange(positions.shape[0]), dtype=np.float64)
-    shown = str(unit[0]) if unit else ""
-    return Markers(name, names[: positions.shape[1]], positions, frames, float(rates[0]), shown)
+    positions[(content["residuals"].T < 0) | ~np.isfinite(positions).all(axis=2)] = np.nan  # < 0: a point not seen
+    frames: Array = np.asarray(float(content["first"]) + np.arange(positions.shape[0]), dtype=np.float64)
+    unit = str(content["unit"][0]) if len(content["unit"]) else ""
+    return Markers(name, names[: positions.shape[1]], positions, frames, float(rate[0]), unit)
 
 
-def _values(parameters: Any, key: str) -> list[Any]:
-    """A parameter's values, empty where the file has none."""
-    return list(parameters[key]["value"]) if key in parameters else []
+def _read(path: Path, name: str) -> dict[str, Any]:
+    """The arrays that the child makes of the file."""
+    code = f"LONGER = {_LONGER!r}\n{_CHILD}"
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", "-c", code, str(path.resolve())],
+            capture_output=True,
+            timeout=TIME_LIMIT,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise UserError(Problem(f"was not read within {TIME_LIMIT:.0f} s: it is damaged", name)) from None
+    if done.returncode:
+        last = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
+        why = last[-1][:200] if done.returncode > 0 and last else "its reader crashed"
+        raise UserError(Problem(f"is damaged or no C3D file ({why}); export it again", name))
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
+        return dict(arrays)

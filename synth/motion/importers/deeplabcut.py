@@ -46,6 +46,8 @@ def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
     if levels not in (list(LEVELS), [level for level in LEVELS if level != "individuals"]):
         text = "does not begin with DeepLabCut's header rows scorer, bodyparts, coords; "
         raise UserError(Problem(f"{text}write it with analyze_videos(..., save_as_csv=True)", name, 1))
+    if len({len(row) for row in rows[: len(levels)]}) > 1:
+        raise UserError(Problem("has header rows of different lengths", name, 1))
     header = {level: [cell.strip() for cell in rows[k][1:]] for k, level in enumerate(levels)}
     chosen = _individual(header, mapping.individual, name)
     columns = _columns(header, chosen, name)
@@ -109,6 +111,6 @@ def _numbers(rows: list[list[str]], width: int, headers: int, name: str) -> tupl
                     raise UserError(Problem(f'"{cell[:60]}" is not {what}{hint}', name, line)) from None
     if len(values) < 2:
         raise UserError(Problem("has no frames below its header", name))
-    if np.isnan(values[:, 0]).any() or (np.diff(values[:, 0]) <= 0).any():
+    if not np.isfinite(values[:, 0]).all() or (np.diff(values[:, 0]) <= 0).any():
         raise UserError(Problem("has frames without a number, or not in order", name))
-    return values[:, 0], values[:, 1:]
+    return values[:, 0], np.where(np.isfinite(values[:, 1:]), values[:, 1:], np.nan)

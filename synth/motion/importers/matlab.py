@@ -22,7 +22,6 @@ from synth.motion.importers.source import Channels, listed
 
 SIZE_LIMIT = 500_000_000
 _EXPRESSION = re.compile(r"\s*([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)\s*(?:\(\s*(:|\d{1,6})\s*,\s*(:|\d{1,6})\s*\))?\s*")
-UNREADABLE = (ValueError, TypeError, NotImplementedError, OSError, KeyError, IndexError, MemoryError)
 WAY_OUT = "in MATLAB: s = load('{name}'); save('{stem}_v7.mat', '-struct', 's', '-v7')"
 
 
@@ -38,20 +37,10 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
         way = WAY_OUT.format(name=path.name.replace("'", "''"), stem=path.stem.replace("'", "''"))
         raise UserError(Problem(f"is a MAT-file of version 7.3 (HDF5); save it as version 7, {way}", name))
     import scipy.io
-    from scipy.io.matlab import MatReadError
 
     try:
         content: dict[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
-    except (
-        MatReadError,
-        ValueError,
-        TypeError,
-        NotImplementedError,
-        OSError,
-        KeyError,
-        IndexError,
-        MemoryError,
-    ) as error:
+    except Exception as error:  # scipy's reader raises many kinds on a damaged file
         raise UserError(Problem(f"cannot be read as a MAT-file: {error}", name)) from None
     variables = {key: value for key, value in content.items() if not key.startswith("__")}
     wanted = [column.column for column in mapping.joints.values()]

@@ -1,0 +1,83 @@
+"""Whatever a file holds, the answer is a recording or one message; never a traceback, a warning or a crash."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from motion.importers import test_c3d, test_deeplabcut, test_matlab, test_opensim
+from motion.importers.swung_leg import angles, leg, pixels, points
+from synth.errors import UserError
+from synth.files.import_project import Mapping
+from synth.motion.importers.convert import import_file
+
+WORDS = (b"nan", b"inf", b"1e400", b",,", b"\t", b"\n", b'"', b"-1")
+
+
+def deeplabcut(folder: Path) -> tuple[Path, Mapping]:
+    places = test_deeplabcut.parts(pixels(points(angles()[1])))
+    return test_deeplabcut.written(folder / "a.csv", places), test_deeplabcut.MAPPING
+
+
+def opensim(folder: Path) -> tuple[Path, Mapping]:
+    path = folder / "a.mot"
+    path.write_bytes((test_opensim.DATA / "degrees.mot").read_bytes())
+    return path, Mapping(joints=test_opensim.COLUMNS)
+
+
+def matlab(folder: Path) -> tuple[Path, Mapping]:
+    time, measured = angles()
+    savemat(folder / "a.mat", {"t": 1e3 * time, "theta": np.radians(measured), "s": {"a": 1, "b": "x"}})
+    return folder / "a.mat", test_matlab.MAPPING
+
+
+def c3d(folder: Path) -> tuple[Path, Mapping]:
+    return test_c3d.written(folder / "a.c3d", test_c3d.in_space(angles()[1])), test_c3d.MAPPING
+
+
+def plain(folder: Path) -> tuple[Path, Mapping]:
+    rows = np.column_stack(angles())
+    header = "time [s],hip [deg],knee [deg],ankle [deg]"
+    np.savetxt(folder / "a.csv", rows, delimiter=",", header=header, comments="")
+    return folder / "a.csv", Mapping()
+
+
+def damaged(whole: bytes, generator: np.random.Generator) -> bytes:
+    """Bytes changed, lost, doubled or replaced, mostly near the beginning, where headers are."""
+    data = bytearray(whole)
+    for _ in range(generator.integers(1, 8)):
+        at = int(generator.integers(min(len(data), 3000 if generator.random() < 0.7 else len(data))))
+        kind = generator.integers(4)
+        if kind == 0:
+            data[at] = int(generator.integers(256))
+        elif kind == 1:
+            del data[at : at + int(generator.integers(1, 50))]
+        elif kind == 2:
+            data[at:at] = generator.integers(0, 256, 5).astype(np.uint8).tobytes()
+        else:
+            data[at:at] = WORDS[generator.integers(len(WORDS))]
+    return bytes(data)
+
+
+@pytest.mark.parametrize(("made", "count"), [(deeplabcut, 60), (opensim, 60), (matlab, 60), (plain, 60), (c3d, 6)])
+def test_a_damaged_file_gives_a_recording_or_a_message(
+    made: Callable[[Path], tuple[Path, Mapping]], count: int, tmp_path: Path
+) -> None:
+    path, mapping = made(tmp_path)
+    whole = path.read_bytes()
+    assert len(import_file(path, leg(), mapping, name="whole").time) > 20
+    generator = np.random.default_rng(5)
+    refused = 0
+    for _ in range(count):
+        path.write_bytes(damaged(whole, generator))
+        try:
+            found = import_file(path, leg(), mapping, name="damaged")
+        except UserError:
+            refused += 1
+        else:
+            assert not np.isinf(found.angles).any()
+    assert refused > 0
