@@ -10,6 +10,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
+from synth.gap.data import copies
 from synth.model.leg import Leg
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
     return (
         *_still_trials(trials, seen, learnt),
         *_still_joints(leg, [seen[k] for k in learnt]),
-        *_few(len(learnt), len(trials)),
+        *_few(len(learnt) - len({later for later, _ in copies([made[k] for k in learnt])}), len(trials) - len(learnt)),
         *_driven(leg, trials),
     )
 
@@ -104,10 +105,11 @@ def _still_joints(leg: Leg, seen: Sequence[dict[int, Motion]]) -> list[str]:
     return found
 
 
-def _few(learnt: int, total: int) -> list[str]:
+def _few(learnt: int, held_out: int) -> list[str]:
+    """``learnt`` : different trials to learn from."""
     if learnt > 1:
         return []
-    scored = "the gap is scored on the trials held out" if total > 1 else "the gap is scored on the trial itself"
+    scored = "the gap is scored on the trials held out" if held_out else "the gap is scored on the trial itself"
     text = f"one trial only to learn from ({scored}): an effect and what was peculiar to this one release cannot be "
     return [text + "told apart, nor how the shrink varies from trial to trial; give two more, from other poses"]
 

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from synth.fit.result import Estimate
 from synth.model.leg import Array, Leg
 from synth.units import quantity
@@ -81,7 +84,7 @@ class TrialGap:
     missing_torque: Array
     speed: Array
     deflection: Array
-    phase: Array
+    phase: NDArray[np.int64]
     held_out: bool
     scored: bool
 

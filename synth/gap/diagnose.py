@@ -1,0 +1,217 @@
+"""The diagnosis from end to end: trials in, verdict, where, which, how far and what next out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.errors import UserError
+from synth.fit.recordings import recordings
+from synth.fit.result import Estimate
+from synth.fit.unknowns import NORMAL90
+from synth.gap.build import SHOWN, diagnosed_leg, parts
+from synth.gap.candidates import Candidate, candidates, scales
+from synth.gap.counts import Coarse, coarse_counts, usual_noise
+from synth.gap.data import GapTrial, copies, gap_trial, sensor
+from synth.gap.experiment import next_experiment
+from synth.gap.figures import Gap, label, measure, trial_gaps
+from synth.gap.predict import Predictor
+from synth.gap.result import Cause, GapResult, Ranked
+from synth.gap.search import Assessed, search
+from synth.gap.solve import Normal, Workbench
+from synth.gap.tolerances import Tolerance, Tolerances
+from synth.gap.verdict import Judged, judge, open_explanations, with_counts
+from synth.gap.where import missing_torque, where
+from synth.gap.words import sentence
+from synth.model.leg import Array, Leg
+
+if TYPE_CHECKING:
+    from synth.files.trials import Trial
+
+EFFECTIVE = 50.0  # samples a trial and joint that count as independent, see Workbench
+RANKED = 12  # causes that are listed
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """Everything that the stages share."""
+
+    leg: Leg
+    bench: Workbench
+    given: tuple[GapTrial, ...]
+    held: tuple[GapTrial, ...]
+    coarse: tuple[Coarse, ...]
+    usual: Array  # (n,) rad, noise without coarse counts
+    seed: int
+
+    @property
+    def scored(self) -> tuple[GapTrial, ...]:
+        """The trials that the gap's figures are taken on."""
+        return self.held or self.given
+
+
+def diagnose(
+    leg: Leg,
+    trials: Sequence[Trial],
+    tolerance: Tolerance,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> GapResult:
+    """Say what the built leg does that the nominal one does not.
+
+    Parameters
+    ----------
+    leg : as designed; every joint has a spring (its rate may be zero).
+    trials : what the built leg did; those held out take no part but in scoring.
+    tolerance : one standard deviation of what manufacturing and measuring leave open.
+    progress : told what is being done.
+
+    Raises
+    ------
+    UserError : every trial is held out, or a trial cannot be used.
+    """
+    say = progress or (lambda text: None)
+    scene, warnings = _scene(leg, trials, tolerance, seed)
+    bench, held_out = scene.bench, bool(scene.held)
+    found = search(bench, candidates(leg, scene.given, scales(leg, scene.given)), say)
+    judged = with_counts(judge(found), scene.coarse)
+    say("how far it shrinks")
+    shown = [item for item, _ in judged.singles[:RANKED]]
+    gap = measure(
+        bench, scene.scored, found, judged.accepted, shown, scene.coarse, scene.usual, held_out, seed
+    )  # fmt: skip
+    explained = judged.verdict in ("effect", "tie")
+    causes = (*_causes(bench, judged.accepted), *_counts(scene)) if explained else ()
+    tied = tuple(_causes(bench, rival) for rival in judged.tied)
+    tolerances = bench.predictor.tolerances
+    nominal = tolerances.leg(leg, found.none.fit.unknowns)
+    missing = [missing_torque(nominal, trial) for trial in scene.scored]
+    say("what next")
+    best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
+    text = sentence(
+        judged.verdict, causes, tied, best, gap.figure("before"), gap.figure("after"), gap.floor, held_out
+    )  # fmt: skip
+    best_possible = min((gap.figure(name) for name in gap.explanations), key=lambda estimate: estimate.value)
+    return GapResult(
+        leg=leg,
+        verdict=judged.verdict,
+        sentence=text,
+        explanation=causes,
+        ranked=_ranked(scene, judged, gap),
+        probability_none=judged.none,
+        probability_unknown=judged.unknown,
+        where=where(nominal, scene.scored, gap.before, scene.usual, missing, _blamed(judged, leg)),
+        as_designed=gap.figure("as_designed"),
+        before=gap.figure("before"),
+        after=gap.figure("after"),
+        noise_floor=gap.floor,
+        shrink=gap.shrink(),
+        best_possible=best_possible,
+        noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
+        scored_on=tuple(trial.recording.name for trial in scene.scored),
+        trials=trial_gaps(nominal, gap, missing, held_out, scene.usual),
+        next_experiment=next_experiment(bench, open_explanations(judged), scene.given, _why(judged, causes, tied)),
+        diagnosed=diagnosed_leg(
+            leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
+        ),
+        warnings=warnings,
+        tied=tied,
+    )
+
+
+def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[_Scene, tuple[str, ...]]:
+    """Trials prepared, copies struck out, noise and counts estimated."""
+    made = recordings(leg, trials, ())
+    warnings = []
+    twice = copies(made)
+    for later, earlier in twice:
+        warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
+    struck = {later for later, _ in twice}
+    kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in struck]
+    prepared = [gap_trial(recording, held) for recording, held in kept]
+    given = tuple(trial for trial in prepared if not trial.held_out)
+    held = tuple(trial for trial in prepared if trial.held_out)
+    if not given:
+        raise UserError("every trial is held out; at least one must be there to learn from")
+    found = sensor([trial.recording for trial in given])
+    coarse = coarse_counts(found)
+    predictor = Predictor(leg, Tolerances.of(leg, tolerance))
+    bench = Workbench(predictor, given, found.noise, EFFECTIVE)
+    return _Scene(leg, bench, given, held, coarse, usual_noise(found, coarse), seed), tuple(warnings)
+
+
+def _causes(bench: Workbench, found: Assessed) -> tuple[Cause, ...]:
+    """The causes of a hypothesis with their parameters and what the trials leave open of each."""
+    if not found.fit.hypothesis:
+        return ()
+    p = bench.n_tolerance
+    frame = found.fit.frame or bench.frame(found.fit)
+    covariance = np.linalg.inv(Normal.of(bench, found.fit, frame).matrix)
+    deviation = np.sqrt(np.diag(covariance))
+    made, first = [], p
+    for candidate, x in parts(found.fit, p):
+        made.append(_cause(candidate, x, deviation[first : first + candidate.size]))
+        first += candidate.size
+    return tuple(made)
+
+
+def _cause(candidate: Candidate, x: Array, deviation: Array) -> Cause:
+    values, reach = candidate.named(x), {name: [value] for name, value in candidate.named(x).items()}
+    low, high = candidate.bounds()
+    for k in range(candidate.size):
+        for side in (-NORMAL90, NORMAL90):
+            moved = x.copy()
+            moved[k] = np.clip(moved[k] + side * deviation[k], low[k], high[k])
+            for name, value in candidate.named(moved).items():
+                reach[name].append(value)
+    unit = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
+    found = {}
+    for name, value in values.items():
+        written = SHOWN.get(unit[name], unit[name])
+        ends = (min(reach[name]), max(reach[name]))
+        free = name in candidate.shape.free
+        found[name] = Estimate(value, written, *ends) if free else Estimate(value, written)
+    effect, joint = candidate.key
+    return Cause(effect, joint, found)
+
+
+def _counts(scene: _Scene) -> tuple[Cause, ...]:
+    """Coarse counts as causes."""
+    names = scene.leg.joint_names
+    return tuple(
+        Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")}) for item in scene.coarse
+    )
+
+
+def _ranked(scene: _Scene, judged: Judged, gap: Gap) -> tuple[Ranked, ...]:
+    made = [
+        Ranked(_causes(scene.bench, item)[0], probability, gap.shrink(label(item.keys)))
+        for item, probability in judged.singles[:RANKED]
+    ]
+    made += [Ranked(cause, judged.counts, gap.shrink()) for cause in _counts(scene)]
+    return tuple(sorted(made, key=lambda entry: -entry.probability))
+
+
+def _blamed(judged: Judged, leg: Leg) -> dict[str, float]:
+    """Joint -> probability that a cause sits there."""
+    found: dict[str, float] = {}
+    for item, probability in judged.singles:
+        joint = item.keys[0][1]
+        if joint in leg.joint_names:
+            found[joint] = found.get(joint, 0.0) + probability
+    return found
+
+
+def _why(judged: Judged, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
+    if judged.verdict == "tie":
+        names = [" and ".join(f"{c.effect} ({c.joint})" for c in option) for option in (causes, *tied)]
+        return f"{', '.join(names[:-1])} and {names[-1]} explain these trials alike."
+    if judged.verdict == "none":
+        return "Nothing is missing as far as these trials reach; this is where the likeliest causes would show first."
+    if judged.verdict == "unknown":
+        return "What is missing is not known; the explanations that come nearest part most here."
+    return "To be surer of the cause against the next likeliest."

@@ -1,0 +1,210 @@
+"""What next: the trial of a menu that would best separate the explanations that are still open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.fit.recordings import Recording
+from synth.gap.data import GapTrial
+from synth.gap.predict import Block
+from synth.gap.result import Experiment
+from synth.gap.solve import RATE_STEP, STEP, Fit, Normal, Workbench, by_trial
+from synth.model.chain import Conditions
+from synth.model.layout import LANES
+from synth.model.leg import Array, Leg
+from synth.motion.smoothing import Smoothed
+from synth.units import write
+
+RIVALS = 4  # explanations that a trial is to separate
+LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
+TILT = np.radians(30.0)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One item of the menu: in words, the ``trials:`` keys, conditions, release (n,) rad in the sense of q, torque."""
+
+    what: str
+    trial: Mapping[str, object]
+    conditions: Conditions
+    release: Array
+    ramp: tuple[int, float] | None = None  # joint and final torque, N m on q
+
+
+def menu(leg: Leg, trials: Sequence[GapTrial]) -> list[Choice]:
+    """Releases of other sizes and sides, joints locked, a mass at the tip, the base tilted, a slow ramp of torque."""
+    usual = [trial for trial in trials if not trial.recording.conditions.locked] or list(trials)
+    starts = np.array([trial.recording.smoothed.angle[0] for trial in usual])
+    ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
+    rest = np.median(ends, axis=0)
+    widest = starts[int(np.argmax(np.abs(starts - rest).sum(axis=1)))]
+    away, plain = widest - rest, Conditions()
+
+    def pose(share: float) -> Array:
+        return _within(leg, rest + share * away)
+
+    made = [
+        Choice("a release a third as large", {}, plain, pose(0.33)),
+        Choice("a release as large as the largest so far", {}, plain, pose(1.0)),
+        Choice("a release half as large again as the largest so far", {}, plain, pose(1.5)),
+        Choice("a release from the other side", {}, plain, pose(-1.0)),
+    ]
+    n, names = len(leg.joints), leg.joint_names
+    tip = 0.5 * leg.joints[-1].link.mass
+    for what, keys, conditions in (
+        (
+            f"a mass of {tip * 1e3:.3g} g at the tip",
+            {"tip_mass": write(float(f"{tip:.3g}"), "kg")},
+            Conditions((), tip),
+        ),
+        ("the base tilted by 30 deg", {"tilt": "30 deg"}, Conditions((), 0.0, TILT)),
+        ("the base tilted by -30 deg", {"tilt": "-30 deg"}, Conditions((), 0.0, -TILT)),
+    ):
+        made.append(Choice(what, dict(keys), conditions, pose(1.0)))
+    for j in range(n if n > 1 else 0):
+        made.append(Choice(f"{names[j]} locked", {"locked": [names[j]]}, Conditions((j,)), pose(1.0)))
+    if n > 2:
+        for j in range(n):
+            others = [k for k in range(n) if k != j]
+            held = {"locked": [names[k] for k in others]}
+            made.append(Choice(f"all but {names[j]} locked", held, Conditions(tuple(others)), pose(1.0)))
+    for j, joint in enumerate(leg.joints):
+        if joint.spring is not None:
+            torque = 0.7 * joint.spring.rate * float(np.abs(away[j]))
+            what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {LENGTH:g} s, recorded with it"
+            made.append(Choice(what, {}, plain, _within(leg, rest), (j, torque)))
+    return made
+
+
+def _within(leg: Leg, rotation: Array) -> Array:
+    """The pose inside the joints' travel where the leg file gives one."""
+    measured = leg.to_measured(rotation)
+    for j, joint in enumerate(leg.joints):
+        if joint.range is not None:
+            measured[j] = np.clip(measured[j], *joint.range)
+    return leg.to_rotation(measured)
+
+
+def next_experiment(
+    bench: Workbench, rivals: Sequence[tuple[Fit, float]], everything: Sequence[GapTrial], why: str
+) -> Experiment | None:
+    """The trial of the menu with the largest expected information on which of the rivals holds.
+
+    ``rivals`` : fits with their weights. The information is a lower bound on that between explanation and trial, by
+    pairwise distances of Gaussians (Kolchinsky & Tracey, Entropy 19 (2017) 361, with Bhattacharyya's distance); a
+    prediction is uncertain by the noise, its own initial state, and what the trials so far leave open of the leg.
+    """
+    kept = sorted(rivals, key=lambda item: -item[1])[:RIVALS]
+    if len(kept) < 2:
+        return None
+    weights = np.array([weight for _, weight in kept])
+    weights = np.maximum(weights / weights.sum(), 0.02)
+    weights /= weights.sum()
+    leg = bench.predictor.leg
+    choices = menu(leg, everything)
+    covariances = [_covariance(bench, fit) for fit, _ in kept]
+
+    def information(index: int) -> float:
+        trial = _imagined(bench, choices[index])
+        predicted = [_predict(bench, fit, trial, choices[index]) for fit, _ in kept]
+        if any(p is None for p in predicted):
+            return 0.0
+        overlap = np.eye(len(kept))
+        for a in range(len(kept)):
+            for b in range(a):
+                distance = 0.0
+                for one, covariance in ((a, covariances[a]), (b, covariances[b])):
+                    distance += 0.5 * _distance(predicted[a], predicted[b], predicted[one], covariance)
+                overlap[a, b] = overlap[b, a] = np.exp(-distance / 8.0)
+        return float(-np.sum(weights * np.log2(overlap @ weights)))
+
+    bits = by_trial(information, len(choices))
+    order = sorted(range(len(choices)), key=lambda i: -bits[i])
+    best = choices[order[0]]
+    release = leg.to_measured(best.release)
+    names = leg.joint_names
+    sentence = f"{why} {best.what[0].upper()}{best.what[1:]} would tell most: {bits[order[0]]:.2g} bit."
+    file = {"file": "trials/next.csv", **best.trial}
+    return Experiment(
+        sentence,
+        file,
+        {name: float(angle) for name, angle in zip(names, release, strict=True)},
+        bits[order[0]],
+        tuple((choices[i].what, bits[i]) for i in order),
+    )
+
+
+def _imagined(bench: Workbench, choice: Choice) -> GapTrial:
+    """A trial of that kind without readings."""
+    n = len(choice.release)
+    time = np.arange(0.0, LENGTH, 1.0 / RATE)
+    held = np.tile(choice.release, (len(time), 1))
+    smoothed = Smoothed(time, held, np.zeros_like(held), bench.noise, np.zeros(len(time), dtype=bool))
+    counts = np.ones((len(time), n), dtype=bool)
+    counts[:, list(choice.conditions.locked)] = False
+    known = None
+    if choice.ramp is not None:
+        joint, torque = choice.ramp
+        applied = np.zeros((2, n))
+        applied[1, joint] = torque
+        known = (np.array([0.0, LENGTH]), applied)
+    recording = Recording("next", time, held, counts, choice.conditions, smoothed, known)
+    return GapTrial(recording, time, held, counts, held_out=False)
+
+
+@dataclass(frozen=True)
+class _Predicted:
+    mean: Array  # (M,) whitened
+    state: Array  # (M, l)
+    unknown: Array  # (M, n_unknown)
+
+
+def _predict(bench: Workbench, fit: Fit, trial: GapTrial, choice: Choice) -> _Predicted | None:
+    """Prediction and its derivatives by initial state and unknowns, whitened by the noise; None where it diverges."""
+    n = len(choice.release)
+    state = np.concatenate([choice.release, np.zeros(n)])
+    free = trial.free
+    rows = [*free, *[n + j for j in free]]
+    moves = [(True, k, STEP) for k in range(len(fit.unknowns))]
+    moves += [(False, row, STEP * (1.0 if row < n else RATE_STEP)) for row in rows]
+    blocks = []
+    for first in range(0, len(moves), LANES - 1):
+        chunk = moves[first : first + LANES - 1]
+        unknowns = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
+        states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
+        for column, (common, index, step) in enumerate(chunk, start=1):
+            (unknowns if common else states)[index, column] += step
+        blocks.append(Block(fit.hypothesis, unknowns, states))
+    found = bench.predictor.predict(trial, blocks)
+    if not all(np.all(np.isfinite(out)) for out in found):
+        return None
+    widths = np.array([step for _, _, step in moves])
+    slopes = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
+    sigma = bench.sigma(trial)
+    white = (slopes / sigma[:, None])[trial.counts]
+    mean = (found[0][:, :, 0] / sigma)[trial.counts]
+    return _Predicted(mean, white[:, len(fit.unknowns) :], white[:, : len(fit.unknowns)])
+
+
+def _covariance(bench: Workbench, fit: Fit) -> Array:
+    """(n_unknown, n_unknown) of what the trials so far leave open."""
+    frame = fit.frame or bench.frame(fit)
+    return np.asarray(np.linalg.inv(Normal.of(bench, replace(fit, frame=frame), frame).matrix))
+
+
+def _distance(a: _Predicted | None, b: _Predicted | None, at: _Predicted | None, covariance: Array) -> float:
+    """Squared Mahalanobis distance of two predictions; states are free, unknowns as uncertain as they are left."""
+    assert a is not None
+    assert b is not None
+    assert at is not None
+    q, _ = np.linalg.qr(at.state)
+    apart = a.mean - b.mean
+    apart = apart - q @ (q.T @ apart)
+    slopes = at.unknown - q @ (q.T @ at.unknown)
+    # Woodbury: (1 + S C S')^-1 = 1 - S (C^-1 + S'S)^-1 S'
+    inner = np.linalg.inv(covariance) + slopes.T @ slopes
+    along = slopes.T @ apart
+    return float(max(apart @ apart - along @ np.linalg.solve(inner, along), 0.0))

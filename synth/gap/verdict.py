@@ -1,0 +1,146 @@
+"""From costs to odds and a verdict: which cause, none, several that cannot be told apart, or none that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.gap.counts import Coarse
+from synth.gap.result import Verdict
+from synth.gap.search import Assessed, Search
+from synth.gap.solve import Fit
+from synth.model.leg import Array
+
+Key = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What turns costs into probabilities; tuned on simulated cases, see ``tests/blind``.
+
+    ``temperature`` : of the softmax over costs. ``per_parameter`` : cost of an unknown more. ``pair`` : of a second
+    cause. ``misfit`` : how fast the probability of an unknown cause grows with the logarithm of what the best
+    explanation leaves of the gap, even at ``left`` (share of the squared gap). ``certain`` : odds below which the two
+    best causes are said to be tied.
+    """
+
+    temperature: float = 10.0
+    per_parameter: float = 3.0
+    pair: float = 10.0
+    none: float = 6.0
+    misfit: float = 1.5
+    left: float = 0.15
+    clean: float = 1.12
+    tie_odds: float = 3.0
+
+
+CALIBRATED = Calibration()
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Verdict, the hypothesis accepted (no causes for none), the others it is tied with, and all odds.
+
+    ``singles`` : (assessed, probability) in order of probability; with ``none`` and ``unknown`` they sum to 1.
+    """
+
+    verdict: Verdict
+    accepted: Assessed
+    tied: tuple[Assessed, ...]
+    singles: tuple[tuple[Assessed, float], ...]
+    none: float
+    unknown: float
+    weighed: tuple[tuple[Assessed, float], ...] = ()  # every hypothesis with its weight, heaviest first
+    counts: float = 0.0  # probability that coarse counts are a cause
+
+    @property
+    def probability(self) -> float:
+        """Of the first cause."""
+        return max([self.counts, *(p for _, p in self.singles[:1])])
+
+
+def penalised(found: Assessed, calibration: Calibration) -> float:
+    """Cost with what its unknowns and its second cause must earn."""
+    causes = len(found.fit.hypothesis)
+    unknowns = sum(candidate.size for candidate in found.fit.hypothesis)
+    return found.cost + calibration.per_parameter * unknowns + calibration.pair * max(causes - 1, 0)
+
+
+def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
+    """Weigh all hypotheses.
+
+    Each cause's weight is that of itself alone and of every pair it is part of, shared by what each of the two does.
+    """
+    hypotheses = [search.none, *search.singles, *search.pairs]
+    costs = np.array([penalised(h, calibration) for h in hypotheses])
+    costs[0] -= calibration.none
+    weights = np.exp(-(costs - costs.min()) / calibration.temperature)
+    weights /= weights.sum()
+    best = hypotheses[int(np.argmin(costs))]
+    unknown = _unknown(search.none, best, calibration)
+    by_key: dict[Key, float] = {}
+    alone = {single.keys[0]: single.cost for single in search.singles}
+    for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):
+        for key, share in _credit(hypothesis, alone).items():
+            by_key[key] = by_key.get(key, 0.0) + float(weight) * share
+    singles = sorted(
+        ((single, by_key.get(single.keys[0], 0.0) * (1.0 - unknown)) for single in search.singles),
+        key=lambda item: (-item[1], item[0].cost),
+    )
+    none = float(weights[0]) * (1.0 - unknown)
+    verdict, tied = _verdict(hypotheses, weights, best, unknown, calibration)
+    weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
+    return Judged(verdict, best, tied, tuple(singles), none, unknown, tuple(weighed))
+
+
+def _credit(found: Assessed, alone: dict[Key, float]) -> dict[Key, float]:
+    """What each cause of a hypothesis does for it: by how much the cost is higher without it."""
+    if len(found.keys) == 1:
+        return {found.keys[0]: 1.0}
+    first, second = found.keys
+    gains = {first: alone.get(second, found.cost) - found.cost, second: alone.get(first, found.cost) - found.cost}
+    total = sum(max(gain, 0.0) for gain in gains.values())
+    return {key: max(gain, 0.0) / total if total > 0.0 else 0.5 for key, gain in gains.items()}
+
+
+def with_counts(judged: Judged, coarse: Sequence[Coarse]) -> Judged:
+    """The verdict with coarse counts as a cause: they are seen in the readings themselves."""
+    if not coarse:
+        return judged
+    share = 0.95 if judged.verdict == "none" else 0.5
+    singles = tuple((item, probability * (1.0 - share)) for item, probability in judged.singles)
+    verdict: Verdict = "effect" if judged.verdict == "none" else judged.verdict
+    none, unknown = judged.none * (1.0 - share), judged.unknown * (1.0 - share)
+    return replace(judged, verdict=verdict, singles=singles, none=none, unknown=unknown, counts=share)
+
+
+def open_explanations(judged: Judged) -> list[tuple[Fit, float]]:
+    """Fits that a further trial is to separate, with their weights; at least the two heaviest."""
+    chosen = [(item.fit, weight) for item, weight in judged.weighed[:6]]
+    near = [(judged.accepted.fit, 1.0), *[(rival.fit, 1.0) for rival in judged.tied]]
+    return near if judged.verdict == "tie" else chosen
+
+
+def _unknown(none: Assessed, best: Assessed, calibration: Calibration) -> float:
+    """Probability that what is missing is in no list: by the share of the gap that the best explanation leaves."""
+    gap = max(none.ratio**2 - 1.0, 1e-9)
+    left = max(best.ratio**2 - calibration.clean**2, 0.0) / gap
+    if left <= 0.0 or none.ratio < calibration.clean:
+        return 0.0
+    return float(1.0 / (1.0 + np.exp(-calibration.misfit * np.log(left / calibration.left))))
+
+
+def _verdict(
+    hypotheses: Sequence[Assessed], weights: Array, best: Assessed, unknown: float, calibration: Calibration
+) -> tuple[Verdict, tuple[Assessed, ...]]:
+    if unknown > 0.5:
+        return "unknown", ()
+    if not best.keys:
+        return "none", ()
+    size = len(best.keys)
+    rivals = [(h, w) for h, w in zip(hypotheses, weights, strict=True) if h is not best and len(h.keys) == size]
+    top = float(weights[hypotheses.index(best)])
+    tied = tuple(h for h, w in rivals if w * calibration.tie_odds > top)
+    return ("tie" if tied else "effect"), tied

@@ -1,0 +1,88 @@
+"""The diagnosis in a sentence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from synth.effects import effect_named
+from synth.fit.result import Estimate
+from synth.gap.result import Cause, Verdict
+
+PHRASES = {
+    "coulomb_friction": "lacks dry friction",
+    "stribeck_friction": "lacks dry friction that falls with speed",
+    "load_friction": "lacks dry friction that grows with load",
+    "shear_thinning_damping": "has a damper that is weaker at speed",
+    "quadratic_damping": "lacks drag that grows faster than speed",
+    "hardening_spring": "has a spring whose rate changes with deflection",
+    "one_sided_spring": "has a spring with two rates",
+    "spring_hysteresis": "has a spring with hysteresis",
+    "backlash": "has backlash",
+    "spring_preload": "has its free angle elsewhere",
+    "link_mass": "carries a link of another mass",
+    "link_inertia": "carries a link whose mass lies elsewhere",
+    "encoder_offset": "has an encoder that is shifted",
+    "encoder_scale": "has an encoder with a wrong scale",
+    "encoder_quantisation": "has an encoder with coarse counts",
+    "latency": "is read late",
+    "joint_stop": "meets a stop",
+    "base_compliance": "moves",
+    "base_tilt": "is not level",
+    "link_flexibility": "carries a link that bends",
+}
+
+
+def angle(value: Estimate) -> str:
+    """An angle in degrees to two digits."""
+    return f"{math.degrees(value.value):.2g}°"
+
+
+def cause_text(cause: Cause) -> str:
+    """The knee lacks dry friction (torque 0.052 N·m)."""
+    place = "base" if cause.joint == "base" else cause.joint
+    phrase = PHRASES.get(cause.effect) or f"shows {effect_named(cause.effect).meaning}"
+    values = ", ".join(f"{name.replace('_', ' ')} {_shown(estimate)}" for name, estimate in cause.parameters.items())
+    return f"the {place} {phrase}" + (f" ({values})" if values else "")
+
+
+def _shown(estimate: Estimate) -> str:
+    written = estimate.as_json()
+    unit = str(written["unit"]).replace("*", "·").replace("deg", "°")
+    return f"{written['value']:.3g}" + ("" if unit == "1" else f" {unit}").replace(" °", "°")
+
+
+def sentence(
+    verdict: Verdict,
+    causes: Sequence[Cause],
+    tied: Sequence[Sequence[Cause]],
+    probability: float,
+    before: Estimate,
+    after: Estimate,
+    floor: Estimate,
+    held_out: bool,
+) -> str:
+    """The whole diagnosis in one or two sentences."""
+    on = "unseen releases" if held_out else "each trial, predicted by the others,"
+    if verdict == "none":
+        return (
+            f"Nothing is missing that these trials would show: within its tolerances the nominal leg is "
+            f"{angle(before)} off on {on.rstrip(',')}, the readings' noise being {angle(floor)}."
+        )
+    if verdict == "unknown":
+        return (
+            f"Something is missing that no effect in the library explains: the error on {on} is {angle(before)}, "
+            f"the best explanation leaves {angle(after)}, the noise is {angle(floor)}."
+        )
+    text = " and ".join(cause_text(cause) for cause in causes)
+    if verdict == "tie":
+        ways = " or ".join(" and ".join(cause_text(c) for c in option) for option in tied[:2])
+        return (
+            f"Either {text}, or {ways}: these trials cannot tell them apart. With any of them the error on {on} falls "
+            f"from {angle(before)} to about {angle(after)}, noise {angle(floor)}."
+        )
+    first = text[0].upper() + text[1:]
+    return (
+        f"{first}, {100 * probability:.0f} %; with it the error on {on} falls from {angle(before)} to {angle(after)}, "
+        f"noise {angle(floor)}."
+    )
