@@ -1,17 +1,13 @@
 """C3D: points in space, as motion capture systems write them (www.c3d.org), read by ``ezc3d``.
 
 ezc3d: Michaud & Begon, *J. Open Source Software* 6 (2021) 2911. A damaged file can take its process down with it, so
-it reads in a process of its own, which costs half a second a file.
+it is read in a process of its own, which costs half a second a file.
 """
 
 from __future__ import annotations
 
 import importlib.util
-import io
-import subprocess
-import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,30 +15,26 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.model.leg import Array
+from synth.motion.importers.child import read_in_child
 from synth.motion.importers.source import Markers
 
 SIZE_LIMIT = 1_000_000_000
-TIME_LIMIT = 600.0  # s
 INSTALL = 'reading C3D needs the package ezc3d: pip install "limb-synth[c3d]", or pip install ezc3d'
 
-# Run by the child: from the file named to arrays on its standard output.
-_CHILD = """
-import io, sys
-import ezc3d, numpy
-content = ezc3d.c3d(sys.argv[1])
+_READ = """
+import ezc3d
+content = ezc3d.c3d(path)
 point = content["parameters"]["POINT"]
 values = lambda key: list(point[key]["value"]) if key in point else []
-arrays = io.BytesIO()
-numpy.savez(
-    arrays,
-    points=numpy.asarray(content["data"]["points"], dtype=float)[:3],
-    residuals=numpy.asarray(content["data"]["meta_points"]["residuals"], dtype=float)[0],
-    labels=numpy.array([str(label) for key in ["LABELS", *LONGER] for label in values(key)], dtype=str),
-    rate=numpy.array(values("RATE"), dtype=float),
-    unit=numpy.array([str(unit) for unit in values("UNITS")], dtype=str),
-    first=float(content["header"]["points"]["first_frame"]),
-)
-sys.stdout.buffer.write(arrays.getvalue())
+labels = [str(label) for key in ["LABELS", *LONGER] for label in values(key)]
+arrays = {
+    "points": numpy.asarray(content["data"]["points"], dtype=float)[:3],
+    "residuals": numpy.asarray(content["data"]["meta_points"]["residuals"], dtype=float)[0],
+    "labels": numpy.array(labels, dtype=str),
+    "rate": numpy.array(values("RATE"), dtype=float),
+    "unit": numpy.array([str(unit) for unit in values("UNITS")], dtype=str),
+    "first": float(content["header"]["points"]["first_frame"]),
+}
 """
 # More than 255 points have their names in further parameters (C3D file format, user guide, POINT:LABELS2).
 _LONGER = [f"LABELS{number}" for number in range(2, 10)]
@@ -59,7 +51,7 @@ def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
         raise UserError(Problem("is no C3D file: its second byte is not the mark 50h", name))
     if importlib.util.find_spec("ezc3d") is None:
         raise UserError(Problem(INSTALL, name))
-    content = _read(path, name)
+    content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
     names = tuple(str(label).strip() for label in content["labels"])
     positions: Array = content["points"].transpose(2, 1, 0).copy()
     if not names or positions.shape[0] < 2:
@@ -73,23 +65,3 @@ def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
     frames: Array = np.asarray(float(content["first"]) + np.arange(positions.shape[0]), dtype=np.float64)
     unit = str(content["unit"][0]) if len(content["unit"]) else ""
     return Markers(name, names[: positions.shape[1]], positions, frames, float(rate[0]), unit)
-
-
-def _read(path: Path, name: str) -> dict[str, Any]:
-    """The arrays that the child makes of the file."""
-    code = f"LONGER = {_LONGER!r}\n{_CHILD}"
-    try:
-        done = subprocess.run(
-            [sys.executable, "-P", "-c", code, str(path.resolve())],
-            capture_output=True,
-            timeout=TIME_LIMIT,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise UserError(Problem(f"was not read within {TIME_LIMIT:.0f} s: it is damaged", name)) from None
-    if done.returncode:
-        last = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
-        why = last[-1][:200] if done.returncode > 0 and last else "its reader crashed"
-        raise UserError(Problem(f"is damaged or no C3D file ({why}); export it again", name))
-    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
-        return dict(arrays)

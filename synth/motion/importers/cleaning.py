@@ -25,7 +25,7 @@ class Cleaned:
 
 
 def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: bool = False) -> Cleaned:
-    """Unwrap, bring to the turn that the leg file means, and report gaps.
+    """Unwrap and bring to the turn that the leg file means.
 
     Parameters
     ----------
@@ -53,9 +53,12 @@ def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: b
             notes.append(f"{joint.name}: {jumps} jumps by a whole turn taken out")
         if turns and not arbitrary_turns:
             notes.append(f"{joint.name}: moved by {turns * 360:+d} deg, to the turn that the leg file means")
-    notes += _gap_notes(time, result, leg)
-    notes += _range_notes(result, leg)
     return Cleaned(result, tuple(notes))
+
+
+def remarks(time: Array, angles: Array, leg: Leg) -> list[str]:
+    """What a trial (n,) s, (n, n_joint) rad lacks: missing samples, spikes, angles outside the joints' ranges."""
+    return _gap_notes(time, angles, leg) + _range_notes(angles, leg)
 
 
 def _check_clock(time: Array, name: str) -> list[str]:
@@ -88,11 +91,11 @@ def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
         missing = ~np.isfinite(angles[:, j])
         if missing.any():
             known = time[~missing]
-            inner = np.diff(known)
-            at = int(np.argmax(inner))
             text = f"{name}: {int(missing.sum())} of {len(time)} samples are missing and stay so"
-            inside = missing & (time > known[0]) & (time < known[-1])
+            inside = missing & (time > known.min(initial=np.inf)) & (time < known.max(initial=-np.inf))
             if inside.any():
+                inner = np.diff(known)
+                at = int(np.argmax(inner))
                 text += f"; the longest gap is {inner[at] * 1e3:.0f} ms, from {known[at]:.3f} s on"
             notes.append(text)
         if spikes[:, j].any():
@@ -109,7 +112,7 @@ def _range_notes(angles: Array, leg: Leg) -> list[str]:
         if joint.range is None:
             continue
         known = angles[np.isfinite(angles[:, j]), j]
-        outside = _share_outside(known, joint.range)
+        outside = _share_outside(known, joint.range) if len(known) else 0.0
         if not outside:
             continue
         low, high = np.degrees(joint.range)

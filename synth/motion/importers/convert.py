@@ -13,7 +13,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.model.leg import Array, Joint, Leg
 from synth.motion.importers.c3d import read_c3d
-from synth.motion.importers.cleaning import SHORTEST, clean
+from synth.motion.importers.cleaning import SHORTEST, clean, remarks
 from synth.motion.importers.deeplabcut import is_deeplabcut, read_deeplabcut
 from synth.motion.importers.matlab import read_matlab
 from synth.motion.importers.opensim import read_opensim
@@ -123,6 +123,7 @@ def import_file(
     release = None if window is not None else _release(time, cleaned.angles, leg, notes)
     first, last = _kept(time, release, cut, window, notes, name)
     kept = slice(first, last)
+    notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
         tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
     return Imported(form, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked)

@@ -1,13 +1,13 @@
 """MATLAB: variables of a ``.mat`` file up to version 7, read by scipy.
 
 A column is named as one would in MATLAB: ``angles(:,2)``, ``trial.hip``, ``data.angles(3,:)``. Version 7.3 is another
-format (HDF5), which is refused with the command that writes the older one.
+format (HDF5), which is refused with the command that writes the older one. scipy's reader can crash over a damaged
+file, so it runs in a process of its own.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping as Dictionary
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,34 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.model.leg import Array
+from synth.motion.importers.child import read_in_child
 from synth.motion.importers.source import Channels, listed
 
 SIZE_LIMIT = 500_000_000
 _EXPRESSION = re.compile(r"\s*([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)\s*(?:\(\s*(:|\d{1,6})\s*,\s*(:|\d{1,6})\s*\))?\s*")
+STRUCT = "a struct"
+_NAMES, _KINDS = "/names", "/kinds"  # no variable has a slash in its name
+# Numbers as they are, named as in MATLAB; of all else only what it is.
+_READ = f"""
+import scipy.io
+arrays, kinds = {{}}, {{}}
+def walk(prefix, values):
+    for key, value in values.items():
+        name = prefix + key
+        if isinstance(value, dict):
+            kinds[name] = {STRUCT!r}
+            walk(name + ".", value)
+        elif isinstance(value, (int, float, complex)):
+            arrays[name] = numpy.array([value])
+        elif isinstance(value, numpy.ndarray) and value.dtype.kind in "fiuc":
+            arrays[name] = value
+        else:
+            kinds[name] = "of type " + type(value).__name__
+content = scipy.io.loadmat(path, simplify_cells=True)
+walk("", {{key: value for key, value in content.items() if not key.startswith("__")}})
+arrays[{_NAMES!r}] = numpy.array(list(kinds), dtype=str)
+arrays[{_KINDS!r}] = numpy.array(list(kinds.values()), dtype=str)
+"""
 WAY_OUT = "in MATLAB: s = load('{name}'); save('{stem}_v7.mat', '-struct', 's', '-v7')"
 
 
@@ -36,13 +60,9 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     if start.startswith(b"MATLAB 7.3") or start.startswith(b"\x89HDF"):
         way = WAY_OUT.format(name=path.name.replace("'", "''"), stem=path.stem.replace("'", "''"))
         raise UserError(Problem(f"is a MAT-file of version 7.3 (HDF5); save it as version 7, {way}", name))
-    import scipy.io
-
-    try:
-        content: dict[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
-    except Exception as error:  # scipy's reader raises many kinds on a damaged file
-        raise UserError(Problem(f"cannot be read as a MAT-file: {error}", name)) from None
-    variables = {key: value for key, value in content.items() if not key.startswith("__")}
+    flat = read_in_child(_READ, path, name, "MAT")
+    others = dict(zip(flat.pop(_NAMES).tolist(), flat.pop(_KINDS).tolist(), strict=True))
+    variables: dict[str, Any] = {**flat, **others}
     wanted = [column.column for column in mapping.joints.values()]
     wanted += [mapping.time] if mapping.time else []
     notes: list[str] = []
@@ -63,19 +83,11 @@ def _column(variables: dict[str, Any], expression: str, notes: list[str], name: 
     if match is None:
         text = f'"{expression}" is no column; write it like angles(:,2), or trial.hip for a field that is a vector'
         raise UserError(Problem(text, name))
-    value: Any = variables
-    walked: list[str] = []
-    for part in match[1].split("."):
-        if not isinstance(value, Dictionary) or part not in value:
-            there = list(value) if isinstance(value, Dictionary) else []
-            inside = f" in {'.'.join(walked)}" if walked else ""
-            hint = near(part, there) if there else ""
-            raise UserError(Problem(f'there is no "{part}"{inside}{hint or "; it is no struct"}', name))
-        value = value[part]
-        walked.append(part)
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiuc":
-        what = "a struct" if isinstance(value, Dictionary) else f"of type {type(value).__name__}"
-        text = f'"{match[1]}" is {what}, where a matrix of numbers is needed (of a table T, save T{{:,:}})'
+    value = variables.get(match[1])
+    if value is None:
+        raise UserError(Problem(_missing(variables, match[1]), name))
+    if isinstance(value, str):
+        text = f'"{match[1]}" is {value}, where a matrix of numbers is needed (of a table T, save T{{:,:}})'
         raise UserError(Problem(text, name))
     picked = _picked(value, match[2], match[3], expression, name)
     if np.iscomplexobj(picked):
@@ -105,12 +117,20 @@ def _picked(value: Any, row: str | None, column: str | None, expression: str, na
     return matrix[:, index - 1] if axis else matrix[index - 1]
 
 
-def _summary(variables: dict[str, Any], prefix: str = "") -> str:
-    """What there is, with sizes, two levels deep."""
-    found = []
-    for key, value in variables.items():
-        if isinstance(value, np.ndarray):
-            found.append(f"{prefix}{key} ({' x '.join(map(str, value.shape))})")
-        elif isinstance(value, dict) and not prefix:
-            found.append(_summary(value, f"{key}."))
+def _missing(variables: dict[str, Any], wanted: str) -> str:
+    """What is wrong with a dotted name: the first part that is not there, and what stands in its place."""
+    parts = wanted.split(".")
+    depth = next(k for k in range(1, len(parts) + 1) if ".".join(parts[:k]) not in variables)
+    above = ".".join(parts[: depth - 1])
+    if above and variables[above] != STRUCT:
+        return f'there is no "{wanted}": "{above}" is no struct'
+    start = f"{above}." if above else ""
+    there = {key.removeprefix(start).partition(".")[0] for key in variables if key.startswith(start)}
+    inside = f" in {above}" if above else ""
+    return f'there is no "{parts[depth - 1]}"{inside}{near(parts[depth - 1], sorted(there))}'
+
+
+def _summary(variables: dict[str, Any]) -> str:
+    """What there is, with sizes."""
+    found = [f"{key} ({' x '.join(map(str, v.shape))})" for key, v in variables.items() if not isinstance(v, str)]
     return listed(found) if found else "nothing"

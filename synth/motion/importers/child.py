@@ -1,0 +1,44 @@
+"""Reads a binary file in a process of its own: a library in C may take its process down over a damaged file."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+
+TIME_LIMIT = 600.0  # s
+
+# What the reading code, which makes the dictionary `arrays` of the file `path`, is put between.
+_BEFORE = "import io, sys\nimport numpy\npath = sys.argv[1]\n"
+_AFTER = "\nmade = io.BytesIO()\nnumpy.savez(made, **arrays)\nsys.stdout.buffer.write(made.getvalue())\n"
+
+
+def read_in_child(code: str, path: Path, name: str, kind: str) -> dict[str, Any]:
+    """The arrays that ``code`` makes of a file.
+
+    Parameters
+    ----------
+    code : Python that reads ``path`` and leaves a dictionary ``arrays`` of names and numpy arrays (no objects).
+    name, kind : the file and what it should be, in messages.
+
+    Raises
+    ------
+    UserError : the code failed or crashed.
+    """
+    command = [sys.executable, "-P", "-W", "ignore", "-c", _BEFORE + code + _AFTER, str(path.resolve())]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=TIME_LIMIT, check=False)
+    except subprocess.TimeoutExpired:
+        raise UserError(Problem(f"was not read within {TIME_LIMIT:.0f} s: it is damaged", name)) from None
+    if done.returncode:
+        said = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
+        why = said[-1][:200] if done.returncode > 0 and said else "its reader crashed"
+        raise UserError(Problem(f"is damaged or no {kind} file ({why}); export it again", name))
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
+        return dict(arrays)
