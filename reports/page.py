@@ -167,8 +167,8 @@ def _environment() -> Environment:
         "interval": quantities.interval_text,
         "number": quantities.number,
         "unit": quantities.unit_text,
-        "percent": quantities.share_text,
-        "percent_interval": quantities.share_interval,
+        "percent": quantities.whole_percent,
+        "percent_interval": quantities.percent_interval,
     }
     environment.filters.update(filters)
     return environment

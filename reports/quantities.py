@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from reports.reading import unit_of, value_of
 
 DIGITS = 4  # significant, where no interval says how many are meant
-_UNITS = {"deg": "°", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
+_UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # What one of a unit is in SI, for the units that figures must put on one axis.
@@ -131,20 +131,27 @@ def percent(part: float | None, whole: float | None) -> str:
 
 
 def share_text(quantity: object) -> str:
-    """A share as whole per cent, ``83 %``; what rounds to 0 or 100 and is neither says so."""
+    """A probability as whole per cent, ``83 %``; what rounds to 0 or 100 and is neither says so."""
+    value = value_of(quantity) if isinstance(quantity, Mapping) else quantity
+    if isinstance(value, (int, float)) and 0.0 < value < 0.005:
+        return "under 1\u00a0%"
+    if isinstance(value, (int, float)) and 0.995 <= value < 1.0:
+        return "over 99\u00a0%"
+    return whole_percent(value)
+
+
+def whole_percent(quantity: object) -> str:
+    """A share in whole per cent, ``83 %``, ``−12 %``; a dash for none."""
     value = value_of(quantity) if isinstance(quantity, Mapping) else quantity
     if not isinstance(value, (int, float)) or not math.isfinite(value):
         return "–"
-    share = 100.0 * value
-    if 0.0 < share < 0.5:
-        return "under 1\u00a0%"
-    return "over 99\u00a0%" if 99.5 <= share < 100.0 else f"{_minus(f'{share:.0f}')}\u00a0%"
+    return f"{_minus(f'{round(100.0 * value):d}')}\u00a0%"
 
 
-def share_interval(quantity: object) -> str:
+def percent_interval(quantity: object) -> str:
     """``78 % to 88 %``; empty without an interval."""
     interval = interval_of(quantity)
-    return "" if interval is None else " to ".join(share_text(end) for end in interval)
+    return "" if interval is None else " to ".join(whole_percent(end) for end in interval)
 
 
 def _bare(written: str) -> str:

@@ -15,14 +15,14 @@ from reports.figures.svg import Point, Svg, shortened
 WIDTH, HEIGHT = 960.0, 236.0
 LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0
 MOST_DOTS = 700
-BINS, LEAST_IN_BIN = 15, 8
+BINS, LEAST_IN_BIN = 21, 8
 OUTER = 0.02  # share of the samples that either end of an axis may leave out
 DOT, BAND = "#c3c9cf", "#bfd9ec"
 
 
 @dataclass(frozen=True)
 class Bin:
-    """One bin: its middle, the median and the quartiles of the torque in it."""
+    """One bin: its middle sample, the median and the quartiles of the torque in it."""
 
     place: float
     low: float
@@ -48,23 +48,24 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 
 
 def binned(points: Sequence[Point], bins: int = BINS) -> list[Bin]:
-    """Bins of equal width over all but the outermost samples; those with too few samples are left out."""
-    xs = sorted(x for x, _ in points)
-    if len(xs) < LEAST_IN_BIN:
+    """Bins as wide as a share of the range, wider where samples are few: each holds at least ``LEAST_IN_BIN``."""
+    ordered = sorted(points)
+    if len(ordered) < LEAST_IN_BIN or not ordered[-1][0] > ordered[0][0]:
         return []
-    low, high = quantile(xs, OUTER / 2), quantile(xs, 1 - OUTER / 2)
-    if not high > low:
-        return []
-    held: list[list[float]] = [[] for _ in range(bins)]
-    for x, y in points:
-        if low <= x <= high:
-            held[min(int((x - low) / (high - low) * bins), bins - 1)].append(y)
+    width = (ordered[-1][0] - ordered[0][0]) / bins
+    held: list[list[Point]] = [[]]
+    for point in ordered:
+        if len(held[-1]) >= LEAST_IN_BIN and point[0] - held[-1][0][0] > width:
+            held.append([])
+        held[-1].append(point)
+    if len(held) > 1 and len(held[-1]) < LEAST_IN_BIN:
+        rest = held.pop()
+        held[-1] += rest
     found = []
-    for index, values in enumerate(held):
-        if len(values) >= LEAST_IN_BIN:
-            ordered = sorted(values)
-            quartiles = (quantile(ordered, share) for share in (0.25, 0.5, 0.75))
-            found.append(Bin(low + (index + 0.5) * (high - low) / bins, *quartiles))
+    for one in held:
+        torques = sorted(y for _, y in one)
+        low, median, high = (quantile(torques, share) for share in (0.25, 0.5, 0.75))
+        found.append(Bin(quantile([x for x, _ in one], 0.5), low, median, high))
     return found
 
 

@@ -10,7 +10,8 @@ from reports.quantities import number
 from reports.reading import Result, value_of
 from reports.section import Section, mapping, sequence
 
-WIDTH, LABEL = 640.0, 300.0
+WIDTH, LABEL = 860.0, 515.0
+MOST = 8  # trials of the menu that are drawn
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -20,15 +21,18 @@ def content(result: Result) -> dict[str, Any]:
         return {"experiment": None}
     menu = [item for item in sequence(experiment, "menu") if isinstance(item, Mapping)]
     menu = sorted(menu, key=lambda item: -(value_of(item.get("information")) or 0.0))
-    chosen = {"what": "the trial above", "information": experiment.get("information")}
-    bits = [value_of(item.get("information")) or 0.0 for item in (chosen, *menu)]
+    if all(item.get("information") != experiment.get("information") for item in menu):
+        menu = [{"what": "the trial above", "information": experiment.get("information")}, *menu]
+    left_out, menu = len(menu) - MOST, menu[:MOST]
+    bits = [value_of(item.get("information")) or 0.0 for item in menu]
     bars = [Bar(value, f"{number(value, 2)} bit", strong=index == 0) for index, value in enumerate(bits)]
-    labels = [str(item.get("what")) for item in (chosen, *menu)]
+    labels = [str(item.get("what")) for item in menu]
     column = Column("expected information", bars, max(bits), words=72.0)
     return {
         "experiment": experiment,
         "entry": entry_text(mapping(experiment, "trial")),
         "release": mapping(experiment, "release"),
+        "left_out": max(left_out, 0),
         "figure": bar_figure("Trials by expected information", labels, [column], WIDTH, LABEL) if menu else None,
     }
 

@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from reports.figures.bars import Bar, Column, bar_figure
-from reports.quantities import share_text
+from reports.quantities import share_text, whole_percent
 from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
 
@@ -89,7 +89,7 @@ def _shrink(shrink: object) -> Bar | None:
     if value is None:
         return None
     low, high = (shrink.get("interval90") or (None, None)) if isinstance(shrink, Mapping) else (None, None)
-    return Bar(value, share_text(value), low, high)
+    return Bar(value, whole_percent(value), low, high)
 
 
 def _number(value: object) -> float:
