@@ -123,10 +123,20 @@ def import_file(
     release = None if window is not None else _release(time, cleaned.angles, leg, notes)
     first, last = _kept(time, release, cut, window, notes, name)
     kept = slice(first, last)
+    _require_samples(time[kept], cleaned.angles[kept], leg, name)
     notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
         tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
     return Imported(form, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked)
+
+
+def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
+    """Refuse a trial in which hardly a sample of a joint is left."""
+    left = np.isfinite(angles).sum(axis=0)
+    few = [joint for joint, count in zip(leg.joint_names, left, strict=True) if count < SHORTEST]
+    if few:
+        text = f"hardly a sample of {listed(few)} is left from {time[0]:.3f} s on; leave the file out"
+        raise UserError(Problem(text, name))
 
 
 def _check_mapping(form: str, mapping: Mapping, name: str) -> None:

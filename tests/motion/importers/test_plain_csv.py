@@ -127,6 +127,14 @@ def test_cut_at_the_release_keep_and_a_window_by_hand(tmp_path: Path) -> None:
         imported(tmp_path / "a.csv", window=(2.0, 3.0))
 
 
+def test_a_joint_seen_only_before_the_release_is_refused(tmp_path: Path) -> None:
+    data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
+    data.loc[95:, "ankle [deg]"] = np.nan
+    data.to_csv(tmp_path / "a.csv", index=False)
+    with pytest.raises(UserError, match=r"hardly a sample of ankle is left from 0.[45]\d+ s on; leave the file out"):
+        imported(tmp_path / "a.csv", cut="cut")
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
