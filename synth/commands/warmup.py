@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     for n_link in wanted:
         progress.compiling(n_link)
         chain = compiled_chain(n_link)
-        functions = (chain.right_hand_side, chain.extra_torques, chain.integrate)
+        functions = (chain.right_hand_side, chain.extra_torques, chain.bearing_forces, chain.integrate)
         n_compiled += any(function.stats.cache_misses for function in functions)
     spent = time.perf_counter() - start
     folder = cache_folder()

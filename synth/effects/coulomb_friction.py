@@ -5,7 +5,7 @@ from __future__ import annotations
 from synth.effects.compiled import bristle, held, inlined
 from synth.effects.effect import Effect, Parameter, Shape, size
 
-PRESLIDING = 1e-3  # rad
+PRESLIDING = 2e-4  # rad; see ``compiled.bristle`` for what it costs and errs
 
 
 @inlined
@@ -27,6 +27,7 @@ EFFECT = Effect(
     source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
     way="torque",
     memory=True,
+    kin="bristle",
     bound=1.0,
     parameters=(
         Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),

@@ -126,6 +126,7 @@ class Effect:
     memory: bool = False
     bound: float = np.inf
     uses_load: bool = False
+    kin: str = ""
     module: str = ""
 
     @cached_property

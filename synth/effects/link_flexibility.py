@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from synth.model.lanes import LegLanes
     from synth.model.leg import Array
 
-HUB = 0.05  # of the link's inertia about its joint stays with the joint where the coupling bends
-DAMPING_RATIO = 0.02
+HUB = 0.1  # of the link's inertia about its joint stays with the joint where the coupling bends
+DAMPING_RATIO = 0.1
 
 
 def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLanes:

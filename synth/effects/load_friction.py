@@ -30,6 +30,7 @@ EFFECT = Effect(
     "arXiv 2410.08650, model M3",
     way="torque",
     memory=True,
+    kin="bristle",
     bound=1.0,
     uses_load=True,
     parameters=(

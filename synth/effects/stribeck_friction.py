@@ -45,6 +45,7 @@ EFFECT = Effect(
     source="Stribeck 1902; Armstrong-Helouvry, Dupont & Canudas de Wit, Automatica 30 (1994) 1083, eq. 5",
     way="torque",
     memory=True,
+    kin="bristle",
     bound=1.0,
     parameters=(
         Parameter("torque", "N*m", prior=size(0.15), meaning="breakaway torque, at lowest speed"),

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 import importlib.util
 import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -119,6 +117,7 @@ class Chain:
         both = np.array([tolerance, tolerance])
         result = np.empty((len(times), 2 * n if rates else n, n_lane))
         out = np.empty((len(times), result.shape[1], LANES))
+        flat = out.reshape(len(times), -1)
         active = self.active(lanes)
         for first in range(0, n_lane, LANES):
             group = lanes[:, first : first + LANES]
@@ -129,7 +128,7 @@ class Chain:
             states = self._states(active, workspace)
             self.integrate(
                 self.right_hand_side, self.extra_torques, self.bearing_forces, workspace, n, states, active, known,
-                times, both, 1e-3, max_steps, out,
+                times, both, 1e-3, max_steps, flat,
             )  # fmt: skip
             result[:, :, first : first + width] = out[:, :, :width]
         return result
@@ -148,24 +147,44 @@ def _file_of(module: str) -> Path:
 def compiled_chain(n: int) -> Chain:
     """The compiled chain of ``n`` links. The first call on a machine compiles for some seconds, then it is on disk."""
     with _loading:
-        return _compiled(n, tuple(effect.name for effect in registered() if effect.way == "torque"))
+        effects = _torque_effects()
+        key = (n, *map(id, effects))  # an effect loaded again from its file is another one; a chain keeps its own alive
+        if key not in _chains:
+            _chains[key] = _compiled(n, effects)
+        return _chains[key]
 
 
+_chains: dict[tuple[int, ...], Chain] = {}
 _loading = threading.RLock()  # a module that another thread is still running has no functions yet
 
 
-@lru_cache(maxsize=16)
-def _compiled(n: int, names: tuple[str, ...]) -> Chain:
-    effects = tuple(effect_named(name) for name in names)
+def is_compiled(n: int) -> bool:
+    """Whether ``compiled_chain(n)`` finds everything on disk."""
+    return all(generate.on_disk(*source) for source in _sources(n, _torque_effects())[1])
+
+
+def _torque_effects() -> tuple[Effect, ...]:
+    return tuple(effect for effect in registered() if effect.way == "torque")
+
+
+def _sources(n: int, effects: tuple[Effect, ...]) -> tuple[Layout, list[tuple[str, str, tuple[Path, ...]]]]:
+    """The layout, and of each generated module its name, its text and the files that it depends on."""
     layout = Layout(n, tuple(Law(effect.name, len(effect.parameters), effect.memory) for effect in effects))
     imports = {effect.name: effect.module for effect in effects}
-    files = tuple(
-        _file_of(module) for module in ("synth.model.trigonometry", "synth.effects.compiled", *imports.values())
-    )
-    chain = generate.load(f"chain{n}", generate.right_hand_side(layout), files[:1])
-    extra = generate.load("torques", generate.extra_torques(layout, imports), files)
-    bearing = generate.load("bearing", generate.bearing_forces(layout), files[:1])
-    integrator = importlib.import_module("synth.model.integrator")
+    modules = ("synth.model.trigonometry", "synth.effects.compiled", *imports.values())
+    files = tuple(_file_of(module) for module in modules)
+    integrator, rows = _file_of("synth.model.integrator"), _file_of("synth.model.layout")
+    return layout, [
+        (f"chain{n}", generate.right_hand_side(layout), files[:1]),
+        ("torques", generate.extra_torques(layout, imports), files),
+        ("bearing", generate.bearing_forces(layout), files[:1]),
+        ("integrator", integrator.read_text(encoding="utf-8"), (rows,)),
+    ]
+
+
+def _compiled(n: int, effects: tuple[Effect, ...]) -> Chain:
+    layout, sources = _sources(n, effects)
+    chain, extra, bearing, integrator = (generate.load(*source) for source in sources)
     return Chain(
         layout, chain.right_hand_side, extra.extra_torques, bearing.bearing_forces, integrator.integrate, effects
     )

@@ -49,18 +49,27 @@ def cache_folder() -> Path:
     return fallback
 
 
-def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
-    """Import generated source ``text`` as a module whose compiled functions are cached on disk.
-
-    ``depends_on`` : files whose functions are inlined into it, so that editing them compiles anew.
-    """
+def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
     import numba
 
     digest = hashlib.sha256(text.encode())
     digest.update(numba.__version__.encode())
     for path in depends_on:
         digest.update(path.read_bytes())
-    module_name = f"synth_{name}_{digest.hexdigest()[:16]}"
+    return f"synth_{name}_{digest.hexdigest()[:16]}"
+
+
+def on_disk(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> bool:
+    """Whether the compiled code of this very text and of what it depends on is kept already."""
+    return any((cache_folder() / "__pycache__").glob(f"{_module_name(name, text, depends_on)}.*.nbc"))
+
+
+def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
+    """Import generated source ``text`` as a module whose compiled functions are cached on disk.
+
+    ``depends_on`` : files whose functions are inlined into it, so that editing them compiles anew.
+    """
+    module_name = _module_name(name, text, depends_on)
     if module_name in sys.modules:
         return sys.modules[module_name]
     path = cache_folder() / f"{module_name}.py"

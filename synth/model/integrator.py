@@ -2,7 +2,8 @@
 
 Coefficients, error control and dense output: Hairer, Norsett & Wanner, *Solving Ordinary Differential Equations
 I*, 2nd ed. 1993, tables 5.2 and section II.6 (``dopri5``); step control with their PI controller (beta = 0.04).
-The right-hand side comes in as a function value, so this file compiles once for all chains.
+The right-hand side comes in as a function value, so this file compiles once for all chains. ``chain`` loads its text
+as it loads generated code, so that all that is compiled lies in one folder and is made anew when the layout changes.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ _known = types.Tuple((float64[::1], float64[:, ::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], float64[::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
-    float64, int64, float64[:, :, ::1],
+    float64, int64, float64[:, ::1],
 )  # fmt: skip
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
 
@@ -108,7 +109,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
     times : (n_time,) s, increasing.
     tolerance : (2,) relative, absolute (rad and rad/s); first_step : s; max_steps : accepted and rejected.
-    out : (n_time, rows, 16), the first ``rows`` of the state.
+    out : (n_time, rows * 16), the first ``rows`` of the state.
 
     Returns
     -------
@@ -116,14 +117,12 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     """
     state, derivative, factors, bounds = states
     size = len(state)
-    width, first_memory, shown = size * LANES, 2 * n * LANES, out.shape[1] * LANES
+    width, first_memory, shown = size * LANES, 2 * n * LANES, out.shape[1]
     # Flat: a loop of 16 would spend more on the check that its arrays do not overlap than on its arithmetic.
     x, y, v = np.empty(width), np.empty(width), np.empty(width)
-    allowed = np.repeat(factors, LANES)
-    bound = np.repeat(bounds, LANES)
+    allowed, bound = np.empty(width), np.empty(width)
     K = np.empty((7, width))
     r = np.empty((4, shown))
-    samples = out.reshape(len(times), shown)
     error_sum = np.empty(LANES)
     any_active, any_load = False, False
     for index in range(active.shape[1]):
@@ -135,8 +134,10 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             Z[_TORQUE + j, lane] = 0.0
     for j in range(size):
         for lane in range(LANES):
-            x[j * LANES + lane] = Z[state[j], lane]
-    samples[0] = x[:shown]
+            e = j * LANES + lane
+            x[e], allowed[e], bound[e] = Z[state[j], lane], factors[j], bounds[j]
+    for e in range(shown):
+        out[0, e] = x[e]
     t = times[0]
     end = times[-1]
     h = min(first_step, end - t)
@@ -199,7 +200,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
                     u = 1.0 - p
                     for e in range(shown):
                         tail = r[1, e] + p * (r[2, e] + u * r[3, e])
-                        samples[i, e] = x[e] + p * (r[0, e] + u * tail)
+                        out[i, e] = x[e] + p * (r[0, e] + u * tail)
                     i += 1
             t += h
             for e in range(width):
@@ -214,6 +215,8 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
         h *= min(5.0, factor)
         if i < len(times) and (h < 1e-10 or steps >= max_steps):
             reason = TOO_MANY_STEPS if steps >= max_steps else STEP_TOO_SMALL
-            out[i:] = np.nan
+            for k in range(i, len(times)):
+                for e in range(shown):
+                    out[k, e] = np.nan
             break
     return steps, reason

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from synth.effects import Effect, registered
+from synth.effects import Effect, effect_named, registered
 from synth.model.curves import compiled_rows
 from synth.model.layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
 from synth.model.leg import Array, Leg
@@ -78,7 +78,7 @@ class LegLanes:
         )
         for index, joint in enumerate(joints):
             for name, given in joint.effects.items():
-                effect = next(effect for effect in registered() if effect.name == name)
+                effect = effect_named(name)
                 if effect.way == "torque":
                     made.put(effect, index, in_rotation(effect, joint.sign, joint.zero, given))
         return made
@@ -157,11 +157,14 @@ class LegLanes:
                 rows = slice(j * CURVE_POINTS, (j + 1) * CURVE_POINTS)
                 lanes[layout.rows("curve_speed")][rows] = curve[0][:, None]
                 lanes[layout.rows("curve_slope")][rows] = curve[1][:, None]
-        for effect in registered():
-            if effect.way == "torque":
-                for p, parameter in enumerate(effect.parameters):
-                    given = self.torques.get(effect.name)
-                    lanes[layout.parameter_rows(effect.name, p)] = parameter.off if given is None else given[p]
+        for law in layout.laws:
+            given = self.torques.get(law.name)
+            for p, parameter in enumerate(effect_named(law.name).parameters):
+                lanes[layout.parameter_rows(law.name, p)] = parameter.off if given is None else given[p]
+        if not self.torques.keys() <= {law.name for law in layout.laws}:
+            raise KeyError(
+                f"not in the compiled chain: {sorted(self.torques.keys() - {law.name for law in layout.laws})}"
+            )
         return lanes
 
 

@@ -218,7 +218,15 @@ curves = st.lists(sizes, min_size=1, max_size=5, unique=True).map(
 )
 dampers = st.none() | st.builds(Damper, rate=sizes) | st.builds(Damper, curve=curves, part=st.just("6597K21"))
 links = st.builds(Link, st.floats(0.1, 2.0), sizes, st.floats(-0.4, 0.4), sizes)
-effects = st.sampled_from([{}, {"coulomb_friction": {"torque": 1 / 3, "speed": 0.01}}])
+effects = st.sampled_from(
+    [
+        {},
+        {"coulomb_friction": {"torque": 1 / 3, "presliding": 0.01}},
+        {"joint_stop": {"upper": 1.0, "stiffness": 50.0}, "latency": {"delay": 1e-3}},
+        {"link_flexibility": {"stiffness": 70.0}, "encoder_offset": {"offset": -0.02}},
+    ]
+)
+base_effects = st.sampled_from([{}, {"base_compliance": {"rocking_stiffness": 300.0}}])
 
 
 @st.composite
@@ -244,7 +252,8 @@ def legs(draw: st.DrawFn) -> Leg:
         )
         for name in names
     ]
-    return Leg(draw(st.sampled_from(["x", "Hüfte: 'a' #1", "yes", "12"])), tuple(joints), draw(sizes), draw(angles))
+    name = draw(st.sampled_from(["x", "Hüfte: 'a' #1", "yes", "12"]))
+    return Leg(name, tuple(joints), draw(sizes), draw(angles), draw(base_effects))
 
 
 TWIN = DamperCurve((1.0,), (0.1,)), DamperCurve((2.0,), (0.2,))
@@ -274,6 +283,7 @@ def test_written_leg_reads_back(tmp_path: Path, leg: Leg) -> None:
         elif old.damper is not None:
             assert new.damper.rate == pytest.approx(old.damper.rate, rel=1e-12)
         assert dict(new.effects) == {name: pytest.approx(values) for name, values in old.effects.items()}
+    assert dict(again.effects) == {name: pytest.approx(values) for name, values in leg.effects.items()}
     first = path.read_bytes()
     write_leg(again, path)
     assert path.read_bytes() == first

@@ -13,7 +13,7 @@ import pytest
 from numba import njit
 
 from synth.model import generate
-from synth.model.layout import Layout
+from synth.model.layout import MOST_LINKS, Law, Layout
 from synth.model.trigonometry import sine_cosine
 
 
@@ -47,9 +47,9 @@ print(float(simulate(leg, [0.01], [0.0], [0.0, 3.141592653589793], tolerance=1e-
     assert float(done.stdout) == pytest.approx(-0.01, abs=1e-6)  # half a period of 2 pi s
     written = list((tmp_path / "new" / "cache").iterdir())
     sources = sorted(path.name.split("_")[1] for path in written if path.suffix == ".py")
-    assert sources == ["chain1", "torques1"]
+    assert sources == ["bearing", "chain1", "integrator", "torques"]
     compiled = [path for path in (tmp_path / "new" / "cache" / "__pycache__").iterdir() if path.suffix == ".nbc"]
-    assert len(compiled) == 2
+    assert len(compiled) == 4
 
 
 def test_cache_folder_is_the_named_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,11 +108,30 @@ def test_a_broken_file_in_the_cache_is_written_again(tmp_path: Path, monkeypatch
     assert generate.load("probe", "answer = 3\n").answer == 3
 
 
-@pytest.mark.parametrize("n", [1, 2, 6])
-def test_blocks_of_the_workspace_lie_end_to_end(n: int) -> None:
-    layout = Layout(n, (("coulomb_friction", 2), ("another", 3)))
-    rows = [row for name in layout.blocks for row in range(*layout.rows(name).indices(10**6))]
-    assert rows == list(range(layout.n_row))
+@pytest.mark.parametrize("n", [1, 2, 7])
+def test_blocks_of_the_workspace_lie_end_to_end_and_do_not_move_with_n(n: int) -> None:
+    laws = (Law("coulomb_friction", 2, memory=True), Law("another", 3))
+    layout = Layout(n, laws)
+    ends = [0, *np.cumsum([size for _, size in layout.blocks.values()])]
+    assert [first for first, _ in layout.blocks.values()] == ends[:-1]
+    assert layout.n_row == ends[-1]
+    assert layout.blocks == Layout(3, laws).blocks
     pairs = [layout.inertia_row(i, j) for i in range(n) for j in range(i, n)]
     assert pairs == list(range(*layout.rows("inertia").indices(10**6)))
-    assert layout.blocks["another"][1] == 3 * n
+    third = layout.parameter_rows("another", 2)
+    assert (third.start, third.stop) == (layout.row("another") + 2 * MOST_LINKS, layout.row("another") + 14 + n)
+
+
+def test_the_state_is_rotations_rates_and_the_memories_that_take_part() -> None:
+    layout = Layout(2, (Law("coulomb_friction", 2, memory=True),))
+    state, derivative = layout.states([("coulomb_friction", 1)])
+    row = layout.row
+    assert state == [
+        row("rotation"),
+        row("rotation", 1),
+        row("rate"),
+        row("rate", 1),
+        row("coulomb_friction memory", 1),
+    ]
+    assert derivative[2:] == [row("acceleration"), row("acceleration", 1), row("coulomb_friction memory rate", 1)]
+    assert derivative[:2] == state[2:4]
