@@ -190,10 +190,13 @@ def _torque_noise(leg: Leg, trial: GapTrial, noise: Array) -> Array:
     generator = np.random.default_rng(0)
     recording = trial.recording
     shaken = recording.rotation + noise * generator.standard_normal(recording.rotation.shape)
-    again = smooth(recording.time, shaken, ~recording.counts | ~np.isfinite(shaken)) if _smoothable(trial) else None
-    if again is None:
+    if not _smoothable(trial):
         return np.zeros(len(noise))
-    for j in recording.conditions.locked:
+    locked = list(recording.conditions.locked)
+    lost = ~recording.counts | ~np.isfinite(shaken)
+    lost[:, locked] = False  # a locked joint's samples do not count, but it is held where the recording has it
+    again = smooth(recording.time, shaken, lost)
+    for j in locked:
         again.angle[:, j], again.rate[:, j] = recording.smoothed.angle[:, j], 0.0
     more = replace(trial, recording=replace(recording, smoothed=again))
     difference = missing_torque(leg, more).torque - missing_torque(leg, trial).torque
