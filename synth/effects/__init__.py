@@ -6,16 +6,19 @@ the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a
 
 from __future__ import annotations
 
+import hashlib
 import importlib
-import importlib.util
+import keyword
 import pkgutil
 import sys
+import traceback
 from dataclasses import replace
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import ModuleType
 
-from synth.effects.effect import Effect, Parameter, Prior, Shape
+from synth.effects.effect import ARGUMENTS, FUNCTIONS, Effect, Parameter, Prior, Shape
 from synth.errors import Problem, UserError
 
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "effect_named", "load_file", "registered"]
@@ -53,27 +56,62 @@ def effect_named(name: str) -> Effect:
 def load_file(path: str | Path) -> Effect:
     """Take part of a user's own effect: a Python file with an ``EFFECT``, run because its user named it.
 
+    Loading the same file again replaces what it held before.
+
     Raises
     ------
-    UserError : no such file, it cannot be run, it holds no EFFECT, or its name is taken.
+    UserError : no such file, it cannot be run, it holds no EFFECT that works, or its name is taken.
     """
     path = Path(path).resolve()
     if not path.is_file():
         raise UserError(Problem("no such file; name a Python file that holds an EFFECT", file=str(path)))
-    name = f"synth_user_effect_{path.stem}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise UserError(Problem("is no Python file (.py) with an EFFECT", file=str(path)))
-    module = importlib.util.module_from_spec(spec)
+    name = f"synth_user_effect_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"  # two files may be called alike
+    module = ModuleType(name)
+    module.__file__ = str(path)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
     except Exception as error:
-        raise UserError(Problem(f"cannot be run: {type(error).__name__}: {error}", file=str(path))) from error
+        line = error.lineno if isinstance(error, SyntaxError) else _line_of(error, path)
+        text = f"cannot be run: {type(error).__name__}: {error.args[0] if error.args else error}"
+        raise UserError(Problem(text, file=str(path), line=line)) from error
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise UserError(Problem("holds no EFFECT = Effect(...) (from synth.effects)", file=str(path)))
-    if effect.name in _installed():
-        raise UserError(Problem(f'"{effect.name}" is the name of a built-in effect; choose another', file=str(path)))
+    wrong = _wrong_with(effect, module)
+    if wrong:
+        raise UserError(Problem(wrong, file=str(path), key=effect.name))
     _from_files[effect.name] = replace(effect, module=name)
     return _from_files[effect.name]
+
+
+def _line_of(error: Exception, path: Path) -> int | None:
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
+    return frames[-1].lineno if frames else None
+
+
+def _wrong_with(effect: Effect, module: ModuleType) -> str:
+    """What keeps a user's effect from taking part, empty if nothing does."""
+    if effect.name in _installed():
+        return "is the name of a built-in effect; choose another"
+    if _from_files.get(effect.name, effect).module not in ("", module.__name__):
+        return f"is the name of an effect in {sys.modules[_from_files[effect.name].module].__file__}; choose another"
+    if not effect.name.isidentifier() or keyword.iskeyword(effect.name):
+        return "cannot be an effect's name: write letters, digits and underscores"
+    names = [parameter.name for parameter in effect.parameters]
+    missing = [name for name in effect.strengths if name not in names]
+    if missing or not effect.strengths:
+        return f"strengths must name some of its parameters ({', '.join(names)})" + "".join(
+            f", not {m}" for m in missing
+        )
+    needed = {FUNCTIONS[effect.way]: ARGUMENTS[effect.way]} | ({"start": 1} if effect.memory else {})
+    for name, before in needed.items():
+        function = getattr(module, name, None)
+        if not callable(function):
+            return f"the file holds no function {name}"
+        if name == "torque" and not hasattr(function, "py_func"):
+            return "torque must be compiled: write @inlined above it (from synth.effects.compiled)"
+        taken = getattr(function, "py_func", function).__code__.co_argcount
+        if taken != before + len(names):
+            return f"{name} takes {taken} arguments, not {before} and then {', '.join(names)}"
+    return ""

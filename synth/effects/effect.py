@@ -29,6 +29,7 @@ import numpy as np
 
 Way = Literal["torque", "leg", "reading", "structure"]
 FUNCTIONS: dict[str, str] = {"torque": "torque", "leg": "change", "reading": "read", "structure": "extend"}
+ARGUMENTS: dict[str, int] = {"torque": 8, "leg": 3, "reading": 5, "structure": 2}  # before the parameters
 
 
 @dataclass(frozen=True)

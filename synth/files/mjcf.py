@@ -1,7 +1,8 @@
-"""A leg as MJCF for MuJoCo: springs, dampers with their curve as MuJoCo's cubic, friction, inertias.
+"""A leg as MJCF for MuJoCo: springs, dampers with their curve as MuJoCo's cubic, dry friction, inertias.
 
 MuJoCo's joint damping may be a polynomial, ``-(a v + b v|v| + c v^3)`` (XML reference, joint/damping); a torque-speed
 curve goes in as the cubic that fits it best over the speeds that matter, and the error of that is written beside it.
+Effects other than dry friction, which MuJoCo's joints do not have, are named in a comment.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ def mjcf_text(leg: Leg, fastest: Array) -> str:
     lines = [
         f"<mujoco model={quoteattr(leg.name)}>",
         "  <!-- written by synth; joint angles are rotations q = sign * (measured - zero) -->",
+        *([f"  <!-- not in this model: {', '.join(sorted(leg.effects))} of the base -->"] if leg.effects else []),
         '  <compiler angle="radian" autolimits="true"/>',
         f'  <option gravity="0 0 {-leg.gravity:.10g}" integrator="RK4" timestep="0.0005"/>',
         "  <worldbody>",
@@ -71,6 +73,9 @@ def _body(joint: Joint, height: float, fastest: float) -> list[str]:
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
         attributes.append(f'frictionloss="{friction["torque"]:.10g}"')
+    lost = sorted(set(joint.effects) - {"coulomb_friction"})
+    if lost:
+        note += f"  <!-- not in this model: {', '.join(lost)} -->"
     if joint.range is not None:
         ends = sorted(joint.sign * (angle - joint.zero) for angle in joint.range)
         attributes.append(f'range="{ends[0]:.10g} {ends[1]:.10g}"')
