@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from synth.files.trials import Trial
 
 EFFECTIVE = 50.0  # samples a trial and joint that count as independent, see Workbench
-RANKED = 12  # causes that are listed
+RANKED = 8  # causes that are listed
 
 
 @dataclass(frozen=True)

@@ -207,4 +207,4 @@ def _distance(a: _Predicted | None, b: _Predicted | None, at: _Predicted | None,
     # Woodbury: (1 + S C S')^-1 = 1 - S (C^-1 + S'S)^-1 S'
     inner = np.linalg.inv(covariance) + slopes.T @ slopes
     along = slopes.T @ apart
-    return float(max(apart @ apart - along @ np.linalg.solve(inner, along), 0.0))
+    return max(float(apart @ apart) - float(along @ np.linalg.solve(inner, along)), 0.0)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.fit.result import Estimate
 from synth.gap.counts import Coarse, rounded
@@ -20,6 +21,7 @@ from synth.model.leg import Array, Leg
 BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
 RESAMPLES = 500
 Key = tuple[str, str]
+Picks = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Gap:
         """1 - after/before of the RMS above the noise floor, quadratically subtracted; 0 where there is no gap."""
         return self._estimate(lambda pick: self._shrink(label, pick), "1")
 
-    def _shrink(self, label: str, pick: Array | None) -> float:
+    def _shrink(self, label: str, pick: Picks | None) -> float:
         floor = _rms(self.noise, self.counts, pick) ** 2
         before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
         after = _rms(self.squares[label], self.counts, pick) ** 2 - floor
@@ -65,20 +67,20 @@ class Gap:
             return 0.0
         return float(1.0 - np.sqrt(max(after, 0.0) / before))
 
-    def _estimate(self, figure: Callable[[Array | None], float], unit: str) -> Estimate:
+    def _estimate(self, figure: Callable[[Picks | None], float], unit: str) -> Estimate:
         generator = np.random.default_rng(self.seed)
         cells = self.counts.size
-        drawn = np.array([figure(generator.integers(0, cells, cells)) for _ in range(RESAMPLES)])
+        picks = generator.integers(0, cells, (RESAMPLES, cells))
+        drawn = np.array([figure(pick) for pick in picks])
         low, high = np.percentile(drawn, [5.0, 95.0])
         value = figure(None)
         return Estimate(value, unit, min(float(low), value), max(float(high), value))
 
 
-def _rms(squares: Array, counts: Array, pick: Array | None) -> float:
+def _rms(squares: Array, counts: Array, pick: Picks | None) -> float:
     total, number = squares.ravel(), counts.ravel()
     if pick is not None:
-        index = pick.astype(int)
-        total, number = total[index], number[index]
+        total, number = total[pick], number[pick]
     return float(np.sqrt(total.sum() / max(number.sum(), 1.0)))
 
 
@@ -161,9 +163,9 @@ def trial_gaps(
     for index, trial in enumerate(gap.trials):
         smoothed, found = trial.recording.smoothed, missing[index]
         nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
-        torque = np.full(trial.measured.shape, np.nan)
+        torque = np.full((len(trial.time), len(rest)), np.nan)
         inside = (trial.time >= found.time[0]) & (trial.time <= found.time[-1]) if len(found.time) else None
-        for j in range(torque.shape[1]):
+        for j in range(len(rest)):
             if inside is not None:
                 torque[inside, j] = nominal.sign[j] * np.interp(trial.time[inside], found.time, found.torque[:, j])
         measured = np.where(trial.counts, nominal.to_measured(trial.measured), np.nan)

@@ -126,14 +126,14 @@ class Predictor:
 
 
 def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
-    """What decides the chain's structure, and how it costs: structures, and memories joint by joint."""
-    return tuple(
-        sorted(
-            (candidate.effect.name, candidate.joint if candidate.effect.way == "structure" else -1)
-            for candidate in hypothesis
-            if candidate.effect.way == "structure" or candidate.effect.memory
-        )
-    ) + tuple((f"{c.shape.free} {c.shape.held}", c.joint) for c in hypothesis if c.effect.way == "structure")
+    """What legs that step together must have in common: structures, and memories joint by joint."""
+    found = set()
+    for candidate in hypothesis:
+        if candidate.effect.way == "structure":
+            found.add((f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint))
+        elif candidate.effect.memory:
+            found.add((candidate.effect.kin or candidate.effect.name, candidate.joint))
+    return tuple(sorted(found))
 
 
 def _packed(widths: Sequence[int]) -> list[list[int]]:

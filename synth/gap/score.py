@@ -64,7 +64,8 @@ def _one(bench: Workbench, fit: Fit, trial: GapTrial) -> tuple[Array, Array]:
             matrix = np.concatenate([slopes, below])
             if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(residual)):
                 break
-            step = -np.linalg.lstsq(matrix, residual, rcond=None)[0]
+            normal = matrix.T @ matrix
+            step = -np.linalg.solve(normal + 1e-12 * np.diag(np.diag(normal)), matrix.T @ residual)
         else:
             step = 0.5 * step
         state = best[2].copy()

@@ -15,6 +15,7 @@ from synth.model.leg import Array
 BASE_ROUNDS = 5
 SCREEN_ROUNDS = (2, 4)  # steps of all starts, then of each candidate's best shapes
 KEPT_SHAPES = 2
+PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 8  # single causes that get derivatives of their own
 ANCHORS = 4  # single causes that pairs are built on
 PAIRS = 8  # pairs that are tried, of those that promise most
@@ -94,7 +95,10 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], nominal: Fit) -> 
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
     chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
-    fits = bench.solve(chosen, nominal.frame, SCREEN_ROUNDS[1])
+    chosen.sort(key=lambda fit: fit.cost)
+    gained = PROMISING * (nominal.cost - chosen[0].cost) if chosen else 0.0
+    cut = max(LEAST_KEPT, sum(nominal.cost - fit.cost > gained for fit in chosen))
+    fits = [*bench.solve(chosen[:cut], nominal.frame, SCREEN_ROUNDS[1]), *chosen[cut:]]
     best: dict[tuple[str, str], Fit] = {}
     for fit in fits:
         if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
