@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from synth.files.trials import Trial
 
 LEAST_MOTION = np.radians(0.5)
+LOOSE = np.radians(2.0)  # a locked joint may give that much
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
     learnt = [k for k, trial in enumerate(trials) if not trial.held_out]
     _refuse_rest([trials[k].name for k in learnt], [seen[k] for k in learnt])
     return (
+        *_loose(leg, trials, made),
         *_still_trials(trials, seen, learnt),
         *_still_joints(leg, [seen[k] for k in learnt]),
         *_few(len(learnt) - len({later for later, _ in copies([made[k] for k in learnt])}), len(trials) - len(learnt)),
@@ -79,6 +81,20 @@ def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, Motion]]) -> Non
             text += f"{np.degrees(most.motion):.2g} deg RMS; release the leg from further away, or read it more finely"
         problems.append(Problem(text, name))
     raise UserError(problems)
+
+
+def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list[str]:
+    """Joints that are listed as locked and move all the same."""
+    found = []
+    for trial, recording in zip(trials, made, strict=True):
+        for j in recording.conditions.locked:
+            low, high = np.nanpercentile(trial.angles[:, j], [2.0, 98.0])
+            if high - low > max(LOOSE, 6.0 * recording.smoothed.noise[j]):
+                found.append(
+                    f"{trial.name}: {leg.joint_names[j]} is listed as locked and moves by "
+                    f"{np.degrees(high - low):.2g} deg; it is taken as held at its median"
+                )
+    return found
 
 
 def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, Motion]], learnt: Sequence[int]) -> list[str]:

@@ -70,8 +70,22 @@ def test_a_joint_that_never_moves_is_said() -> None:
 
 
 def test_a_joint_that_is_always_locked_is_said() -> None:
-    said = check_trials(LEG, [replace(trial(f"{k}.csv", 20.0, seed=k), locked=("ankle",)) for k in range(2)])
+    held = [with_angles(trial(f"{k}.csv", 20.0, seed=k), 2, np.full(len(TIME), 2.4)) for k in range(2)]
+    said = check_trials(LEG, [replace(one, locked=("ankle",)) for one in held])
     assert said == (f"{NAMES[2]}: locked in every trial that is not held out; nothing can be told of this joint",)
+
+
+def test_a_locked_joint_that_moves_is_said() -> None:
+    loose = replace(trial("a.csv", 20.0), locked=("hip",))
+    held = replace(with_angles(trial("b.csv", 20.0, seed=1), 0, np.full(len(TIME), np.radians(100.0))), locked=("hip",))
+    said = check_trials(LEG, [loose, held, trial("c.csv", 20.0, seed=2)])
+    assert len(said) == 1
+    assert said[0].startswith("a.csv: hip is listed as locked and moves by ")
+
+
+def test_two_copies_are_one_trial() -> None:
+    (said,) = check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 20.0)])
+    assert "one trial only to learn from" in said
 
 
 @pytest.mark.parametrize(("held_out", "words"), [(0, "on the trial itself"), (2, "on the trials held out")])
