@@ -1,6 +1,6 @@
 """What a leg may do beyond linear springs and dampers: one file an effect, found by looking, listed nowhere.
 
-Each module of this package but ``effect`` and ``compiled`` holds one ``EFFECT``. Others come from installed packages by
+Each module of this package but those in ``_NOT_EFFECTS`` holds one ``EFFECT``. Others come from installed packages by
 the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the user names.
 """
 
@@ -23,7 +23,7 @@ from synth.errors import Problem, UserError
 
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "effect_named", "load_file", "registered"]
 
-_NOT_EFFECTS = ("effect", "compiled")
+_NOT_EFFECTS = ("effect", "compiled", "along", "along_loop")
 _from_files: dict[str, Effect] = {}
 
 

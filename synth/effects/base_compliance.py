@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.effects.effect import Effect, Parameter, Shape, positive
+from synth.effects.effect import Effect, Parameter, Shape, stiff
 
 if TYPE_CHECKING:
     from synth.model.lanes import LegLanes
@@ -61,12 +61,12 @@ EFFECT = Effect(
     way="structure",
     where="base",
     parameters=(
-        Parameter("stiffness", "N/m", 0.0, positive(30.0, 1.5), meaning="against sliding sideways"),
-        Parameter("rocking_stiffness", "N*m/rad", 0.0, positive(30.0, 1.5), meaning="against rocking"),
+        Parameter("stiffness", "N/m", 0.0, stiff(30.0, 1000.0), meaning="against sliding sideways"),
+        Parameter("rocking_stiffness", "N*m/rad", 0.0, stiff(30.0, 1000.0), meaning="against rocking"),
     ),
     strengths=("stiffness", "rocking_stiffness"),
     shapes=(
-        Shape(("rocking_stiffness",), {}, ({"rocking_stiffness": 30.0},)),
-        Shape(("stiffness",), {}, ({"stiffness": 30.0},)),
+        Shape(("rocking_stiffness",), {}, ({"rocking_stiffness": 100.0},)),
+        Shape(("stiffness",), {}, ({"stiffness": 100.0},)),
     ),
 )

@@ -26,6 +26,7 @@ EFFECT = Effect(
     formula="-torque z (3 - z^2) / 2, dz/dt = w / presliding up to |z| = 1",
     source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
     way="torque",
+    linear=True,
     memory=True,
     kin="bristle",
     bound=1.0,

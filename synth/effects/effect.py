@@ -37,7 +37,9 @@ class Prior:
     """What is held possible of a parameter before any trial, in units of the joint's natural size of its dimension.
 
     Normal about ``centre`` with standard deviation ``width``, or with ``log`` log-normal about the median ``centre``
-    with ``width`` in natural logarithm; cut off at ``lower`` and ``upper``.
+    with ``width`` in natural logarithm; with ``inverse`` its reciprocal is normal about ``1 / centre`` (0 for an infinite
+    centre) with deviation ``width``: a compliance, whose effect is linear where it is small. Cut off at ``lower`` and
+    ``upper``.
     """
 
     centre: float
@@ -45,17 +47,27 @@ class Prior:
     log: bool = False
     lower: float = -np.inf
     upper: float = np.inf
+    inverse: bool = False
 
     def value(self, coordinate: Any) -> Any:
         """Natural value at a whitened coordinate (0 the centre, 1 one standard deviation above), cut off."""
         scaled = self.width * np.asarray(coordinate, dtype=float)
+        if self.inverse:
+            return np.clip(1.0 / np.maximum(1.0 / self.centre + scaled, 1.0 / self.upper), self.lower, self.upper)
         value = self.centre * np.exp(np.clip(scaled, -40, 40)) if self.log else self.centre + scaled
         return np.clip(value, self.lower, self.upper)
 
     def coordinate(self, value: Any) -> Any:
         """The inverse of ``value``."""
         value = np.asarray(value, dtype=float)
+        if self.inverse:
+            return (1.0 / value - 1.0 / self.centre) / self.width
         return np.log(value / self.centre) / self.width if self.log else (value - self.centre) / self.width
+
+
+def stiff(usual: float, upper: float) -> Prior:
+    """A stiffness that would be infinite in the nominal leg: half-normal in its reciprocal, up to ``upper``."""
+    return Prior(np.inf, 1.0 / usual, lower=0.5, upper=upper, inverse=True)
 
 
 def size(width: float) -> Prior:
@@ -112,7 +124,8 @@ class Effect:
 
     ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
     ``uses_load`` : the bearing force must be computed for it. ``bound`` : a memory beyond plus or minus this acts as if
-    it were there, and is put back there after each step.
+    it were there, and is put back there after each step. ``linear`` : its torque is a sum of its strengths, each times
+    what does not depend on any (see ``along.columns_along``).
     """
 
     name: str
@@ -127,6 +140,7 @@ class Effect:
     memory: bool = False
     bound: float = np.inf
     uses_load: bool = False
+    linear: bool = False
     kin: str = ""
     module: str = ""
 

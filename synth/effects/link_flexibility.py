@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.effects.effect import Effect, Parameter, Shape, positive
+from synth.effects.effect import Effect, Parameter, Shape, stiff
 
 if TYPE_CHECKING:
     from synth.model.lanes import LegLanes
@@ -62,12 +62,12 @@ EFFECT = Effect(
     source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
     way="structure",
     parameters=(
-        Parameter("stiffness", "N*m/rad", prior=positive(20.0, 1.5), meaning="of the bend"),
+        Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 500.0), meaning="of the bend"),
         Parameter("place", "1", 0.0, meaning="where it bends, share of the length; 0 is the coupling"),
     ),
     strengths=("stiffness",),
     shapes=(
-        Shape(("stiffness",), {"place": 0.0}, ({"stiffness": 20.0},)),
-        Shape(("stiffness",), {"place": 0.4}, ({"stiffness": 20.0},)),
+        Shape(("stiffness",), {"place": 0.0}, ({"stiffness": 100.0},)),
+        Shape(("stiffness",), {"place": 0.4}, ({"stiffness": 100.0},)),
     ),
 )

@@ -29,6 +29,7 @@ EFFECT = Effect(
     source="journal bearing: Shigley, Mechanical Engineering Design, ch. 12; gear: Duclusaud et al., BAM, "
     "arXiv 2410.08650, model M3",
     way="torque",
+    linear=True,
     memory=True,
     kin="bristle",
     bound=1.0,

@@ -20,6 +20,7 @@ EFFECT = Effect(
     formula="-coefficient |w|^(exponent - 1) w, w in rad/s",
     source="Newton's drag law; Hoerner, Fluid-Dynamic Drag (1965), ch. 1",
     way="torque",
+    linear=True,
     parameters=(
         Parameter("coefficient", "N*m*s^2/rad^2", prior=size(0.2), meaning="torque at 1 rad/s"),
         Parameter("exponent", "1", 2.0, Prior(2.1, 0.4, lower=1.5, upper=3.5), off=2.0, natural=False),

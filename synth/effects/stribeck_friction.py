@@ -44,6 +44,7 @@ EFFECT = Effect(
     formula="-s torque (1 - fall + fall exp(-(w/speed)^2)), s = z (3 - z^2) / 2 as for dry friction",
     source="Stribeck 1902; Armstrong-Helouvry, Dupont & Canudas de Wit, Automatica 30 (1994) 1083, eq. 5",
     way="torque",
+    linear=True,
     memory=True,
     kin="bristle",
     bound=1.0,

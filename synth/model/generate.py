@@ -168,7 +168,8 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
     """Source of ``extra_torques(workspace, n, active)``: damper curves and effects, a lane loop each.
 
     ``active``: (1 + n_law,) int64, curves first, then ``layout.laws``; zero skips the loop, so what is off costs
-    nothing. ``imports`` : law's name -> module that holds its compiled ``torque(rotation, rate, deflection,
+    nothing; a negative first entry: the dampers' torques are given in their rows.
+    ``imports`` : law's name -> module that holds its compiled ``torque(rotation, rate, deflection,
     spring_rate, damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and
     the memory's rate of change. The block is generic in n at run time, so one compilation serves every leg.
     """
@@ -180,8 +181,11 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         "for j in range(n):",
         f"    for l in range({LANES}):",
         f"        Z[{torque} + j, l] = 0.0",
-        f"        Z[{damping} + j, l] = Z[{row('damper_rate')} + j, l] * Z[{w} + j, l]",
-        "if active[0] != 0:",
+        "if active[0] >= 0:",
+        "    for j in range(n):",
+        f"        for l in range({LANES}):",
+        f"            Z[{damping} + j, l] = Z[{row('damper_rate')} + j, l] * Z[{w} + j, l]",
+        "if active[0] > 0:",
         "    for j in range(n):",
         f"        for m in range({CURVE_POINTS}):",
         f"            s = {speed} + j * {CURVE_POINTS} + m",

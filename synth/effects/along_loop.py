@@ -1,0 +1,44 @@
+"""The compiled loop of ``along``, loaded from there as generated code is."""
+
+from __future__ import annotations
+
+from numba import float64, int64, njit, types
+
+from synth.model.layout import LANES
+
+_extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
+_signature = types.void(
+    _extra, float64[:, ::1], int64[::1], int64[::1], int64, int64, int64, float64, float64[::1], float64[:, :, ::1],
+    int64[::1], float64[:, ::1],
+)  # fmt: skip
+
+
+@njit(_signature, error_model="numpy", nogil=True, cache=True)
+def along(extra, Z, active, rows, torque, memory, change, bound, time, inputs, steps, out):  # type: ignore[no-untyped-def]
+    """Fill ``out`` (n_time, 16) with the torque along the motion; ``steps`` (n_time,) of the memory up to each sample.
+
+    ``inputs`` (n_time, n_input, 16) belong into ``rows``; ``memory`` and ``change`` are rows, -1 for none.
+    """
+    before = [0.0] * LANES
+    for i in range(len(time)):
+        for s in range(steps[i]):
+            step = (time[i] - time[i - 1]) / steps[i]
+            for half in range(2):
+                share = (s + 0.5 * half) / steps[i]
+                for k in range(len(rows)):
+                    for lane in range(LANES):
+                        Z[rows[k], lane] = (1.0 - share) * inputs[i - 1, k, lane] + share * inputs[i, k, lane]
+                extra(Z, 1, active)
+                for lane in range(LANES):
+                    if half == 0:
+                        before[lane] = Z[memory, lane]
+                        Z[memory, lane] += 0.5 * step * Z[change, lane]
+                    else:
+                        reached = before[lane] + step * Z[change, lane]
+                        Z[memory, lane] = max(-bound, min(bound, reached))
+        for k in range(len(rows)):
+            for lane in range(LANES):
+                Z[rows[k], lane] = inputs[i, k, lane]
+        extra(Z, 1, active)
+        for lane in range(LANES):
+            out[i, lane] = Z[torque, lane]
