@@ -37,7 +37,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     shown = extremes(list(rms), rms)
     joints = mapping(gap, "joints")
     return {
-        "steps": [{"key": key, "name": name, "what": what, "rms": gap.get(key)} for key, name, what in STEPS],
+        "steps": _steps(gap, str(result.content.get("verdict"))),
         "figure": _bars(gap),
         "shrink": gap.get("shrink"),
         "of_best": gap.get("shrink_of_best"),
@@ -51,6 +51,18 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "tied": result.content.get("verdict") == "tie",
         "explained": bool(sequence(result.content, "explanation")),
     }  # fmt: skip
+
+
+def _steps(gap: Json, verdict: str) -> list[Json]:
+    """Rows of the table; without an accepted explanation, what stands under ``after``."""
+    others = {
+        "none": "the same: nothing is missing",
+        "unknown": "with the explanation that comes nearest, not accepted",
+    }
+    return [
+        {"key": key, "name": name, "what": others.get(verdict, what) if key == "after" else what, "rms": gap.get(key)}
+        for key, name, what in STEPS
+    ]
 
 
 def _worst(trial: Mapping[str, Any]) -> float:

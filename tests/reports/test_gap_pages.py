@@ -173,6 +173,7 @@ def test_every_verdict_has_its_page(written: Folder, verdict: str, words: str) -
     assert words in page.text
     assert ("No explanation was accepted" in page.text) == (verdict in ("none", "unknown"))
     assert ("The likeliest of the explanations that tie" in page.text) == (verdict == "tie")
+    assert ("that comes nearest, not accepted" in page.text) == (verdict == "unknown")
     assert "none: nothing is missing" in page.text
     assert "unknown: not in the library" in page.text
 

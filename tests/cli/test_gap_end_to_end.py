@@ -1,0 +1,151 @@
+"""``synth gap`` with the diagnosis itself: a pendulum with dry friction that its design lacks, and the example."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.cli import main
+from synth.files.leg import read_leg, write_leg
+from synth.model.chain import simulate
+from synth.model.leg import Damper, Joint, Leg, Link, Spring
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
+Json = dict[str, Any]
+
+LINK = Link(0.3, 0.5, 0.15, 0.004)
+NOMINAL = Leg("pendulum", (Joint("hinge", LINK, spring=Spring(1.0, 0.1), damper=Damper(0.01)),))
+FRICTION = 0.03  # N m
+TIME = np.arange(301) * 0.01
+RELEASES = {"a": 0.5, "b": -0.35, "c": 0.25, "check": 0.65}  # rad from the free angle
+
+
+@pytest.fixture
+def pendulum(tmp_path: Path) -> Callable[..., Path]:
+    """A maker of projects: what the built pendulum did, and the text of the project file behind its leg."""
+
+    def made(name: str = "project", text: str = "", copies: dict[str, str] | None = None) -> Path:
+        folder = tmp_path / name
+        (folder / "trials").mkdir(parents=True)
+        write_leg(NOMINAL, folder / "nominal.leg.yaml")
+        built = NOMINAL.with_joints(hinge={"effects": {"coulomb_friction": {"torque": FRICTION}}})
+        generator = np.random.default_rng(8)
+        for trial, away in RELEASES.items():
+            angle = np.degrees(simulate(built, [0.1 + away], [0.0], TIME)[:, 0]) + generator.normal(0.0, 0.1, len(TIME))
+            rows = [f"{t:.2f},{a:.4f}" for t, a in zip(TIME, angle, strict=True)]
+            (folder / "trials" / f"{trial}.csv").write_text("\n".join(["time [s],hinge [deg]", *rows, ""]))
+        for copy, original in (copies or {}).items():
+            shutil.copy(folder / "trials" / f"{original}.csv", folder / "trials" / f"{copy}.csv")
+        text = text or "trials: [trials/[a-c].csv, {file: trials/check.csv, held_out: true}]\n".replace(
+            "trials/[a-c].csv", '"trials/[a-c].csv"'
+        )
+        (folder / "gap.yaml").write_text(f"kind: gap\nleg: nominal.leg.yaml\n{text}")
+        return folder
+
+    return made
+
+
+def run(folder: Path) -> Json:
+    """Run and give ``gap.json``."""
+    assert main(["-q", "gap", str(folder / "gap.yaml"), "--out", str(folder / "out")]) == 0
+    found: Json = json.loads((folder / "out" / "gap.json").read_text())
+    assert (folder / "out" / "report.html").is_file()
+    read_leg(folder / "out" / "diagnosed.leg.yaml")
+    return found
+
+
+def numbers_of(gap: Json) -> Json:
+    """The diagnosis without what names the input."""
+    return {
+        key: gap[key] for key in ("verdict", "sentence", "explanation", "ranked", "gap", "where", "next_experiment")
+    }
+
+
+def test_the_friction_is_found_and_the_same_again(pendulum: Callable[..., Path]) -> None:
+    gap = run(pendulum())
+    assert gap["verdict"] in ("effect", "tie")
+    assert (gap["explanation"][0]["effect"], gap["explanation"][0]["joint"]) == ("coulomb_friction", "hinge")
+    assert gap["explanation"][0]["parameters"]["torque"]["value"] == pytest.approx(FRICTION, rel=0.1)
+    assert gap["gap"]["after"]["value"] < 0.3 * gap["gap"]["before"]["value"]
+    assert gap["warnings"] == []
+    assert numbers_of(run(pendulum("again"))) == numbers_of(gap)
+
+
+def test_identical_copies_do_not_count_twice(pendulum: Callable[..., Path]) -> None:
+    given = 'trials: ["trials/*.csv"]\n'
+    once = run(pendulum("once", given))
+    thrice = run(pendulum("thrice", given, {"e": "a", "f": "a"}))
+    assert numbers_of(thrice) == numbers_of(once)
+    said = " ".join(thrice["warnings"])
+    assert "trials/e.csv is a copy of trials/a.csv" in said
+    assert "trials/f.csv is a copy of trials/" in said
+
+
+def test_a_held_out_copy_of_a_given_trial_is_not_unseen(pendulum: Callable[..., Path]) -> None:
+    text = 'trials: ["trials/[a-c].csv", {file: trials/z.csv, held_out: true}]\n'
+    gap = run(pendulum("copied", text, {"z": "a"}))
+    assert "trials/z.csv" not in gap["gap"]["scored_on"]
+    assert any("trials/z.csv is a copy of trials/a.csv" in warning for warning in gap["warnings"])
+
+
+def test_one_trial_is_enough_and_its_limits_are_said(pendulum: Callable[..., Path]) -> None:
+    gap = run(pendulum("one", "trials: [trials/a.csv]\n"))
+    assert gap["gap"]["scored_on"] == ["trials/a.csv"]
+    assert any(warning.startswith("one trial only to learn from") for warning in gap["warnings"])
+
+
+def test_a_leg_known_exactly(pendulum: Callable[..., Path]) -> None:
+    zero = "length: 0 %, mass: 0 %, com: 0 %, inertia: 0 %, spring: 0 %, damper: 0 %, free_angle: 0 deg"
+    text = f'trials: ["trials/[a-c].csv", {{file: trials/check.csv, held_out: true}}]\ntolerance: {{{zero}}}\n'
+    gap = run(pendulum("exact", text))
+    assert gap["explanation"][0]["effect"] == "coulomb_friction"
+    assert gap["gap"]["as_designed"] == gap["gap"]["before"]
+
+
+def test_a_known_torque_is_no_gap(pendulum: Callable[..., Path]) -> None:
+    """A recorded torque is applied: a trial that it drove is explained by it."""
+    folder = pendulum("driven", "trials: [trials/driven.csv, trials/driven_2.csv]\n")
+    torque = 0.05 * np.sin(4.0 * TIME)
+    generator = np.random.default_rng(1)
+    for name, away in (("driven", 0.4), ("driven_2", -0.3)):
+        motion = simulate(NOMINAL, [0.1 + away], [0.0], TIME, known_torque=(TIME, torque[:, None]))
+        angle = np.degrees(motion[:, 0]) + generator.normal(0.0, 0.1, len(TIME))
+        rows = [f"{t:.2f},{a:.4f},{u:.6f}" for t, a, u in zip(TIME, angle, torque, strict=True)]
+        text = "\n".join(["time [s],hinge [deg],hinge torque [N*m]", *rows, ""])
+        (folder / "trials" / f"{name}.csv").write_text(text)
+    gap = run(folder)
+    assert gap["verdict"] == "none"
+    assert gap["gap"]["before"]["value"] == pytest.approx(0.1, rel=0.15)
+    assert any("applied as known torques" in warning for warning in gap["warnings"])
+
+
+def test_a_scored_trial_with_a_locked_joint(tmp_path: Path) -> None:
+    """Its cells are empty, and the rest of it counts."""
+    shutil.copytree(EXAMPLE, tmp_path / "project")
+    text = (EXAMPLE / "gap.yaml").read_text()
+    project = tmp_path / "project" / "gap.yaml"
+    project.write_text(text.replace("locked: [hip]}", "locked: [hip], held_out: true}"))
+    gap = run(tmp_path / "project")
+    assert "trials/locked_hip.csv" in gap["gap"]["scored_on"]
+    lines = (tmp_path / "project" / "out" / "predicted" / "locked_hip.csv").read_text().splitlines()
+    header, first = lines[0].split(","), lines[1].split(",")
+    assert first[header.index("hip measured [deg]")] == ""
+    assert first[header.index("knee measured [deg]")] != ""
+    (trial,) = (trial for trial in gap["trials"] if trial["file"] == "trials/locked_hip.csv")
+    assert set(trial["rms"]) == {"knee", "ankle"}
+
+
+def test_the_example_names_the_friction_at_the_knee(tmp_path: Path) -> None:
+    shutil.copytree(EXAMPLE, tmp_path / "project")
+    gap = run(tmp_path / "project")
+    truth = json.loads((EXAMPLE / "truth.json").read_text())["coulomb_friction"]
+    (cause,) = gap["explanation"]
+    assert (cause["effect"], cause["joint"]) == ("coulomb_friction", truth["joint"])
+    assert cause["parameters"]["torque"]["value"] == pytest.approx(truth["torque"]["value"], rel=0.1)
+    assert gap["gap"]["shrink"]["value"] > 0.9
