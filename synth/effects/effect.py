@@ -37,9 +37,9 @@ class Prior:
     """What is held possible of a parameter before any trial, in units of the joint's natural size of its dimension.
 
     Normal about ``centre`` with standard deviation ``width``, or with ``log`` log-normal about the median ``centre``
-    with ``width`` in natural logarithm; with ``inverse`` its reciprocal is normal about ``1 / centre`` (0 for an infinite
-    centre) with deviation ``width``: a compliance, whose effect is linear where it is small. Cut off at ``lower`` and
-    ``upper``.
+    with ``width`` in natural logarithm; with ``inverse`` its reciprocal is normal about ``1 / centre`` (0 for an
+    infinite centre) with deviation ``width``: a compliance, whose effect is linear where it is small. Cut off at
+    ``lower`` and ``upper``.
     """
 
     centre: float
@@ -63,6 +63,17 @@ class Prior:
         if self.inverse:
             return (1.0 / value - 1.0 / self.centre) / self.width
         return np.log(value / self.centre) / self.width if self.log else (value - self.centre) / self.width
+
+
+    def span(self, most: float) -> tuple[float, float]:
+        """Least and greatest whitened coordinate, at most ``most`` deviations off, between the bounds."""
+        ends = []
+        for bound, open_end in ((self.lower, -np.inf), (self.upper, np.inf)):
+            closed = np.isfinite(bound) and not ((self.log or self.inverse) and bound <= 0.0)
+            ends.append(float(self.coordinate(bound)) if closed else open_end)
+        if self.inverse:
+            ends.reverse()
+        return max(ends[0], -most), min(ends[1], most)
 
 
 def stiff(usual: float, upper: float) -> Prior:

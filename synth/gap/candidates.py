@@ -12,17 +12,19 @@ from synth.effects import Effect, Shape, registered
 from synth.gap.data import GapTrial
 from synth.model.layout import MOST_LINKS
 from synth.model.leg import Array, Leg
+from synth.model.mechanics import coefficients
 
 SMALL = 0.05  # of its prior's width: where a strength starts
+STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a strength, a shape may go
 
 
 @dataclass(frozen=True)
 class Scales:
     """A joint's natural sizes, from its motion: by them a prior fits a flea's leg and an elephant's.
 
-    ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m of the spring at that angle; ``force``
-    N the leg's weight; ``length`` (n,) m of the link; ``middle`` (n,) rad of the motion's range, ``half`` (n,) its half
-    width, both in the sense of q.
+    ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m of spring and gravity at that angle;
+    ``force`` N the leg's weight; ``length`` (n,) m of the link; ``middle`` (n,) rad of the motion's range, ``half``
+    (n,) its half width, both in the sense of q.
     """
 
     angle: Array
@@ -65,10 +67,11 @@ def scales(leg: Leg, trials: Sequence[GapTrial]) -> Scales:
     low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
     rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
     rate = np.array([j.spring.rate if j.spring else 0.0 for j in leg.joints])
+    hanging = np.cumsum(coefficients(leg).gravity[::-1])[::-1]  # what gravity adds to the springs' stiffness
     angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), 0.02)
     weight = leg.gravity * sum(j.link.mass for j in leg.joints)
     length = np.array([j.link.length for j in leg.joints])
-    torque = np.maximum(rate * angle, 1e-3 * weight * length + 1e-12)
+    torque = (rate + hanging) * angle + 1e-12
     half = np.maximum(0.5 * (high - low), 0.01)
     return Scales(angle, np.maximum(speed, 0.1), torque, weight, length, 0.5 * (low + high), half)
 
@@ -141,16 +144,12 @@ class Candidate:
 
     def bounds(self) -> tuple[Array, Array]:
         """Whitened least and greatest values (size,); strengths may not change sign where their prior has one."""
-        low, high = np.full(self.size, -6.0), np.full(self.size, 6.0)
+        low, high = np.empty(self.size), np.empty(self.size)
         for k, name in enumerate(self.shape.free):
             prior = self.effect.parameters[self.effect.index(name)].prior
             assert prior is not None
-            wide = 40.0 if name in self.effect.strengths and not prior.log else 6.0
-            low[k], high[k] = -wide, wide
-            if prior.lower > (0.0 if prior.log else -np.inf):
-                low[k] = max(low[k], float(prior.coordinate(prior.lower)))
-            if np.isfinite(prior.upper):
-                high[k] = min(high[k], float(prior.coordinate(prior.upper)))
+            strength = name in self.effect.strengths and not prior.log
+            low[k], high[k] = prior.span(STRONGEST if strength else FARTHEST)
         return low, high
 
 
