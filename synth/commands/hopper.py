@@ -17,13 +17,21 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("file", help="project file, kind: hopper-design")
+    parser.add_argument("file", nargs="?", help="project file, kind: hopper-design")
+    parser.add_argument("--truth", action="store_true", help="no file: hold the models against the published leg")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder to write, whole or not at all")
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Sweep, choose, write."""
+    from synth.errors import UserError
+
+    if arguments.truth == (arguments.file is not None):
+        raise UserError("synth hopper takes a project file, or --truth and none: the published leg has its own numbers")
+    if arguments.truth:
+        _truth(arguments, progress)
+        return 0
     from synth.files.hopper_project import read_hopper_project
     from synth.hopper.study import sweep_problem
     from synth.parts.catalog import Catalogue
@@ -77,8 +85,25 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
 
 
 def _report(found: Any, folder: Path) -> None:
+    from reports.hopper import write_hopper_report
     from synth.files.output import write_json
     from synth.hopper.write import hopper_json
 
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     write_json(folder / "hopper.json", hopper_json(found, files, folder))
+    write_hopper_report(folder)
+
+
+def _truth(arguments: argparse.Namespace, progress: Progress) -> None:
+    """The models against what was published, on a page of its own."""
+    from reports.hopper import write_truth_report
+    from synth.files.output import output_folder, write_json
+    from synth.hopper.truth import truth_json
+    from synth.parts.catalog import Catalogue
+
+    with output_folder(arguments.out) as folder:
+        with progress.stage("simulating the published leg and its neighbours by every model"):
+            write_json(folder / "truth.json", truth_json(Catalogue.load()))
+        with progress.stage("writing the page"):
+            write_truth_report(folder)
+    progress.say(f"page: {Path(arguments.out) / 'report.html'}")

@@ -54,6 +54,7 @@ class LegSection:
     crouch: Annotated[
         Angle, Because("upper link 0.89 rad below level, the start of the lab's simulation; not published")
     ] = pi / 2 - 0.89
+    crouch_lower: Annotated[float | None, Quantity("rad", above=0, most=pi / 2)] = None
     extended: Annotated[
         float, Quantity("rad", least=-pi, most=pi), Because("an assumption: the leg's stop, short of the straight leg")
     ] = radians(10.0)
@@ -302,7 +303,9 @@ def _leg(leg: LegSection, laminate: LaminateSection, flexures: FlexureSection, s
 
 def _check_pose(reader: ProjectReader, leg: HopperLeg, swept: Sequence[float]) -> None:
     """Refuse a leg none of whose lengths can be in the crouch, that crosses, or that ends before it starts."""
-    if leg.extended >= leg.crouch:
+    if leg.crouch_lower is not None and ("leg", "crouch") in reader.document.lines:
+        reader.refuse("crouch and crouch_lower are both given; keep one", ("leg", "crouch_lower"))
+    if leg.crouch_lower is None and leg.extended >= leg.crouch:
         text = f"{degrees(leg.extended):.1f} deg is not less than the crouch of {degrees(leg.crouch):.1f} deg"
         reader.refuse(f"{text}: the leg would be extended before it starts", ("leg", "extended"))
         return

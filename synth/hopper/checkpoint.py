@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.hopper.models import Array
+from synth.hopper.leg import Array
 
 MANIFEST = "sweep.json"
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from synth.hopper import generate
 from synth.hopper.layout import LANES, LAYOUTS, JumpLayout
-from synth.hopper.leg import Contact, HopperLeg, Motor
-from synth.hopper.models import Array, Model, lane
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor
+from synth.hopper.models import Model, lane
 from synth.model.generate import load
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper

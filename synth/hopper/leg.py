@@ -11,6 +11,11 @@ from dataclasses import dataclass, field, replace
 from math import asin, cos, pi, sin, sqrt
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
 Bending = Literal["none", "upper", "all"]
 
 # Pseudo-rigid-body constants of a cantilever with an end force: Howell, Compliant Mechanisms, 2001, table 5.1; the lab
@@ -140,7 +145,8 @@ class HopperLeg:
     bending: Bending = "upper"
     laminate: Laminate = field(default_factory=Laminate)
     flexures: Flexures = field(default_factory=Flexures)
-    crouch: float = pi / 2 - 0.89
+    crouch: float = pi / 2 - 0.89  # of the upper link
+    crouch_lower: float | None = None  # of the lower link, in its place: legs of all lengths fold alike
     extended: float = 10.0 * pi / 180.0
     stop_rate: float = 20.0  # N m/rad
     stop_dissipation: float = 0.5  # s/rad
@@ -163,6 +169,18 @@ class HopperLeg:
     def with_length(self, length: float) -> HopperLeg:
         """The same leg with upper links of this length (m); lower ones keep their ratio."""
         return replace(self, length=length)
+
+    def crouch_angle(self, length: Array) -> Array:
+        """Upper link's angle in the crouch (rad) for these lengths (m); nan where the lower link's cannot be had."""
+        if self.crouch_lower is None:
+            return np.full_like(length, self.crouch)
+        share = self.lower_ratio * np.sin(self.crouch_lower) - 0.5 * self.hip_spacing / length
+        return np.asarray(np.arcsin(np.where(np.abs(share) < 1.0, share, np.nan)))
+
+    @property
+    def start(self) -> float:
+        """Upper link's angle in the crouch at this length, rad."""
+        return float(self.crouch_angle(np.array([self.length]))[0])
 
     def lower_angle(self, upper: float) -> float:
         """Lower link's angle b (rad) at an upper link's angle a by the closure.
@@ -201,15 +219,16 @@ class HopperLeg:
             found.append("the hips are a negative distance apart")
         if self.lower_length <= 0.5 * self.hip_spacing:
             return [*found, "the lower links are too short to meet under hips so far apart"]
-        if self.crouch >= self.largest_crouch:
-            text = f"the crouch of {self.crouch * degrees:.1f} deg cannot be reached: the lower links are level,"
+        start = self.start
+        if not start < self.largest_crouch:
+            text = f"the crouch of {start * degrees:.1f} deg cannot be reached: the lower links are level,"
             found.append(f"{text} and lock, at {self.largest_crouch * degrees:.1f} deg")
-        elif self.lower_angle(self.crouch) > 80.0 / degrees:
-            angle = self.lower_angle(self.crouch) * degrees
+        elif self.lower_angle(start) > 80.0 / degrees:
+            angle = self.lower_angle(start) * degrees
             found.append(
                 f"in the crouch the lower links lie {angle:.1f} deg from straight down: above 80 deg they lock"
             )
-        if self.extended >= self.crouch:
+        if self.extended >= start:
             found.append("the leg is extended before it starts: extended must be less than crouch")
         knee = 0.5 * self.hip_spacing + self.length * sin(self.extended)
         if knee <= 0.0:

@@ -25,9 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.hopper.layout import LAYOUTS, JumpLayout
-from synth.hopper.leg import Contact, HopperLeg, Motor
-
-Array = NDArray[np.float64]
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 
 LOCKED = 80.0 * np.pi / 180.0  # lower links flatter than this in the crouch lock
 REVERSE_SPEED = 0.05  # rad/s at the output
@@ -86,18 +84,20 @@ def lanes(leg: HopperLeg, motor: Motor, contact: Contact, model: Model, length: 
     z[layout.row("stop")] = leg.extended
     z[layout.row("stop_rate")] = leg.stop_rate
     z[layout.row("stop_dissipation")] = leg.stop_dissipation
-    b = np.arcsin((0.5 * leg.hip_spacing + length * np.sin(leg.crouch)) / lower)
-    z[layout.block("angle")][: layout.knee] = leg.crouch
+    a = leg.crouch_angle(length)
+    b = np.arcsin((0.5 * leg.hip_spacing + length * np.sin(a)) / lower)
+    z[layout.block("angle")][: layout.knee] = a
     z[layout.block("angle")][layout.knee :] = -b
     sag = mass * leg.gravity / contact.stiffness
-    z[layout.row("height")] = length * np.cos(leg.crouch) + lower * np.cos(b) - sag
+    z[layout.row("height")] = length * np.cos(a) + lower * np.cos(b) - sag
     return z
 
 
 def in_reach(leg: HopperLeg, length: Array) -> NDArray[np.bool_]:
     """Lengths whose lower links reach the foot in the crouch and do not lock there."""
-    share = (0.5 * leg.hip_spacing + length * np.sin(leg.crouch)) / (length * leg.lower_ratio)
-    return np.asarray(share < np.sin(LOCKED))
+    a = leg.crouch_angle(length)
+    share = (0.5 * leg.hip_spacing + length * np.sin(a)) / (length * leg.lower_ratio)
+    return np.asarray((share < np.sin(LOCKED)) & (a > leg.extended))
 
 
 def _geometry(z: Array, layout: JumpLayout, leg: HopperLeg, motor: Motor, length: Array, lower: Array) -> Array:

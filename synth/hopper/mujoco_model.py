@@ -19,8 +19,8 @@ import numpy as np
 
 from synth.errors import UserError
 from synth.hopper.jump import FALL, LIMITS, Outcome
-from synth.hopper.leg import Contact, HopperLeg, Motor, segments
-from synth.hopper.models import Array, Model, lane, layout_of
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor, segments
+from synth.hopper.models import Model, lane, layout_of
 
 Ground = Literal["same", "own"]
 STEP = 5e-5  # s; half of it changes the clearance by less than 0.1 mm
@@ -151,7 +151,7 @@ def mujoco_jump(
     angles = z[layout.block("angle")]
     relative = np.diff(angles, prepend=0.0)
     n = layout.n
-    data.qpos[0] = z[layout.row("height")] if height is None else leg.height(leg.crouch) + height
+    data.qpos[0] = z[layout.row("height")] if height is None else leg.height(leg.start) + height
     data.qpos[1 : 1 + n], data.qpos[1 + n :] = relative, -relative
     rows: list[tuple[float, ...]] = []
     gap = 0.0
@@ -183,6 +183,9 @@ def mujoco_jump(
                 break
             if data.qpos[0] <= 0.0:
                 status = 3.0
+                break
+            if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
+                status = 4.0
                 break
             mujoco.mj_step(model_, data)
     trace = np.array(rows)
@@ -239,8 +242,11 @@ def _passive(mujoco: Any, model: Any, leg: HopperLeg, contact: Contact, n: int, 
                 along = 0.5 * (jacobian[2] + other[2])
                 data.qfrc_passive[:] += along * _linear_ground(contact, height, float(along @ data.qvel))
 
+    warned = mujoco.get_mju_user_warning()
     mujoco.set_mjcb_passive(add)
+    mujoco.set_mju_user_warning(lambda _: None)  # else it writes a log into the current folder; see the status
     try:
         yield
     finally:
         mujoco.set_mjcb_passive(None)
+        mujoco.set_mju_user_warning(warned)

@@ -25,8 +25,8 @@ import numpy as np
 from numba import njit
 
 from synth.hopper.jump import DURATION, FALL, LIMITS, TOLERANCE, Outcome
-from synth.hopper.leg import Contact, HopperLeg, Motor, segments
-from synth.hopper.models import Array, Model, lane, layout_of
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor, segments
+from synth.hopper.models import Model, lane, layout_of
 
 BAUMGARTE = 300.0  # 1/s
 _options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "cache": True}

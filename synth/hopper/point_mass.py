@@ -12,11 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
-from synth.hopper.leg import HopperLeg, Motor
-from synth.hopper.models import Array
+from synth.hopper.leg import Array, HopperLeg, Motor
 
-STEP = 5e-5  # s, of Runge and Kutta's fourth order
-LONGEST = 2.0  # s
+STEP = 2e-4  # s, of Runge and Kutta's fourth order
+LONGEST = 0.6  # s, longer than any push that lifts
 
 
 def point_mass_outcomes(leg: HopperLeg, motor: Motor, length: Array) -> Array:
@@ -27,7 +26,7 @@ def point_mass_outcomes(leg: HopperLeg, motor: Motor, length: Array) -> Array:
     links = 2 * leg.laminate.mass_per_length * length * (1.0 + leg.lower_ratio)
     mass = leg.structure_mass + 2 * motor.mass + leg.foot_mass + links
     top = length * np.cos(leg.extended)
-    y, v = length * np.cos(leg.crouch), np.zeros_like(length)
+    y, v = length * np.cos(leg.crouch_angle(length)), np.zeros_like(length)
     time, energy = np.zeros_like(length), np.zeros_like(length)
     start = y.copy()
 

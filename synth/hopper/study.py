@@ -14,8 +14,8 @@ from synth.files.hopper_project import MOST_INTERVALS, HopperProject, motor_prob
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.integrator import LANDED_AGAIN
 from synth.hopper.jump import Outcome, compiled_jump, outcome_of, simulate
-from synth.hopper.leg import HopperLeg, Motor
-from synth.hopper.models import MODELS, Array, in_reach, lane
+from synth.hopper.leg import Array, HopperLeg, Motor
+from synth.hopper.models import MODELS, in_reach, lane
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
 from synth.hopper.planar import planar_jump
 from synth.hopper.point_mass import point_mass_outcomes

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES
 from synth.hopper.jump import LIMITS, compiled_jump
-from synth.hopper.leg import Contact, HopperLeg, Motor
-from synth.hopper.models import Array, Model, in_reach, lanes
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor
+from synth.hopper.models import Model, in_reach, lanes
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.tolerance import Tolerances, groups, intervals
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.hopper.layout import LANES
-from synth.hopper.leg import Contact, HopperLeg, Motor
-from synth.hopper.models import Array, Model, in_reach, lanes
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor
+from synth.hopper.models import Model, in_reach, lanes
 from synth.hopper.motors import with_speed, with_torque
 
 UNIFORM = 0.9
@@ -49,7 +49,7 @@ def copies(leg: HopperLeg, motor: Motor, tolerances: Tolerances) -> list[tuple[H
     found = [(leg, motor)]
     for sign in (-1.0, 1.0):
         flexures = replace(leg.flexures, damping=leg.flexures.damping * (1.0 + sign * t.joint_damping))
-        crouch = leg.crouch + sign * t.crouch
+        lower = None if leg.crouch_lower is None else leg.crouch_lower + sign * t.crouch
         mass = leg.structure_mass + sign * t.mass * (leg.structure_mass + 2 * motor.mass)
         found += [
             (leg, with_speed(motor, 1.0 + sign * UNIFORM * t.speed)),
@@ -58,7 +58,7 @@ def copies(leg: HopperLeg, motor: Motor, tolerances: Tolerances) -> list[tuple[H
             (leg, replace(motor, rotor_inertia=motor.rotor_inertia * (1.0 + t.rotor_inertia) ** sign)),
             (replace(leg, structure_mass=mass), motor),
             (replace(leg, flexures=flexures), motor),
-            (replace(leg, crouch=crouch), motor),
+            (replace(leg, crouch=leg.crouch + sign * t.crouch, crouch_lower=lower), motor),
         ]
     return found
 

@@ -14,8 +14,8 @@ from synth.files.output import sha256_file, write_csv
 from synth.hopper.integrator import LANDED_AGAIN
 from synth.hopper.jump import Outcome
 from synth.hopper.layout import LAYOUTS
-from synth.hopper.leg import Motor
-from synth.hopper.models import MODELS, Array
+from synth.hopper.leg import Array, Motor
+from synth.hopper.models import MODELS
 from synth.hopper.study import Study, warnings_of
 from synth.units import quantity
 
@@ -199,8 +199,8 @@ def _best(found: Study, index: int) -> dict[str, Any]:
             "total_mass": quantity(leg.total_mass(motor), "g"),
             "beam_rate": quantity(leg.laminate.beam_rate(leg.length), "N*m/rad"),
             "flexure_rate": quantity(leg.flexures.rate, "N*m/rad"),
-            "crouch": quantity(leg.crouch, "deg"),
-            "crouch_lower_link": quantity(leg.lower_angle(leg.crouch), "deg"),
+            "crouch": quantity(leg.start, "deg"),
+            "crouch_lower_link": quantity(leg.lower_angle(leg.start), "deg"),
             "extended": quantity(leg.extended, "deg"),
         },
     }

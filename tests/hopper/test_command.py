@@ -188,3 +188,14 @@ def test_a_killed_sweep_goes_on_to_the_same_bytes_and_refuses_another_project(tm
     assert not kept.exists()
     for name in ("designs.csv", "hopper.json", "jump.csv"):
         assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+def test_the_report_shows_every_part_of_the_study(result: Path, found: dict) -> None:  # type: ignore[type-arg]
+    page = (result / "report.html").read_text()
+    for title in ("The chosen leg", "Clearance over ratio and length", "Models side by side", "The jump",
+                  "How each number is computed"):  # fmt: skip
+        assert f"</span> {title}</h2>" in page
+    assert page.count("<svg") == 3 + 6
+    assert "one ratio less" in page
+    assert found["best"]["motor"] in page
+    assert "gearbox" in page.split("Warnings</h2>")[1].split("</ul>")[0]

@@ -1,0 +1,16 @@
+"""How the jumping leg's numbers are computed; words and formulas stand in the template."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from reports.reading import Result
+from reports.section import Section
+
+
+def content(result: Result) -> dict[str, Any]:
+    """Nothing varies."""
+    return {}
+
+
+SECTION = Section("hopper-equations", "How each number is computed", content)

@@ -1,0 +1,53 @@
+"""The chosen leg's jump: poses, heights, forces, torque and current."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from reports.figures.hopper_jump import Geometry, Pose, curve_figure, strip_figure
+from reports.reading import Result, value_of
+from reports.section import Missing, Section, mapping
+
+FILE = "jump.csv"
+POSES = 9
+CURVES = (
+    ("hip height", "m", "m"), ("foot height", "m", "m"), ("ground force", "N", "N"),
+    ("gear torque", "N·m", "N*m"), ("current", "A", "A"), ("centre of mass speed", "m/s", "m/s"),
+)  # fmt: skip
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """A strip of poses and a curve a quantity."""
+    table = result.table(FILE)
+    best = mapping(result.content, "best")
+    if table is None or not best:
+        return Missing(f"there is no {FILE}")
+    times = table.columns["time"]
+    takeoff = value_of(best.get("takeoff_time"))
+    leg = mapping(best, "leg")
+
+    def metres(name: str) -> float:
+        return (value_of(leg.get(name)) or 0.0) * 1e-3
+
+    split = any(
+        abs(a - b) > 1e-9
+        for a, b in zip(table.columns["upper link angle"], table.columns["upper link end angle"], strict=True)
+    )
+    geometry = Geometry(metres("hip_spacing"), metres("upper_link"), metres("lower_link"), split)
+    last = len(times) - 1
+    # Half of the poses in the push, half in flight.
+    ends = (0.0, min(takeoff or 0.0, times[-1]), times[-1])
+    wanted = [ends[0] + (ends[1] - ends[0]) * i / (POSES // 2) for i in range(POSES // 2 + 1)]
+    wanted += [ends[1] + (ends[2] - ends[1]) * i / (POSES // 2) for i in range(1, POSES // 2 + 1)]
+    rows = [min(range(last + 1), key=lambda i, t=time: abs(times[i] - t)) for time in wanted]  # type: ignore[misc]
+    columns = [table.columns[name] for name in
+               ("time", "hip height", "upper link angle", "upper link end angle", "lower link angle")]  # fmt: skip
+    poses = [Pose(*(column[row] for column in columns)) for row in rows]
+    return {
+        "strip": strip_figure(geometry, poses),
+        "curves": [curve_figure(name, shown, times, table.columns[name], takeoff) for name, shown, _ in CURVES],
+        "table": FILE,
+    }
+
+
+SECTION = Section("hopper-jump", "The jump", content)

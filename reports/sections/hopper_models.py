@@ -1,0 +1,32 @@
+"""The chosen leg by every model, and leaning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.figures.hopper_models import Bar, models_figure
+from reports.reading import Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """A figure and a table of the ladder."""
+    models = {name: item for name, item in mapping(result.content, "models").items() if isinstance(item, Mapping)}
+    if not models:
+        return Missing("no design leaves the ground")
+    interval = mapping(result.content, "best", "clearance").get("interval90") or [None, None]
+    used = mapping(result.content, "settings").get("model")
+    bars = [
+        Bar(name, value_of(item.get("clearance")) or 0.0, *(interval if name == used else (None, None)))
+        for name, item in models.items()
+    ]
+    return {
+        "svg": models_figure("clearance of the chosen leg by model", bars, ()),
+        "models": models,
+        "used": used,
+        "planar": sequence(result.content, "planar"),
+    }
+
+
+SECTION = Section("hopper-models", "Models side by side", content)

@@ -1,0 +1,19 @@
+"""The flat layers and mounts of the chosen leg."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from reports.reading import Result
+from reports.section import Missing, Section, mapping
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Layers, hinges and drawings."""
+    parts = mapping(result.content, "parts")
+    if not parts:
+        return Missing("parts were not asked for")
+    return {"parts": parts}
+
+
+SECTION = Section("hopper-parts", "Parts", content)
