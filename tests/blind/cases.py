@@ -11,7 +11,7 @@ import numpy as np
 from blind import legs
 from blind.effects import AT_BASE, EFFECTS, Form, Scale, Unfit
 from blind.fitting import Fitted, Plain
-from blind.legs import COUNTS, NOISE, Setup
+from blind.legs import COUNTS, NOISE, Setup, Wish
 from blind.model import Array, Motion, Truth, fastest, release
 from blind.outsiders import EVERYWHERE, OUTSIDERS
 from blind.sensors import Sensor
@@ -20,7 +20,14 @@ STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 SAME_CHI = 6.0  # explanations whose chi squared differ by less are not told apart
 KINDS = ("single", "two", "none", "unknown", "tie")
 ATTEMPTS = 60
-TIES = (("spring_preload", "base_tilt"), ("link_mass", "link_inertia"), ("encoder_offset", "spring_preload"))
+# How ties are made: (effects of which one is true, joints of the leg, what the trials are like).
+TIES: tuple[tuple[tuple[str, ...], int, Wish], ...] = (
+    (("spring_preload", "base_tilt", "encoder_offset"), 1, Wish(plain=True, reach=0.2)),
+    (("link_mass",), 1, Wish(plain=True)),  # one link swings by its moment and its inertia, whatever its mass
+    (("encoder_offset", "base_tilt"), 2, Wish(plain=True, lock=(0,))),  # nothing shows where the base is level
+    (("encoder_offset", "base_tilt"), 3, Wish(plain=True, lock=(0,))),
+    (("spring_preload", "base_tilt"), 2, Wish(plain=True, reach=0.3, noise=NOISE[-1])),
+)
 
 
 @dataclass(frozen=True)
@@ -84,7 +91,7 @@ class Ground:
             speed[j] = np.maximum(speed[j], np.abs(motion.speed).max(axis=0)[j])
             low[j] = np.minimum(low[j], motion.angle.min(axis=0)[j])
             high[j] = np.maximum(high[j], motion.angle.max(axis=0)[j])
-            if len(j) == self.setup.true.n and not self.setup.trials[i].tilt and not self.setup.trials[i].tip_mass:
+            if not self.setup.trials[i].tilt and not self.setup.trials[i].tip_mass:
                 rests.append(motion.angle[-1])
         leg = self.setup.true
         slow = min(math.sqrt(leg.of("spring")[j] / leg.outboard(j)) for j in range(leg.n))
@@ -174,27 +181,35 @@ def make_case(seed: int, number: int, kind: str, effect: str | None = None, stre
         If no leg drawn can show the effect.
     """
     rng = np.random.default_rng([seed, number, KINDS.index(kind)])
-    tied = TIES[int(rng.integers(0, len(TIES)))]
+    tie = TIES[int(rng.integers(0, len(TIES)))]
     if effect is None:
         pool = OUTSIDERS if kind == "unknown" else EFFECTS
-        effect = str(rng.choice(tied)) if kind == "tie" else str(rng.choice(sorted(pool)))
+        effect = str(rng.choice(tie[0])) if kind == "tie" else str(rng.choice(sorted(pool)))
     if strength is None:
         strength = float(rng.choice(STRENGTHS[1:] if kind == "unknown" else STRENGTHS))
     for attempt in range(ATTEMPTS):
-        if attempt % 8 == 7 and strength > STRENGTHS[0]:  # this strength may not be had with plausible parameters
+        if attempt % 6 == 5 and strength > STRENGTHS[0]:  # this strength may not be had with plausible parameters
             strength = STRENGTHS[STRENGTHS.index(strength) - 1]
         try:
-            return _attempt(rng, [seed, number], kind, effect, strength)
+            return _attempt(rng, [seed, number], kind, effect, strength, tie[1:] if kind == "tie" else None)
         except (Unfit, ArithmeticError, np.linalg.LinAlgError):
             continue
     raise Unfit(f"{kind} {effect}: no case in {ATTEMPTS} attempts")
 
 
-def _attempt(rng: np.random.Generator, seed: list[int], kind: str, effect: str, strength: float) -> Case:
+def _attempt(
+    rng: np.random.Generator, seed: list[int], kind: str, effect: str, strength: float, tie: tuple[int, Wish] | None
+) -> Case:
     """One leg drawn; raises if it cannot show what is wanted."""
-    joints = int(rng.choice([1, 2, 3], p=[0.1, 0.35, 0.55] if kind != "tie" else [0.3, 0.5, 0.2]))
-    side = int(rng.integers(0, joints)) if effect == "joint_stop" else None
-    ground = Ground(legs.setup(rng, joints, plain=kind == "tie", one_side=side))
+    joints = int(rng.choice([1, 2, 3], p=[0.1, 0.35, 0.55]))
+    side, wish = None, Wish()
+    if effect == "joint_stop":
+        side = int(rng.integers(0, joints))
+        wish = Wish(one_side=side)
+    if tie is not None:
+        joints, wish = tie
+        side = 0
+    ground = Ground(legs.setup(rng, joints, wish))
     causes: list[Cause] = []
     if kind != "none":
         causes.append(_cause(rng, ground, effect, side, strength))
@@ -212,9 +227,9 @@ def _attempt(rng: np.random.Generator, seed: list[int], kind: str, effect: str, 
 def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int | None, strength: float) -> Cause:
     """The effect at a joint (drawn if None) with its size found; each joint is tried before the leg is given up."""
     maker = OUTSIDERS.get(effect) or EFFECTS[effect]
-    order = [-1] if effect in AT_BASE else rng.permutation(ground.setup.true.n).tolist()
+    order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
     failed = Unfit("no joint")
-    for j in order if joint is None else [joint]:
+    for j in [-1] if effect in AT_BASE else order:
         try:
             form = maker(rng, ground.setup, ground.scale, max(j, 0))
             return ground.find(effect, -2 if effect in EVERYWHERE else j, form, strength)

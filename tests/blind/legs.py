@@ -19,6 +19,7 @@ TOLERANCE = {
     "damper": 0.05,
     "free_angle": math.radians(0.5),
 }
+WORST = 2.5  # tolerances; a part further out is sent back (the normal error is cut there)
 NAMES = ("hip", "knee", "ankle")
 ZEROS = (0.0, 90.0, 180.0, -45.0, 105.0, 30.0)
 NOISE = (0.0002, 0.001, 0.003)  # rad: a good optical encoder, a magnetic one, a camera
@@ -79,43 +80,56 @@ def design(rng: np.random.Generator, joints: int) -> Leg:
     return Leg(leg.names, leg.zero, leg.sign, leg.tilt, rounded)
 
 
+def _normal(rng: np.random.Generator, n: int) -> Array:
+    """Normal errors in tolerances, none beyond ``WORST``."""
+    error = rng.standard_normal(n)
+    while (np.abs(error) > WORST).any():
+        error = np.where(np.abs(error) > WORST, rng.standard_normal(n), error)
+    return error
+
+
 def as_built(rng: np.random.Generator, leg: Leg) -> Leg:
     """The leg with every number off by its tolerance's normal error."""
     values = leg.values.copy()
     for row, name in enumerate(PARAMETERS):
-        error = TOLERANCE[name] * rng.standard_normal(leg.n)
+        error = TOLERANCE[name] * _normal(rng, leg.n)
         values[row] = values[row] + error if name == "free_angle" else values[row] * (1 + error)
     return Leg(leg.names, leg.zero, leg.sign, leg.tilt, values, leg.gravity)
 
 
-def setup(rng: np.random.Generator, joints: int, plain: bool = False, one_side: int | None = None) -> Setup:
-    """Leg, trials and sensors.
+@dataclass(frozen=True)
+class Wish:
+    """What a case asks of its trials beyond the usual."""
 
-    Parameters
-    ----------
-    plain : only bare releases at one place among the given trials (no tip mass, lock or tilt): little is told apart.
-    one_side : a joint that is released from the same side of its rest in every trial.
-    """
+    one_side: int | None = None  # a joint that is released from the same side of its rest in every trial
+    plain: bool = False  # only bare releases given (no tip mass, lock or tilt): little is told apart
+    lock: tuple[int, ...] = ()  # locked in every given trial
+    reach: float | None = None  # of the releases, instead of one drawn
+    noise: float | None = None
+
+
+def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:  # noqa: B008 (frozen)
+    """Leg, trials and sensors, drawn."""
     nominal = design(rng, joints)
     true = as_built(rng, nominal)
     slowest = min(math.sqrt(nominal.of("spring")[i] / nominal.outboard(i)) for i in range(joints))
     base = float(np.clip(round(rng.uniform(3.0, 7.0) * 2 * math.pi / slowest, 1), 1.0, 3.0))
-    trials = _trials(rng, true, base, plain, one_side)
+    trials = _trials(rng, true, base, wish)
     quick = max(fastest(_Truth(true), t) for t in trials)
     fast = max(200.0, 8 * quick / (2 * math.pi))
     sampling = float(rng.choice([s for s in SAMPLES if s >= min(fast, 500.0)]))
-    noise = float(rng.choice(NOISE))
+    noise = float(rng.choice(NOISE)) if wish.noise is None else wish.noise
     counts = int(rng.choice(COUNTS if noise > 0.0005 else COUNTS[1:]))
     missing = float(rng.choice([0.0, 0.0, 0.0, rng.uniform(0.002, 0.02)]))
     return Setup(nominal, true, trials, bool(rng.random() < 0.5), noise, counts, sampling, missing, quick)
 
 
-def _trials(rng: np.random.Generator, leg: Leg, base: float, plain: bool, one_side: int | None) -> tuple[Trial, ...]:
+def _trials(rng: np.random.Generator, leg: Leg, base: float, wish: Wish) -> tuple[Trial, ...]:
     """8 to 10 trials; about half are held out, half of these beyond the range of the given ones."""
     n = leg.n
     total = int(rng.integers(8, 11))
     given = (total + 1) // 2 + int(rng.random() < 0.5)
-    reach = math.exp(rng.uniform(math.log(0.35), math.log(1.0)))
+    reach = math.exp(rng.uniform(math.log(0.35), math.log(1.0))) if wish.reach is None else wish.reach
     reach = np.radians(np.array([28.0, 38.0, 40.0][:n])) * reach
     side = rng.choice([-1.0, 1.0])
     rest = rest_pose(leg, Trial(np.zeros(n), 1.0))
@@ -123,7 +137,7 @@ def _trials(rng: np.random.Generator, leg: Leg, base: float, plain: bool, one_si
     tilt = math.radians(float(rng.choice([-40, -30, -20, 20, 30, 40])))
     lock = tuple(sorted(rng.choice(n, int(rng.integers(1, n)), replace=False).tolist())) if n > 1 else ()
     special = []
-    if not plain:
+    if not wish.plain:
         special = [s for s, p in (("mass", 0.75), ("lock", 0.75), ("tilt", 0.55)) if rng.random() < p]
     special = special[: given - 3]
     specials: list[str] = special + [""] * (given - len(special))
@@ -138,25 +152,26 @@ def _trials(rng: np.random.Generator, leg: Leg, base: float, plain: bool, one_si
         direction = rng.uniform(0.35, 1.0, n) * rng.choice([-1.0, 1.0], n)
         if rng.random() < 0.35:
             direction[0] *= 0.3
-        if one_side is not None:
-            direction[one_side] = side * rng.uniform(0.6, 1.0)
+        if wish.one_side is not None:
+            direction[wish.one_side] = side * rng.uniform(0.6, 1.0)
         trial = Trial(
             pose=np.zeros(n),
             duration=base * float(rng.choice([1.0, 1.0, 1.0, 1.5, 2.0])),
             start=float(rng.choice([0.0, rng.uniform(0.004, 0.05) * base])),
             tip_mass={"mass": heavy, "load": _round(1.8 * heavy, 2)}.get(kind, 0.0),
-            locked=lock if kind == "lock" else (),
+            locked=lock if kind == "lock" else wish.lock if len(trials) < given else (),
             tilt=tilt if kind == "tilt" and len(trials) < given else (-0.7 * tilt if kind == "tilt" else 0.0),
             held_out=len(trials) >= given,
             outside=kind in away,
         )
         if kind == "pose" and n > 1:
             direction = direction[::-1].copy() * rng.choice([-1.0, 1.0], n)
-            if one_side is not None:
-                direction[one_side] = side * rng.uniform(0.6, 1.0)
+            if wish.one_side is not None:
+                direction[wish.one_side] = side * rng.uniform(0.6, 1.0)
         pose = rest + direction * scale * reach
-        if kind == "lock":  # the locked joints are held where they would not rest, not far from it
-            pose[list(lock)] = (rest + rng.uniform(-0.6, 0.6, n) * reach)[list(lock)]
+        if trial.locked:  # the locked joints are held where they would not rest, not far from it
+            held_at = list(trial.locked)
+            pose[held_at] = (rest + rng.uniform(-0.6, 0.6, n) * reach)[held_at]
         trials.append(trial._replace(pose=pose, duration=round(trial.duration, 3)))
     order = rng.permutation(len(trials))
     return tuple(trials[i] for i in order)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from blind.cases import KINDS, make_case
-from blind.effects import EFFECTS
+from blind.effects import EFFECTS, Unfit
 from blind.outsiders import OUTSIDERS
 from blind.writing import folder_name, write_case
 
@@ -46,7 +46,15 @@ def plan(seed: int, count: int, kind: str, effect: str | None) -> list[tuple[int
 def one(task: tuple[int, str, str | None], seed: int, out: Path) -> tuple[str, dict[str, Any]]:
     """Make and write one case; its folder's name and answer."""
     number, kind, effect = task
-    case = make_case(seed, number, kind, effect)
+    case = None
+    for again in range(5):  # an effect that no leg drawn can show is drawn again, in the end another one
+        try:
+            case = make_case(seed, number + 100_000 * again, kind, effect if again < 2 else None)
+            break
+        except Unfit as why:
+            print(f"{number}: {why}", file=sys.stderr)  # noqa: T201
+    if case is None:
+        raise RuntimeError(f"case {number} ({kind} {effect}) cannot be made")
     name = folder_name(seed, number)
     write_case(case, out / name, name)
     return name, case.answer
