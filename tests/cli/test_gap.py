@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap.made_effect import CUBIC_DRAG
 from gap.made_result import made_result
 from synth import effects
 from synth.cli import main
@@ -26,24 +27,6 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
 TIME = np.arange(120) * 0.01
 NAMES = ("hip", "knee", "ankle")
 REST = np.array([105.0, 108.0, 139.0])
-
-EFFECT = """
-from synth.effects import Effect, Parameter, Shape
-from synth.effects.compiled import inlined
-from synth.effects.effect import size
-
-
-@inlined
-def torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, strength):
-    return -strength * rate * rate * rate, 0.0
-
-
-EFFECT = Effect(
-    name="cubic_drag", meaning="drag that grows with the cube of speed", formula="-c w^3", source="none", way="torque",
-    parameters=(Parameter("strength", "N*m", prior=size(0.1)),), strengths=("strength",),
-    shapes=(Shape(("strength",), {}),),
-)
-"""
 
 
 class Calls:
@@ -167,7 +150,7 @@ def test_an_effect_of_the_user_s_takes_part(
     calls: Calls, project: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(effects, "_from_files", {})
-    (tmp_path / "cubic.py").write_text(EFFECT)
+    (tmp_path / "cubic.py").write_text(CUBIC_DRAG)
     path = project()
     command = ["-q", "gap", str(path), "--effect", str(tmp_path / "cubic.py"), "--out", str(tmp_path / "out")]
     assert main([*command, "--dry-run"]) == 0

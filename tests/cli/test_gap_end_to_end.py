@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap.made_effect import CUBIC_DRAG
+from synth import effects
 from synth.cli import main
 from synth.files.leg import read_leg, write_leg
 from synth.model.chain import simulate
@@ -22,6 +24,7 @@ Json = dict[str, Any]
 LINK = Link(0.3, 0.5, 0.15, 0.004)
 NOMINAL = Leg("pendulum", (Joint("hinge", LINK, spring=Spring(1.0, 0.1), damper=Damper(0.01)),))
 FRICTION = 0.03  # N m
+WITH_FRICTION = NOMINAL.with_joints(hinge={"effects": {"coulomb_friction": {"torque": FRICTION}}})
 TIME = np.arange(301) * 0.01
 RELEASES = {"a": 0.5, "b": -0.35, "c": 0.25, "check": 0.65}  # rad from the free angle
 
@@ -30,11 +33,12 @@ RELEASES = {"a": 0.5, "b": -0.35, "c": 0.25, "check": 0.65}  # rad from the free
 def pendulum(tmp_path: Path) -> Callable[..., Path]:
     """A maker of projects: what the built pendulum did, and the text of the project file behind its leg."""
 
-    def made(name: str = "project", text: str = "", copies: dict[str, str] | None = None) -> Path:
+    def made(
+        name: str = "project", text: str = "", copies: dict[str, str] | None = None, built: Leg = WITH_FRICTION
+    ) -> Path:
         folder = tmp_path / name
         (folder / "trials").mkdir(parents=True)
         write_leg(NOMINAL, folder / "nominal.leg.yaml")
-        built = NOMINAL.with_joints(hinge={"effects": {"coulomb_friction": {"torque": FRICTION}}})
         generator = np.random.default_rng(8)
         for trial, away in RELEASES.items():
             angle = np.degrees(simulate(built, [0.1 + away], [0.0], TIME)[:, 0]) + generator.normal(0.0, 0.1, len(TIME))
@@ -42,9 +46,7 @@ def pendulum(tmp_path: Path) -> Callable[..., Path]:
             (folder / "trials" / f"{trial}.csv").write_text("\n".join(["time [s],hinge [deg]", *rows, ""]))
         for copy, original in (copies or {}).items():
             shutil.copy(folder / "trials" / f"{original}.csv", folder / "trials" / f"{copy}.csv")
-        text = text or "trials: [trials/[a-c].csv, {file: trials/check.csv, held_out: true}]\n".replace(
-            "trials/[a-c].csv", '"trials/[a-c].csv"'
-        )
+        text = text or 'trials: ["trials/[a-c].csv", {file: trials/check.csv, held_out: true}]\n'
         (folder / "gap.yaml").write_text(f"kind: gap\nleg: nominal.leg.yaml\n{text}")
         return folder
 
@@ -123,6 +125,25 @@ def test_a_known_torque_is_no_gap(pendulum: Callable[..., Path]) -> None:
     assert gap["verdict"] == "none"
     assert gap["gap"]["before"]["value"] == pytest.approx(0.1, rel=0.15)
     assert any("applied as known torques" in warning for warning in gap["warnings"])
+
+
+def test_an_effect_of_the_user_s_is_found_beside_the_built_in_ones(
+    pendulum: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Drag by the cube of speed is found, and known to be one with drag by a free power of speed."""
+    monkeypatch.setattr(effects, "_from_files", {})
+    (tmp_path / "cubic.py").write_text(CUBIC_DRAG)
+    effects.load_file(tmp_path / "cubic.py")
+    drag = {"cubic_drag": {"strength": 0.004}}
+    folder = pendulum("own", built=NOMINAL.with_joints(hinge={"effects": drag}))
+    command = ["-q", "gap", str(folder / "gap.yaml"), "--effect", str(tmp_path / "cubic.py")]
+    assert main([*command, "--out", str(tmp_path / "out")]) == 0
+    gap = json.loads((tmp_path / "out" / "gap.json").read_text())
+    named = {entry["effect"]: entry for entry in gap["ranked"]}
+    assert named["cubic_drag"]["probability"] > 0.3
+    assert named["cubic_drag"]["parameters"]["strength"]["value"] == pytest.approx(0.004, rel=0.1)
+    assert named["cubic_drag"]["probability"] + named["quadratic_damping"]["probability"] > 0.9
+    assert gap["inputs"]["cubic.py"]
 
 
 def test_a_scored_trial_with_a_locked_joint(tmp_path: Path) -> None:
