@@ -3,26 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from synth.files.gap_project import Tolerance as Tolerance
 from synth.model.lanes import LegLanes
 from synth.model.leg import Array, Leg
 
 QUANTITIES = ("length", "mass", "com", "inertia", "spring_rate", "damper_rate", "rest")
-
-
-class Tolerance(Protocol):
-    """One standard deviation each: relative, of the free angle in rad."""
-
-    length: float
-    mass: float
-    com: float
-    inertia: float
-    spring: float
-    damper: float
-    free_angle: float
 
 
 @dataclass(frozen=True)
