@@ -74,7 +74,7 @@ def test_no_command_shows_the_help_and_is_a_mistake(capsys: pytest.CaptureFixtur
         (["warmup", "3"], r'synth: "3" is one argument too many'),
         (["warmup", "--links", "7"], r'synth: --links: "7" is no whole number from 1 to 6'),
         (["warmup", "--links", "٣"], r"synth: --links: .* is no whole number"),
-        (["init", "lag", "x"], r'synth: .*"lag" is not one of leg, fit; did you mean leg\?'),
+        (["init", "lag", "x"], r'synth: .*"lag" is not one of leg, fit, .*; did you mean leg\?'),
         (["fit", "none.yaml", "--out", "x"], r"synth: none.yaml: does not exist"),
     ],
 )
