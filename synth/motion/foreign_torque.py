@@ -1,11 +1,13 @@
 """From when on a limb moves on its own: a hand, a string or a muscle seen as a torque that no spring or damper makes.
 
 In free motion joint j's torque, which follows from the recorded motion and the links by inverse dynamics, is
-``constant - k q - b dq/dt``. The three constants are estimated from the end of the recording backwards, and each
-earlier sample is predicted from what lies after it (recursive residuals with time reversed: Brown, Durbin & Evans,
-*J. R. Stat. Soc. B* 37 (1975) 149). A prediction counts where the motion after it stands well above the noise of its
-own angles and rates, for noise in a regressor draws its coefficient to zero and would make an innocent sample look
-driven (Fuller, *Measurement Error Models*, 1987, section 1.1).
+``constant - k q - b dq/dt``, with or without ``- c sign(dq/dt)`` for dry friction. The constants are estimated from
+the end of the recording backwards, and each earlier sample is predicted from what lies after it (recursive residuals
+with time reversed: Brown, Durbin & Evans, *J. R. Stat. Soc. B* 37 (1975) 149). A hand is seen only where neither law
+predicts the torque: without friction every rubbing leg would look driven, with it alone a swing's noise does. A
+prediction counts where the motion after it stands well above the noise of its own angles and rates, for noise in a
+regressor draws its coefficient to zero and makes an innocent sample look driven (Fuller, *Measurement Error Models*,
+1987, section 1.1).
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ FOREIGN = 0.15  # of the joint's torque range, that it must miss it by too: few 
 UNBROKEN = 0.7  # of the samples since the start that must be foreign too, and of one sign: a hand doesn't come and go
 PERSISTS = 0.015  # s, beyond what noise does
 LONGEST = 0.4  # s after the start, within which a hand is looked for
+SOFT = 4.0  # of the rates' noise, over which the sign of a rate is smoothed in the dry friction's column
 ATTENUATION = 0.1  # share of a regressor that may be noise
 SAMPLES = 4_000  # after the start, that are looked at: hours of rest after a release tell nothing
 
@@ -68,9 +71,12 @@ def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_
     torque = savitzky_golay(momentum, points, 3, step)[1] - force
     last: Drive | None = None
     for joint in free:
-        found = _joint_drive(smoothed, torque[:, joint], joint, points)
-        if found is not None and (last is None or found.until > last.until):
-            last = found
+        laws = [_joint_drive(smoothed, torque[:, joint], joint, points, dry) for dry in (False, True)]
+        seen = [found for found in laws if found is not None]
+        if len(seen) == len(laws):
+            earliest = min(seen, key=lambda drive: drive.until)
+            if last is None or earliest.until > last.until:
+                last = earliest
     return last
 
 
@@ -79,7 +85,7 @@ class _Predictions:
     """Each sample's torque against its prediction from later samples.
 
     ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite where the later motion tells nothing; ``span`` (m,) N m, the
-    joint's torque range; ``solution`` (m, 3) for the columns of ``regressors`` (n, 3).
+    joint's torque range; ``solution`` (m, 3 or 4) for the columns of ``regressors`` (n, 3 or 4).
     """
 
     miss: Array
@@ -89,9 +95,9 @@ class _Predictions:
     regressors: Array
 
 
-def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int) -> Drive | None:
-    """The latest sample up to which one joint is driven without a break since the start."""
-    predicted = _predict(smoothed, torque[:SAMPLES], joint, points)
+def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> Drive | None:
+    """The latest sample up to which one joint is driven without a break since the start, by the law with ``dry``."""
+    predicted = _predict(smoothed, torque[:SAMPLES], joint, points, dry)
     if predicted is None:
         return None
     step = float(smoothed.time[1] - smoothed.time[0])
@@ -119,12 +125,15 @@ def _run_ends(flag: NDArray[np.bool_], length: int) -> NDArray[np.intp]:
     return (np.flatnonzero(whole) + length - 1)[::-1]
 
 
-def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int) -> _Predictions | None:
+def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> _Predictions | None:
     """All predictions at once, from reverse cumulative sums; None where the recording is too short for any."""
     n = len(torque)
     angle, rate = smoothed.angle[:n, joint], smoothed.rate[:n, joint]
     step = float(smoothed.time[1] - smoothed.time[0])
-    regressors = np.stack([angle[-1] - angle, -rate, np.ones(n)], axis=1)
+    angle_noise, rate_noise = (smoothed.noise[joint] * each for each in polynomial_noise(points, 3, step))
+    columns = [angle[-1] - angle, -rate, np.ones(n)]
+    columns += [-rate / np.hypot(rate, SOFT * rate_noise + 1e-12)] if dry else []
+    regressors = np.stack(columns, axis=1)
     scale = np.abs(regressors).max(axis=0) + 1e-12
     # A prediction rests on samples whose polynomials share none of the predicted one's far side.
     lag = points // 2
@@ -133,14 +142,14 @@ def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int) -> _Pre
         return None
     x = regressors / scale
     later = slice(lag, lag + count)
-    normal = _reverse_sum(x[:, :, None] * x[:, None, :])[later] + 1e-9 * np.eye(3)
+    normal = _reverse_sum(x[:, :, None] * x[:, None, :])[later] + 1e-9 * np.eye(len(columns))
     side = _reverse_sum(x * torque[:, None])[later]
     left = np.arange(n, 0, -1)[later]
     solution = np.linalg.solve(normal, side[..., None])[..., 0]
     misfit = np.maximum(_reverse_sum(torque**2)[later] - np.einsum("ti,ti->t", solution, side), 0.0)
     leverage = np.einsum("ti,tij,tj->t", x[:count], np.linalg.inv(normal), x[:count])
     deviation = np.sqrt(misfit / left * (1.0 + leverage))
-    noise = smoothed.noise[joint] * np.array([*polynomial_noise(points, 3, step), 0.0]) / scale
+    noise = np.array([angle_noise, rate_noise, 0.0, 0.0][: len(columns)]) / scale
     of_noise = left[:, None, None] * np.diag(noise**2)
     share = np.abs(np.linalg.eigvals(np.linalg.solve(normal, of_noise))).max(axis=-1)
     deviation[share > ATTENUATION] = np.inf
