@@ -49,7 +49,10 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
         *_loose(leg, trials, made),
         *_still_trials(trials, seen, learnt),
         *_still_joints(leg, [seen[k] for k in learnt]),
-        *_few(len(learnt) - len({later for later, _ in copies([made[k] for k in learnt])}), len(trials) - len(learnt)),
+        *_few(
+            len(learnt) - len({later for later, _ in copies([made[k] for k in learnt], [False] * len(learnt))}),
+            len(trials) - len(learnt),
+        ),
         *_driven(leg, trials),
     )
 

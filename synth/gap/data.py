@@ -39,14 +39,16 @@ def gap_trial(recording: Recording, held_out: bool) -> GapTrial:
     return GapTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
 
 
-def copies(recordings: Sequence[Recording]) -> list[tuple[int, int]]:
-    """Pairs (later, earlier) of recordings that hold the same samples: they are one measurement.
+def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:
+    """Pairs (copy, original) of recordings that hold the same samples: they are one measurement.
 
-    Also where one is a copy cut short or saved with fewer digits: the shared samples agree to 1e-3 of their range.
+    Also where one is a copy cut short or saved with fewer digits: the shared samples agree to 1e-3 of their range. The
+    copy is the later one, or the one that is held out, since what was learnt from cannot score.
     """
     found = []
-    for later in range(len(recordings)):
-        for earlier in range(later):
+    order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
+    for place, later in enumerate(order):
+        for earlier in order[:place]:
             a, b = recordings[later], recordings[earlier]
             count = min(len(a.time), len(b.time))
             if a.rotation.shape[1] != b.rotation.shape[1] or count < 12:

@@ -89,7 +89,9 @@ def diagnose(
     tied = tuple(_causes(bench, rival) for rival in judged.tied)
     tolerances = bench.predictor.tolerances
     nominal = tolerances.leg(leg, found.none.fit.unknowns)
-    missing = [missing_torque(nominal, trial) for trial in scene.scored]
+    # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
+    bare = tolerances.leg(leg, judged.accepted.fit.unknowns) if explained else nominal
+    missing = [missing_torque(bare, trial) for trial in scene.scored]
     say("what next")
     best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
     text = sentence(
@@ -118,7 +120,7 @@ def diagnose(
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
-        warnings=warnings,
+        warnings=(*warnings, *(_worse(gap) if explained else ())),
         tied=tied,
     )
 
@@ -127,7 +129,7 @@ def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -
     """Trials prepared, copies struck out, noise and counts estimated."""
     made = recordings(leg, trials, ())
     warnings = []
-    twice = copies(made)
+    twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
         warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
     struck = {later for later, _ in twice}
@@ -142,6 +144,19 @@ def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -
     predictor = Predictor(leg, Tolerances.of(leg, tolerance))
     bench = Workbench(predictor, given, found.noise, EFFECTIVE)
     return _Scene(leg, bench, given, held, coarse, usual_noise(found, coarse), seed), tuple(warnings)
+
+
+def _worse(gap: Gap) -> tuple[str, ...]:
+    """A warning where the explanation, good on the trials that it rests on, predicts scored ones no better."""
+    before, after = gap.squares["before"].sum(axis=1), gap.squares["after"].sum(axis=1)
+    names = [trial.recording.name for trial, b, a in zip(gap.trials, before, after, strict=True) if a > 1.1 * b]
+    if not names:
+        return ()
+    return (
+        f"{', '.join(names)}: predicted no better with the explanation than without. Either the trials to learn from "
+        "do not fix what matters there (a tip mass shows the leg's overall mass, a tilt its gravity), or something "
+        "else is at work; add a trial of that kind to learn from",
+    )
 
 
 def _causes(bench: Workbench, found: Assessed) -> tuple[Cause, ...]:

@@ -17,6 +17,7 @@ SCREEN_ROUNDS = (2, 4)  # steps of all starts, then of each candidate's best sha
 KEPT_SHAPES = 2
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 8  # single causes that get derivatives of their own
+WEAKER = 2  # times that a start is weakened
 ANCHORS = 4  # single causes that pairs are built on
 PAIRS = 8  # pairs that are tried, of those that promise most
 REFINED_PAIRS = 3
@@ -90,7 +91,7 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], nominal: Fit) -> 
         for candidate in candidates
         for start in candidate.starts()
     ]
-    fits = bench.solve(starts, nominal.frame, SCREEN_ROUNDS[0])
+    fits = bench.solve(_started(bench, starts, nominal.cost), nominal.frame, SCREEN_ROUNDS[0])
     kept: dict[tuple[str, str], list[Fit]] = {}
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
@@ -104,6 +105,28 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], nominal: Fit) -> 
         if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
             best[fit.keys[0]] = fit
     return sorted((fit for fit in best.values() if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
+
+
+def _started(bench: Workbench, starts: Sequence[Fit], nominal: float) -> list[Fit]:
+    """Starts evaluated; those that miss by far more than the nominal leg does begin with a tenth of their strength."""
+    fits = bench.evaluate(starts)
+    for _ in range(WEAKER):
+        worse = [i for i, fit in enumerate(fits) if not fit.cost < nominal + 0.5 * bench.total]
+        if not worse:
+            break
+        for i, fit in zip(worse, bench.evaluate([_weaker(fits[i], bench.n_tolerance) for i in worse]), strict=True):
+            fits[i] = fit
+    return fits
+
+
+def _weaker(fit: Fit, first: int) -> Fit:
+    candidate = fit.hypothesis[0]
+    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
+    unknowns = fit.unknowns.copy()
+    unknowns[first:] *= np.where(strengths, 0.1, 1.0)
+    low, high = candidate.bounds()
+    unknowns[first:] = np.clip(unknowns[first:], low, high)
+    return replace(fit, unknowns=unknowns)
 
 
 def _refine(bench: Workbench, fits: Sequence[Fit], times: int) -> list[Fit]:

@@ -77,6 +77,14 @@ def _joint_torques(leg: Leg, time: Array, angle: Array, rate: Array) -> Array:
     return torque
 
 
+def rate_noise(time: Array, noise: Array) -> Array:
+    """Standard deviation (n,) rad/s of the smoothed rates that readings' ``noise`` (n,) rad makes, see ``smooth``."""
+    step = float(np.median(np.diff(time)))
+    half = max(5, round(0.03 / step) // 2 * 2 + 1) // 2
+    inverse = np.linalg.pinv(np.vander(np.arange(-half, half + 1.0), 4, increasing=True))
+    return np.asarray(noise * float(np.linalg.norm(inverse[1])) / step)
+
+
 def phases(trial: GapTrial, noise: Array) -> Phases:
     """(m,) index into ``PHASES`` of a trial's samples.
 
@@ -91,7 +99,7 @@ def phases(trial: GapTrial, noise: Array) -> Phases:
     reach = np.maximum(away.max(axis=0), 1e-9)
     envelope = np.maximum.accumulate((away / reach)[::-1], axis=0)[::-1].max(axis=1)
     speed = np.abs(smoothed.rate[:, free])
-    floor = 4.0 * noise[free] / np.maximum(0.03, 5.0 * float(np.median(np.diff(time))))
+    floor = 3.5 * rate_noise(time, noise[free])  # of some thousand samples none by chance
     first_peak = int(np.argmax(_first_peaks(speed)))
     moving = np.flatnonzero(np.any(speed > floor, axis=1))
     rest = int(moving[-1]) + 1 if len(moving) else 0
