@@ -1,5 +1,8 @@
 """``synth hopper``: gear motor, ratio and link length of a jumping leg, from motors that exist.
 
+The study's three experiments are read from files of kind hopper-motor (run-ups: the motor's constants), hopper-pull-ups
+(inverted pull-ups: one joint damping) and hopper-jumps (force plate and encoders: each model against the jumps).
+
 A sweep that was interrupted, even killed, goes on where it stopped when the same command is given again.
 """
 
@@ -17,7 +20,9 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("file", nargs="?", help="project file, kind: hopper-design")
+    parser.add_argument(
+        "file", nargs="?", help="project file, kind: hopper-design, hopper-motor, hopper-pull-ups or hopper-jumps"
+    )
     parser.add_argument("--truth", action="store_true", help="no file: hold the models against the published leg")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder to write, whole or not at all")
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
@@ -33,9 +38,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         _truth(arguments, progress)
         return 0
     from synth.files.hopper_project import read_hopper_project
+    from synth.files.hopper_recordings import KINDS, kind_of
     from synth.hopper.study import sweep_problem
     from synth.parts.catalog import Catalogue
 
+    if (kind := kind_of(arguments.file)) in KINDS:
+        _identify(kind, arguments, progress)
+        return 0
     with progress.stage("reading the project"):
         project = read_hopper_project(arguments.file)
         catalogue = Catalogue.load(project.catalogs)
@@ -92,6 +101,34 @@ def _report(found: Any, folder: Path) -> None:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     write_json(folder / "hopper.json", hopper_json(found, files, folder))
     write_hopper_report(folder)
+
+
+def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:
+    """One of the study's three experiments on recorded data."""
+    from synth.files import hopper_recordings as files
+    from synth.files.output import output_folder, write_csv, write_json
+    from synth.hopper import write_identified as write
+    from synth.hopper.identify_damping import identify_damping
+    from synth.hopper.identify_motor import identify_motor
+    from synth.hopper.validate_jumps import validate
+    from synth.parts.catalog import Catalogue
+
+    with output_folder(arguments.out) as folder, progress.stage(f"reading and identifying, {kind}"):
+        if kind == "hopper-motor":
+            runs = files.read_motor_runs(arguments.file)
+            found = write.head(kind, runs.name, runs.inputs) | write.motor_json(identify_motor(runs.runs, runs.ratio))
+        elif kind == "hopper-pull-ups":
+            pulls = files.read_pull_ups(arguments.file)
+            found = write.head(kind, pulls.name, pulls.inputs) | write.damping_json(identify_damping(pulls))
+        else:
+            jumps = files.read_plate_jumps(arguments.file)
+            result = validate(jumps, Catalogue.load(jumps.design.catalogs))
+            write_csv(folder / "first_jump.csv", result.curves)
+            found = write.head(kind, jumps.name, jumps.inputs) | write.validation_json(result)
+        write_json(folder / f"{kind.removeprefix('hopper-')}.json", found)
+    for line in write.lines(found):
+        progress.say(line)
+    progress.say(f"result: {Path(arguments.out) / (kind.removeprefix('hopper-') + '.json')}")
 
 
 def _truth(arguments: argparse.Namespace, progress: Progress) -> None:

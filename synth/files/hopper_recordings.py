@@ -1,0 +1,232 @@
+"""Projects and recordings of the jumping leg's experiments: run-ups of a motor, inverted pull-ups, jumps on a plate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from synth.errors import Problem, UserError
+from synth.files.hopper_project import HopperProject, read_hopper_project
+from synth.files.paths import inside, matching
+from synth.files.reading import InputFile, ProjectReader
+from synth.files.schema import Because, read_section
+from synth.files.table import Table, read_table
+from synth.files.validate import Quantity, check_kind, gathering
+from synth.files.yaml_lines import load
+from synth.hopper.leg import Array
+from synth.units import factor
+
+KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")
+LEAST_SAMPLES = 20
+Length = Annotated[float, Quantity("m", above=0, most=10)]
+Files = Annotated[list[str], Field(min_length=1, examples=["[runs/*.csv]"])]
+
+
+@dataclass(frozen=True, eq=False)
+class HopperRecording:
+    """One recording's columns (n_time,) in SI by name; ``length`` of the upper links where it was given, m."""
+
+    name: str
+    columns: Mapping[str, Array]
+    length: float | None = None
+
+    def __getitem__(self, column: str) -> Array:
+        return self.columns[column]
+
+
+@dataclass(frozen=True, eq=False)
+class MotorRuns:
+    """Experiment B: run-ups of one gear motor."""
+
+    name: str
+    ratio: float
+    runs: tuple[HopperRecording, ...]
+    inputs: tuple[InputFile, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class PullUps:
+    """Experiment C: inverted pull-ups of legs of several lengths."""
+
+    name: str
+    design: HopperProject
+    body_mass: float
+    method: Literal["least_squares", "genetic"]
+    seed: int
+    trials: tuple[HopperRecording, ...]
+    inputs: tuple[InputFile, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class PlateJumps:
+    """Experiment A: jumps of one built leg."""
+
+    name: str
+    design: HopperProject
+    motor: str
+    length: float
+    jumps: tuple[HopperRecording, ...]
+    inputs: tuple[InputFile, ...]
+
+
+@dataclass(frozen=True)
+class _MotorFile:
+    kind: str
+    gear_ratio: Annotated[float, Quantity("1", above=0, most=1e5)]
+    runs: Files
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class _PullUpFile:
+    kind: str
+    design: str
+    body_mass: Annotated[float, Quantity("kg", above=0, most=100)]
+    trials: Annotated[list[Any], Field(min_length=1, examples=["[{file: a.csv, length: 120 mm}]"])]
+    method: Annotated[Literal["least_squares", "genetic"], Because("exact, in milliseconds")] = "least_squares"
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class _Trial:
+    file: str
+    length: Length
+
+
+@dataclass(frozen=True)
+class _JumpFile:
+    kind: str
+    design: str
+    motor: str
+    length: Length
+    jumps: Files
+    name: str | None = None
+
+
+def kind_of(path: str | Path) -> str:
+    """What a project file says it is, or an empty text."""
+    return str(load(path).value.get("kind", ""))
+
+
+def read_motor_runs(path: str | Path) -> MotorRuns:
+    """Read ``kind: hopper-motor``; each run has ``time [s],voltage [V],current [A],speed [rad/s]`` of the output."""
+    document = load(path)
+    check_kind(document, "hopper-motor")
+    reader = ProjectReader(document)
+    file = read_section(_MotorFile, document, (), reader.problems, reader.defaults, document.value)
+    wanted = {"time": "s", "voltage": "V", "current": "A", "speed": "rad/s"}
+    runs = _recordings(reader, file.runs, "runs", wanted) if file is not None else []
+    reader.finish()
+    assert file is not None
+    return MotorRuns(file.name or document.path.stem, file.gear_ratio, tuple(runs), tuple(reader.inputs))
+
+
+def read_pull_ups(path: str | Path) -> PullUps:
+    """Read ``kind: hopper-pull-ups``; each trial has ``time [s],upper link [deg],hip torque [N*m]``.
+
+    The angle is an upper link's from the leg's straight line, outward positive, the torque one motor's on it, likewise.
+    """
+    document = load(path)
+    check_kind(document, "hopper-pull-ups")
+    reader = ProjectReader(document)
+    file = read_section(_PullUpFile, document, (), reader.problems, reader.defaults, document.value)
+    design = _design(reader, document.value.get("design"))
+    wanted = {"time": "s", "upper link": "rad", "hip torque": "N*m"}
+    trials: list[HopperRecording] = []
+    for index, item in enumerate(file.trials if file is not None else ()):
+        key = ("trials", index)
+        trial = read_section(_Trial, document, key, reader.problems, value=item)
+        if trial is None:
+            continue
+        with gathering(reader.problems, document, key):
+            found = inside(reader.folder, trial.file)
+            recording = read_recording(found, trial.file, wanted)
+            reader.note(found)
+            trials.append(HopperRecording(recording.name, recording.columns, trial.length))
+    reader.finish()
+    assert file is not None
+    assert design is not None
+    return PullUps(file.name or document.path.stem, design, file.body_mass, file.method, file.seed, tuple(trials),
+                   tuple(reader.inputs))  # fmt: skip
+
+
+def read_plate_jumps(path: str | Path) -> PlateJumps:
+    """Read ``kind: hopper-jumps``; each jump has ``time [s],ground force [N],upper link [deg]``."""
+    document = load(path)
+    check_kind(document, "hopper-jumps")
+    reader = ProjectReader(document)
+    file = read_section(_JumpFile, document, (), reader.problems, reader.defaults, document.value)
+    design = _design(reader, document.value.get("design"))
+    wanted = {"time": "s", "ground force": "N", "upper link": "rad"}
+    jumps = _recordings(reader, file.jumps, "jumps", wanted) if file is not None else []
+    reader.finish()
+    assert file is not None
+    assert design is not None
+    return PlateJumps(file.name or document.path.stem, design, file.motor, file.length, tuple(jumps),
+                      tuple(reader.inputs))  # fmt: skip
+
+
+def read_recording(path: Path, name: str, wanted: Mapping[str, str]) -> HopperRecording:
+    """Read a CSV with the wanted columns (name -> SI unit), whatever their units of the same kind.
+
+    Raises
+    ------
+    UserError
+        If a column is missing or of another kind, a cell is empty, time does not rise, or there are too few samples.
+    """
+    table = read_table(path, name)
+    columns = {column.name: column for column in table.columns}
+    missing = [f'"{title} [{unit}]"' for title, unit in wanted.items() if title not in columns]
+    if missing:
+        raise UserError(Problem(f"has no column {', '.join(missing)}", name, 1))
+    found: dict[str, Array] = {}
+    for title, unit in wanted.items():
+        index = list(columns).index(title)
+        try:
+            scale = factor(columns[title].unit, unit)
+        except UserError as error:
+            raise UserError(Problem(error.problems[0].text, name, 1, title)) from None
+        found[title] = table.values[:, index] * scale
+        _refuse_gaps(table, found[title], title, name)
+    time = found["time"]
+    if len(time) < LEAST_SAMPLES:
+        raise UserError(Problem(f"has {len(time)} samples; at least {LEAST_SAMPLES} are needed", name))
+    if not np.all(np.diff(time) > 0.0):
+        row = int(np.argmax(np.diff(time) <= 0.0)) + 1
+        raise UserError(Problem("time does not rise", name, table.line(row), "time"))
+    return HopperRecording(name, found)
+
+
+def _refuse_gaps(table: Table, values: Array, title: str, name: str) -> None:
+    if np.isnan(values).any():
+        row = int(np.argmax(np.isnan(values)))
+        raise UserError(Problem("has an empty cell; these experiments need every sample", name, table.line(row), title))
+
+
+def _recordings(
+    reader: ProjectReader, patterns: list[str], key: str, wanted: Mapping[str, str]
+) -> list[HopperRecording]:
+    found: list[HopperRecording] = []
+    for index, pattern in enumerate(patterns):
+        with gathering(reader.problems, reader.document, (key, index)):
+            for path in matching(reader.folder, pattern):
+                reader.note(path)
+                found.append(read_recording(path, path.relative_to(reader.folder).as_posix(), wanted))
+    return found
+
+
+def _design(reader: ProjectReader, name: object) -> HopperProject | None:
+    """The hopper-design that the experiment is about."""
+    if not isinstance(name, str):
+        return None  # said by the file's own check
+    with gathering(reader.problems, reader.document, ("design",)):
+        path = inside(reader.folder, name)
+        reader.note(path)
+        return read_hopper_project(path)
+    return None

@@ -1,0 +1,129 @@
+"""Experiment A: jumps on a force plate with encoders, against what each model predicts of the same leg.
+
+From a recording: takeoff where the ground force falls to the plate's zero for good before the flight; takeoff speed by
+impulse, v = integral (N - m g) dt / m; rise of the centre of mass over the crouch, its way in the push by integrating
+that speed, then v^2 / (2 g); where the landing is recorded, the flight time t gives a second measure, t^2 g / 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.hopper_recordings import HopperRecording, PlateJumps
+from synth.hopper.jump import Outcome, compiled_jump, outcome_of
+from synth.hopper.layout import LAYOUTS
+from synth.hopper.leg import Array
+from synth.hopper.models import MODELS, lane
+from synth.hopper.motors import motor_of
+from synth.parts.catalog import Catalogue
+
+MODELS_HELD = ("A", "B", "D", "full")
+QUIET = 0.02  # s, a foot in the air leaves the plate quiet for so long at least
+
+
+@dataclass(frozen=True)
+class MeasuredJump:
+    """One jump as recorded; ``flight_rise`` None where it does not land within the recording."""
+
+    name: str
+    takeoff_time: float
+    takeoff_speed: float
+    rise: float
+    flight_rise: float | None
+    peak_force: float
+    start_angle: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One model: its outcome, and how far force (N) and upper link angle (rad) are off through the push, rms."""
+
+    model: str
+    outcome: Outcome
+    force_error: float
+    angle_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """All jumps, the models, and the recorded and predicted curves of the first jump for a figure."""
+
+    jumps: list[MeasuredJump]
+    comparisons: list[Comparison]
+    mean_rise: float
+    curves: dict[str, Array]
+
+
+def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
+    """Hold the models against the jumps.
+
+    Raises
+    ------
+    UserError : an unknown motor, or a recording without a jump in it.
+    """
+    motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
+    leg = project.design.leg.with_length(project.length)
+    mass = leg.total_mass(motor)
+    measured = [measure(jump, mass, leg.gravity) for jump in project.jumps]
+    jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
+    comparisons, curves = [], {}
+    for name in MODELS_HELD:
+        parameters = lane(leg, motor, project.design.contact, MODELS[name])
+        outcome = outcome_of(jumper.run(parameters[:, None])[:, 0])
+        trace = jumper.trace(parameters)
+        predicted = {"normal": trace[:, 1 + layout.row("normal")], "angle": trace[:, 1 + layout.row("angle")]}
+        force, angle = [], []
+        for jump, found in zip(project.jumps, measured, strict=True):
+            push = jump["time"] <= found.takeoff_time
+            time = jump["time"][push]
+            force.append(np.interp(time, trace[:, 0], predicted["normal"]) - jump["ground force"][push])
+            angle.append(np.interp(time, trace[:, 0], predicted["angle"]) - jump["upper link"][push])
+        rms = [float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) for errors in (force, angle)]
+        comparisons.append(Comparison(name, outcome, rms[0], rms[1]))
+        first = project.jumps[0]["time"]
+        curves[f"ground force {name} [N]"] = np.interp(first, trace[:, 0], predicted["normal"], right=0.0)
+    curves = {
+        "time [s]": project.jumps[0]["time"],
+        "ground force measured [N]": project.jumps[0]["ground force"],
+        **curves,
+    }
+    return Validation(measured, comparisons, float(np.mean([jump.rise for jump in measured])), curves)
+
+
+def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
+    """Takeoff, speed and rise of one recording that starts at rest in the crouch when the motors are switched on."""
+    time, force = jump["time"], jump["ground force"]
+    weight = mass * gravity
+    noise = 1.4826 * float(np.median(np.abs(np.diff(force)))) / np.sqrt(2)
+    quiet = np.abs(force) < max(5.0 * noise, 0.05 * weight)
+    takeoff = _first_quiet(time, quiet, float(np.argmax(force)))
+    if takeoff is None or force.max() < 1.2 * weight:
+        peak = f"weight {weight:.3g} N, peak {force.max():.3g} N"
+        text = f"holds no jump: the plate never falls silent after a push ({peak})"
+        raise UserError(Problem(text, jump.name, key="ground force"))
+    push = slice(0, takeoff + 1)
+    speed = np.concatenate([[0.0], np.cumsum(_middle(force[push] - weight) * np.diff(time[push]))]) / mass
+    way = float(np.sum(_middle(speed) * np.diff(time[push])))
+    landed = np.flatnonzero(~quiet[takeoff:])
+    flight = None
+    if len(landed):
+        flight = float(time[takeoff + landed[0]] - time[takeoff]) ** 2 * gravity / 8.0
+    top = float(speed[-1])
+    return MeasuredJump(jump.name, float(time[takeoff]), top, way + top**2 / (2 * gravity), flight, float(force.max()),
+                        float(jump["upper link"][0]))  # fmt: skip
+
+
+def _middle(values: Array) -> Array:
+    return np.asarray(0.5 * (values[1:] + values[:-1]))
+
+
+def _first_quiet(time: Array, quiet: Array, after: float) -> int | None:
+    """First sample after ``after`` from which the plate is quiet for ``QUIET``."""
+    for index in range(int(after), len(time)):
+        end = int(np.searchsorted(time, time[index] + QUIET))
+        if end < len(time) and quiet[index:end].all():
+            return index
+    return None

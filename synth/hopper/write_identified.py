@@ -1,0 +1,105 @@
+"""The identification experiments' results as JSON, and for people."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Sequence
+from typing import Any
+
+import synth
+from synth.files.reading import InputFile
+from synth.hopper.identify_damping import DampingEstimate
+from synth.hopper.identify_motor import Estimate, MotorEstimate
+from synth.hopper.validate_jumps import Validation
+from synth.units import quantity
+
+
+def head(kind: str, name: str, inputs: Sequence[InputFile]) -> dict[str, Any]:
+    """What every result begins with."""
+    return {
+        "format": f"synth/{kind}/1",
+        "name": name,
+        "versions": {"synth": synth.__version__, "numpy": importlib.metadata.version("numpy")},
+        "inputs": [{"file": item.name, "sha256": item.sha256} for item in inputs],
+    }
+
+
+def _estimate(found: Estimate, unit: str) -> dict[str, Any]:
+    return quantity(found.value, unit, found.interval90)
+
+
+def motor_json(found: MotorEstimate) -> dict[str, Any]:
+    """Constants at the rotor with intervals."""
+    return {
+        "motor": {
+            "resistance": _estimate(found.resistance, "ohm"),
+            "inductance": _estimate(found.inductance, "mH"),
+            "back_emf_constant": _estimate(found.back_emf, "V/(rad/s)"),
+            "friction": _estimate(found.friction, "N*m"),
+            "viscous": _estimate(found.viscous, "N*m*s/rad"),
+            "rotor_inertia": _estimate(found.rotor_inertia, "kg*m^2"),
+        },
+        "windows": found.windows,
+    }
+
+
+def damping_json(found: DampingEstimate) -> dict[str, Any]:
+    """The one damping, each length's beside it."""
+    return {
+        "method": found.method,
+        "joint_damping": _estimate(found.damping, "N*m*s/rad"),
+        "by_length": [
+            {"length": quantity(length, "m"), "joint_damping": _estimate(value, "N*m*s/rad")}
+            for length, value in found.by_length.items()
+        ],
+        "angle_error": quantity(found.angle_error, "deg"),
+    }
+
+
+def validation_json(found: Validation) -> dict[str, Any]:
+    """Measured jumps and every model's prediction."""
+    return {
+        "measured": [
+            {
+                "file": jump.name,
+                "takeoff_time": quantity(jump.takeoff_time, "s"),
+                "takeoff_speed": quantity(jump.takeoff_speed, "m/s"),
+                "rise": quantity(jump.rise, "m"),
+                "flight_rise": None if jump.flight_rise is None else quantity(jump.flight_rise, "m"),
+                "peak_force": quantity(jump.peak_force, "N"),
+                "start_angle": quantity(jump.start_angle, "deg"),
+            }
+            for jump in found.jumps
+        ],
+        "mean_rise": quantity(found.mean_rise, "m"),
+        "models": {
+            item.model: {
+                "rise": quantity(item.outcome.rise, "m"),
+                "over_measured": item.outcome.rise / found.mean_rise - 1.0,
+                "takeoff_time": quantity(item.outcome.takeoff_time, "s"),
+                "takeoff_speed": quantity(item.outcome.takeoff_speed, "m/s"),
+                "peak_force": quantity(item.outcome.peak_normal, "N"),
+                "force_error": quantity(item.force_error, "N"),
+                "angle_error": quantity(item.angle_error, "deg"),
+            }
+            for item in found.comparisons
+        },
+    }
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The numbers for the screen."""
+    if "motor" in result:
+        return [_line(name, value) for name, value in result["motor"].items()]
+    if "joint_damping" in result:
+        each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]
+        return [_line("joint_damping", result["joint_damping"]), *each]
+    shown = [f"measured: rise {result['mean_rise']['value'] * 100:.2f} cm over {len(result['measured'])} jumps"]
+    for name, item in result["models"].items():
+        shown.append(f"{name}: rise {item['rise']['value'] * 100:.2f} cm, {item['over_measured']:+.0%} of measured")
+    return shown
+
+
+def _line(name: str, value: dict[str, Any]) -> str:
+    low, high = value["interval90"]
+    return f"{name}: {value['value']:.5g} {value['unit']} ({low:.5g} to {high:.5g})"

@@ -1,0 +1,143 @@
+"""The study's three experiments: MuJoCo's recordings with noise in, its constants out, through the command line."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hopper.experiments import TrueMotor, plate_jump, pull_up, run_up
+from hopper.hoppers import motor
+from synth.cli import main
+from synth.hopper.leg import HopperLeg
+
+DESIGN = 'kind: hopper-design\nmotors: {use: ["N20 HP 6V 150:1"]}\nleg: {bending: none}\n'
+
+
+def write(path: Path, header: str, values: np.ndarray) -> None:
+    np.savetxt(path, values, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def run(folder: Path, text: str, name: str) -> dict:  # type: ignore[type-arg]
+    (folder / "project.yaml").write_text(text)
+    assert main(["-q", "hopper", str(folder / "project.yaml"), "--out", str(folder / "out")]) == 0
+    return json.loads((folder / "out" / name).read_text())  # type: ignore[no-any-return]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("motor")
+    rng = np.random.default_rng(1)
+    for voltage in (2.0, 3.0, 4.5, 6.0):
+        write(folder / f"run_{voltage:g}.csv", "time [s],voltage [V],current [A],speed [rad/s]",
+              run_up(TrueMotor(), voltage, 0.8, rng))  # fmt: skip
+    return folder
+
+
+def test_motor_constants_from_run_ups(runs: Path) -> None:
+    found = run(runs, "kind: hopper-motor\ngear_ratio: 150.58\nruns: [run_*.csv]\n", "motor.json")["motor"]
+    truth = TrueMotor()
+    wanted = {"resistance": (truth.resistance, 1.0, 0.02), "back_emf_constant": (truth.back_emf, 1.0, 0.01),
+              "friction": (truth.friction, 1.0, 0.03), "viscous": (truth.viscous, 1.0, 0.1),
+              "rotor_inertia": (truth.rotor_inertia, 1.0, 0.03),
+              "inductance": (truth.inductance, 1e3, 0.25)}  # fmt: skip
+    for name, (value, scale, tolerance) in wanted.items():
+        assert found[name]["value"] == pytest.approx(value * scale, rel=tolerance), name
+        low, high = found[name]["interval90"]
+        assert low < found[name]["value"] < high
+
+
+def test_one_steady_speed_cannot_tell(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    steady = np.column_stack([np.arange(0, 1, 1e-3), *(np.full(1000, v) for v in (6.0, 0.1, 20.0))])
+    write(tmp_path / "a.csv", "time [s],voltage [V],current [A],speed [rad/s]", steady)
+    (tmp_path / "p.yaml").write_text("kind: hopper-motor\ngear_ratio: 150\nruns: [a.csv]\n")
+    assert main(["-q", "hopper", str(tmp_path / "p.yaml"), "--out", str(tmp_path / "o")]) == 2
+    assert "vary the voltage" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def pulls(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = tmp_path_factory.mktemp("pulls")
+    (folder / "design.yaml").write_text(DESIGN)
+    rng = np.random.default_rng(2)
+    trials = []
+    for length, torque in ((0.08, 0.06), (0.10, 0.07), (0.12, 0.08)):
+        leg = HopperLeg(bending="none").with_length(length)
+        leg = replace(leg, flexures=replace(leg.flexures, damping=4e-4))
+        for number in range(2):
+            name = f"pull_{length * 100:g}_{number}.csv"
+            write(folder / name, "time [s],upper link [rad],hip torque [N*m]",
+                  pull_up(leg, motor(), torque * (1 + 0.1 * number), 1.0, rng))  # fmt: skip
+            trials.append(f"  - {{file: {name}, length: {length * 1e3:g} mm}}\n")
+    text = f"kind: hopper-pull-ups\ndesign: design.yaml\nbody_mass: 36.9 g\ntrials:\n{''.join(trials)}"
+    return folder, text
+
+
+def test_one_damping_from_pull_ups_of_three_lengths(pulls: tuple[Path, str]) -> None:
+    found = run(*pulls, "pull-ups.json")
+    assert found["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.05)
+    assert len(found["by_length"]) == 3
+    for item in found["by_length"]:
+        assert item["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.15)
+
+
+def test_the_genetic_search_finds_the_same(pulls: tuple[Path, str]) -> None:
+    folder, text = pulls
+    found = run(folder, text + "method: genetic\nseed: 3\n", "pull-ups.json")
+    assert found["method"] == "genetic"
+    assert found["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.08)
+
+
+def test_jumps_on_a_plate_tell_the_model_that_made_them(tmp_path: Path) -> None:
+    """Recordings of model D: of the models held against them D fits best, and its rise is the measured one."""
+    (tmp_path / "design.yaml").write_text(DESIGN.replace("none", "upper"))
+    rng = np.random.default_rng(4)
+    for number in range(3):
+        write(tmp_path / f"jump_{number}.csv", "time [s],ground force [N],upper link [rad]",
+              plate_jump(HopperLeg(), motor(), rng))  # fmt: skip
+    text = 'kind: hopper-jumps\ndesign: design.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\njumps: [jump_*.csv]\n'
+    found = run(tmp_path, text, "jumps.json")
+    models = found["models"]
+    assert min(models, key=lambda name: models[name]["angle_error"]["value"]) == "D"
+    assert min(models, key=lambda name: abs(models[name]["over_measured"])) == "D"
+    assert abs(models["D"]["over_measured"]) < 0.03
+    assert models["D"]["angle_error"]["value"] < 0.2
+    assert models["full"]["over_measured"] < -0.1
+
+
+BAD = [
+    ("kind: hopper-motor\nruns: [run.csv]\n", "gear_ratio"),
+    ("kind: hopper-motor\ngear_ratio: 10\nruns: [none.csv]\n", "does not exist"),
+    ("kind: hopper-motor\ngear_ratio: 10\nruns: [run.csv]\n", 'no column "current [A]"'),
+    ("kind: hopper-jumps\ndesign: d.yaml\nmotor: X\nlength: 12\njumps: [run.csv]\n", "has no unit"),
+    ("kind: hopper-jumps\ndesign: d.yaml\nmotor: N20 HP\nlength: 12 cm\njumps: [plate.csv]\n", "no gear motor"),
+    ('kind: hopper-jumps\ndesign: d.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 12 cm\njumps: [plate.csv]\n', "no jump"),
+    (
+        "kind: hopper-pull-ups\ndesign: d.yaml\nbody_mass: 30 g\ntrials: [{file: pull.csv, length: 12 cm}]\n",
+        "fold from",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), BAD)
+def test_bad_recordings_are_named(text: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "d.yaml").write_text(DESIGN)
+    time = np.arange(0, 0.2, 1e-3)
+    write(tmp_path / "run.csv", "time [s],voltage [V],speed [rad/s]", np.column_stack([time, time, time]))
+    still = np.column_stack([time, 0.5 + 0 * time, 39 + 0 * time])
+    write(tmp_path / "plate.csv", "time [s],ground force [N],upper link [deg]", still)
+    wide = np.column_stack([time, 400 * time, time])
+    write(tmp_path / "pull.csv", "time [s],upper link [deg],hip torque [N*m]", wide)
+    (tmp_path / "p.yaml").write_text(text)
+    assert main(["-q", "hopper", str(tmp_path / "p.yaml"), "--out", str(tmp_path / "o")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "o").exists()
+
+
+def test_every_constant_of_the_true_motor_is_asked_for() -> None:
+    assert {field.name for field in fields(TrueMotor)} == {
+        "resistance", "inductance", "back_emf", "friction", "viscous", "rotor_inertia", "ratio"
+    }  # fmt: skip
