@@ -90,7 +90,7 @@ def diagnose(
     tolerances = bench.predictor.tolerances
     nominal = tolerances.leg(leg, found.none.fit.unknowns)
     # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
-    bare = tolerances.leg(leg, judged.accepted.fit.unknowns) if explained else nominal
+    bare = tolerances.leg(leg, judged.accepted.fit.unknowns[: tolerances.size]) if explained else nominal
     missing = [missing_torque(bare, trial) for trial in scene.scored]
     say("what next")
     best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
