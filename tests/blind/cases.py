@@ -150,25 +150,34 @@ class Ground:
         return False
 
     def find(self, effect: str, joint: int, form: Form, strength: float) -> Cause:
-        """The size whose gap is ``strength`` floors: secant in the logarithms of both."""
-        size = form.largest * min(0.5, 0.03 * strength)
-        last: tuple[float, float] | None = None
-        slope = 1.0
-        for _ in range(10):
+        """The size whose gap is ``strength`` floors: false position in the logarithms of both, kept in its bracket.
+
+        The gap is no power of the size: it may be nothing until the tolerances are used up, and then rise steeply.
+        """
+        top = math.log(form.largest)
+        x = top + math.log(min(0.5, 0.03 * strength))
+        low: tuple[float, float] | None = None  # (log size, log gap / strength), below
+        high: tuple[float, float] | None = None
+        for _ in range(12):
+            size = math.exp(x)
             reached = self.gap(*form.build(size)).rms / self.floor
-            here = (math.log(size), math.log(max(reached, 1e-6)))
-            miss = math.log(strength) - here[1]
-            if abs(miss) < 0.03:
+            miss = math.log(max(reached, 1e-6) / strength)
+            if abs(miss) < 0.04:
                 return Cause(effect, joint, strength, reached, form, size)
-            if last is not None and abs(here[0] - last[0]) > 1e-9:
-                slope = float(np.clip((here[1] - last[1]) / (here[0] - last[0]), 0.4, 4.0))
-            if size >= form.largest and miss > 0:
+            if miss < 0 and x >= top - 1e-9:
                 if not self._quieten(reached / strength):
                     raise Unfit(f"{effect}: {reached:.2g} floors at most")
-                last = None
+                low = high = None
                 continue
-            last = here
-            size = min(math.exp(here[0] + float(np.clip(miss / slope, -2.5, 2.5))), form.largest)
+            if miss < 0:
+                low = (x, miss)
+            else:
+                high = (x, miss)
+            if low is None or high is None:
+                x = min(x - float(np.clip(miss, -1.5, 2.5)), top)
+            else:
+                share = float(np.clip(-low[1] / (high[1] - low[1]), 0.15, 0.85))
+                x = low[0] + share * (high[0] - low[0])
         raise Unfit(f"{effect}: no size found")
 
 
