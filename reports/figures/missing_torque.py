@@ -73,9 +73,8 @@ def missing_torque_figure(title: str, clouds: Sequence[Cloud]) -> Markup:
     """One joint's panels side by side, on one torque axis."""
     torques = sorted(y for cloud in clouds for _, y in cloud.points)
     ends = (quantile(torques, OUTER), quantile(torques, 1 - OUTER), 0.0) if torques else (0.0,)
-    bins = [binned(cloud.points) for cloud in clouds]
-    spread = [value for each in bins for one in each for value in (one.low, one.high)]
-    vertical = padded([*ends, *spread], 0.1)
+    bins = [binned(_within(cloud.points)) for cloud in clouds]
+    vertical = padded([*ends, *(one.median for each in bins for one in each)], 0.1)
     svg = Svg(WIDTH, HEIGHT, title)
     width = WIDTH / len(clouds)
     for index, (cloud, each) in enumerate(zip(clouds, bins, strict=True)):
@@ -83,9 +82,20 @@ def missing_torque_figure(title: str, clouds: Sequence[Cloud]) -> Markup:
     return svg.markup
 
 
+def _ends(points: Sequence[Point]) -> tuple[float, float, float]:
+    """Both ends of the abscissa without the outermost samples, and zero, which is always shown."""
+    xs = sorted(x for x, _ in points)
+    return (quantile(xs, OUTER / 4), quantile(xs, 1 - OUTER / 4), 0.0) if xs else (-1.0, 1.0, 0.0)
+
+
+def _within(points: Sequence[Point]) -> list[Point]:
+    """Samples that are not the outermost: few of them, far out, would make bins that run out of the axes."""
+    low, high, _ = _ends(points)
+    return [point for point in points if low <= point[0] <= high]
+
+
 def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: float, width: float) -> None:
-    xs = sorted(x for x, _ in cloud.points)
-    span = padded([quantile(xs, OUTER / 4), quantile(xs, 1 - OUTER / 4), 0.0], 0.04) if xs else (-1.0, 1.0)
+    span = padded(_ends(cloud.points), 0.04)
     axes = Axes(
         Scale(*span, left + LEFT, left + width - RIGHT),
         Scale(*vertical, HEIGHT - BOTTOM, TOP),
@@ -109,8 +119,9 @@ def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: fl
 def _medians(svg: Svg, axes: Axes, bins: Sequence[Bin]) -> None:
     if not bins:
         return
-    upper = axes.points([(one.place, one.high) for one in bins])
-    lower = axes.points([(one.place, one.low) for one in reversed(bins)])
+    least, most = axes.y.low, axes.y.high  # the band ends where the axis does
+    upper = axes.points([(one.place, min(one.high, most)) for one in bins])
+    lower = axes.points([(one.place, max(one.low, least)) for one in reversed(bins)])
     outline = "L".join(f"{x:.1f} {y:.1f}" for x, y in [*upper, *lower])
     svg.path(f"M{outline}Z", f'fill="{BAND}" fill-opacity="0.75"')
     medians = axes.points([(one.place, one.median) for one in bins])

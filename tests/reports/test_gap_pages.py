@@ -20,7 +20,8 @@ from hypothesis import strategies as st
 from gap.made_result import FRICTION, made_result
 from page_reader import check_words, drawings, page_of
 from reports import quantities, write_gap_report
-from reports.figures.missing_torque import binned, quantile
+from reports.figures import missing_torque
+from reports.figures.missing_torque import Cloud, binned, missing_torque_figure, quantile
 from reports.reading import Table
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_where import error_over_time
@@ -247,6 +248,26 @@ def test_few_fast_samples_among_many_at_rest_have_bins_of_their_own() -> None:
     *_, last = binned(rest + fast)
     assert last.place > 30.0
     assert last.median == -0.05
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10_000), st.integers(0, 30), st.floats(1.0, 1e4))
+def test_nothing_is_drawn_outside_the_axes(seed: int, outliers: int, far: float) -> None:
+    """However far out a few samples lie: dots, medians and band stay within the frame."""
+    generator = np.random.default_rng(seed)
+    points = generator.normal(0.0, 1.0, (300, 2))
+    points[:outliers] *= far
+    cloud = Cloud("knee", "speed", [(float(x), float(y)) for x, y in points])
+    svg = str(missing_torque_figure("knee", [cloud]))
+    drawn = re.findall(r'<path d="([^"]+)"', svg)
+    assert len(drawn) == 3  # dots, band, medians
+    places = [[float(number) for number in pair] for d in drawn for pair in re.findall(r"(-?[\d.]+)[ ,](-?[\d.]+)", d)]
+    places += [[float(x), float(y)] for x, y in re.findall(r'cx="(-?[\d.]+)" cy="(-?[\d.]+)"', svg)]
+    x, y = np.array(places).T
+    assert x.min() >= missing_torque.LEFT - 0.1
+    assert x.max() <= missing_torque.WIDTH - missing_torque.RIGHT + 0.1
+    assert y.min() >= missing_torque.TOP - 0.1
+    assert y.max() <= missing_torque.HEIGHT - missing_torque.BOTTOM + 0.1
 
 
 def test_error_over_time_is_a_root_mean_square_over_trials() -> None:
