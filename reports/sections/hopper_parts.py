@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from reports.figures.hopper_layers import layers_figure
 from reports.reading import Result
 from reports.section import Missing, Section, mapping
 
@@ -12,8 +13,9 @@ def content(result: Result) -> dict[str, Any] | Missing:
     """Layers, hinges and drawings."""
     parts = mapping(result.content, "parts")
     if not parts:
-        return Missing("parts were not asked for")
-    return {"parts": parts}
+        return Missing("parts were not asked for, or no design leaves the ground")
+    layers = parts.get("layers") or []
+    return {"parts": parts, "drawing": layers_figure(layers) if layers else None}
 
 
 SECTION = Section("hopper-parts", "Parts", content)

@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--truth", action="store_true", help="no file: hold the models against the published leg")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder to write, whole or not at all")
+    parser.add_argument("--no-cad", action="store_true", help="leave the parts out")
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
 
 
@@ -57,6 +58,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> None:
+    from synth.commands.hopper_parts import draw_parts
     from synth.files.output import output_folder
     from synth.hopper.checkpoint import Checkpoint
     from synth.hopper.jump import compiled_jump
@@ -73,8 +75,12 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
         with progress.stage("writing the designs"):
             write_designs(found, folder / "designs.csv")
             write_jump(found, folder / "jump.csv")
+        parts: dict[str, Any] = {}
+        if not arguments.no_cad:
+            with progress.stage("drawing the chosen leg's parts"):
+                parts = draw_parts(found, folder)
         with progress.stage("writing the report"):
-            _report(found, folder)
+            _report(found, folder, parts)
     checkpoint.remove()
     for text in warnings_of(found):
         progress.say(f"note: {text}")
@@ -93,13 +99,13 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
             "version of synth": synth.__version__}  # fmt: skip
 
 
-def _report(found: Any, folder: Path) -> None:
+def _report(found: Any, folder: Path, parts: dict[str, Any]) -> None:
     from reports.hopper import write_hopper_report
     from synth.files.output import write_json
     from synth.hopper.write import hopper_json
 
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    write_json(folder / "hopper.json", hopper_json(found, files, folder))
+    write_json(folder / "hopper.json", hopper_json(found, files, folder) | ({"parts": parts} if parts else {}))
     write_hopper_report(folder)
 
 

@@ -182,6 +182,7 @@ class _HopperFile:
 class PartsSection:
     """The flat layers."""
 
+    adhesive: Annotated[Length, Because("the lab's adhesive layer")] = 0.000015
     adhesive_gap: Annotated[Length, Because("rigid layers stay clear of the fold by that much")] = 0.0002
     motor_shaft: Annotated[Length, Because("micro metal motors")] = 0.003
     sheet: Annotated[float, Quantity("m", above=0, most=10), Because("a common laser bed")] = 0.3

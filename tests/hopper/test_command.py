@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -86,7 +87,7 @@ def test_the_choice_is_told_with_neighbours_models_and_warnings(found: dict) -> 
 def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
     text = SMALL.replace("motors: {", "motors: {gearbox: stop, ")
     (tmp_path / "a.yaml").write_text(text)
-    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 0
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
     rows = designs(tmp_path / "out")
     assert all("gearbox" in row["limit"] for row in rows if row["gear_ratio"] == "210.59")
     assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
@@ -94,7 +95,7 @@ def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
 
 def test_too_weak_a_motor_is_said_to_be_and_jumps_nothing(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(SMALL.replace('"N20 HP 6V 1*0:1", "N20 HP 6V 210:1"', '"N20 LP 6V 30:1"'))
-    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 0
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
     rows = designs(tmp_path / "out")
     assert all(row["limit"].startswith("too weak") and float(row["clearance [m]"]) == 0.0 for row in rows)
     result = json.loads((tmp_path / "out" / "hopper.json").read_text())
@@ -110,7 +111,7 @@ def test_a_users_motor_is_one_more_row(tmp_path: Path) -> None:
         ).replace("2.0,1600", "200,1600")
     )
     (tmp_path / "a.yaml").write_text(SMALL.replace("{use: [", '{catalogs: [mine.csv], use: ["M1", '))
-    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 0
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
     assert {row["motor"] for row in designs(tmp_path / "out")} >= {"M1"}
 
 
@@ -161,7 +162,7 @@ lengths: {least: 60 mm, most: 180 mm, step: 0.05 mm}
 
 def test_a_killed_sweep_goes_on_to_the_same_bytes_and_refuses_another_project(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(LARGE)
-    command = [sys.executable, "-m", "synth", "-q", "hopper", str(tmp_path / "a.yaml"), "--out"]
+    command = [sys.executable, "-m", "synth", "-q", "hopper", "--no-cad", str(tmp_path / "a.yaml"), "--out"]
     whole = subprocess.run([*command, str(tmp_path / "whole")], check=True, timeout=300, capture_output=True)
     assert whole.returncode == 0
     running = subprocess.Popen([*command, str(tmp_path / "killed")], stdout=subprocess.DEVNULL)
@@ -192,10 +193,24 @@ def test_a_killed_sweep_goes_on_to_the_same_bytes_and_refuses_another_project(tm
 
 def test_the_report_shows_every_part_of_the_study(result: Path, found: dict) -> None:  # type: ignore[type-arg]
     page = (result / "report.html").read_text()
-    for title in ("The chosen leg", "Clearance over ratio and length", "Models side by side", "The jump",
+    for title in ("The chosen leg", "Clearance over ratio and length", "Models side by side", "The jump", "Parts",
                   "How each number is computed"):  # fmt: skip
         assert f"</span> {title}</h2>" in page
-    assert page.count("<svg") == 3 + 6
+    assert page.count("<svg") == 4 + 6
     assert "one ratio less" in page
     assert found["best"]["motor"] in page
     assert "gearbox" in page.split("Warnings</h2>")[1].split("</ul>")[0]
+
+
+def test_the_parts_follow_from_the_chosen_design(result: Path, found: dict) -> None:  # type: ignore[type-arg]
+    parts = found["parts"]
+    assert all((result / file).stat().st_size > 0 for file in parts["files"])
+    listed = {item["path"] for item in found["files"]}
+    assert set(parts["files"]) <= listed
+    folds = parts["layers"][2]["folds_mm"]
+    link = found["best"]["leg_length"]["value"] * 1e3
+    assert [b - a for a, b in pairwise(folds)] == pytest.approx([link] * 4, rel=1e-6)
+    # k = E w t^3 / (12 gap) of 3.8 GPa film, 15 mm wide, 0.1 mm thick
+    gap = 3.8e9 * 0.015 * 1e-12 / (12 * 0.0229183)
+    assert parts["dimensions"]["hinge_gap"]["value"] == pytest.approx(gap * 1e3, rel=1e-6)
+    assert any("fold or double" in note for note in parts["notes"])

@@ -1,0 +1,227 @@
+"""A laminate five-bar leg as flat layers, its motor mount and hubs, and the whole in its crouch. Millimetres, degrees.
+
+The leg is one strip: hip tab, upper link, lower link, lower link, upper link, hip tab, with a flexure between each two.
+From flat to folded every hinge turns the same way, so one rigid layer is always outside a fold. That outer layer holds
+the film up to the hinge's free length ``gap``, which sets the flexure's rate; the inner one is cut back so far that its
+edges meet only at the largest fold, 2 T tan(fold/2) for a rigid layer of thickness T.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cad.hopper_dxf import HOLE_DIAMETER, Layer, write_layer
+from cad.limits import DimensionError, DimensionProblem
+
+TAB = 14.0  # length of a hip tab
+HOLE = HOLE_DIAMETER
+WALL = 2.0  # of the mount
+MOUNT_DEPTH = 12.0
+PLAY = 0.2  # between motor and mount
+
+
+@dataclass(frozen=True)
+class HopperDimensions:
+    """What the parts follow from; ``motor``: width and height of its cross-section, equal for a round one."""
+
+    upper: float
+    lower: float
+    hip_spacing: float
+    width: float
+    thickness: float
+    film: float
+    adhesive: float
+    gap: float
+    adhesive_gap: float
+    crouch: float
+    extended: float
+    shaft: float
+    motor: tuple[float, float]
+    round_motor: bool
+    sheet: float
+
+    @property
+    def rigid(self) -> float:
+        """Thickness of one rigid layer: what film and adhesive leave, halved."""
+        return 0.5 * (self.thickness - self.film - 2 * self.adhesive)
+
+    def lower_angle(self, upper: float) -> float:
+        """Lower link's angle, deg, at an upper link's (both from straight down)."""
+        share = (0.5 * self.hip_spacing + self.upper * math.sin(math.radians(upper))) / self.lower
+        return math.degrees(math.asin(share))
+
+    @property
+    def folds(self) -> tuple[float, float, float]:
+        """Largest fold from flat of hip, knee and foot, deg, over the leg's travel."""
+        knee = self.crouch + self.lower_angle(self.crouch)
+        return 90.0 - self.extended, knee, 180.0 - 2 * self.lower_angle(self.extended)
+
+    def cut_back(self, fold: float) -> float:
+        """Gap of the inner rigid layer for a fold."""
+        return max(self.gap, 2 * self.rigid * math.tan(math.radians(0.5 * fold)) + self.adhesive_gap)
+
+    def require(self) -> None:
+        """Raise DimensionError where no such laminate can be made."""
+        problems = []
+        if self.rigid <= 0.0:
+            reason = "film and adhesive are thicker than the laminate"
+            problems.append(DimensionProblem("laminate.thickness", self.thickness, "above film and adhesive", reason))
+        elif max(self.cut_back(fold) for fold in self.folds) > 0.5 * min(self.upper, self.lower):
+            reason = "the inner layer would be cut back by more than half a link to let the foot fold so far"
+            problems.append(DimensionProblem("laminate.thickness", self.thickness, "a thinner one", reason))
+        if self.hip_spacing < self.motor[0] + PLAY:
+            reason = "the two motors would overlap; they must stand behind each other, which is not drawn"
+            allowed = f"at least {self.motor[0] + PLAY:g} mm"
+            problems.append(DimensionProblem("leg.hip_spacing", self.hip_spacing, allowed, reason))
+        if problems:
+            raise DimensionError(problems)
+
+
+@dataclass(frozen=True)
+class HopperParts:
+    """What was written: the layers, STEP files, hinges' numbers, and what to know."""
+
+    layers: tuple[Layer, ...]
+    files: tuple[str, ...]
+    gaps: dict[str, float]
+    notes: tuple[str, ...]
+
+
+def hinges(dimensions: HopperDimensions) -> list[tuple[str, float, float]]:
+    """Name, place along the strip and largest fold of the five hinges."""
+    d = dimensions
+    hip, knee, foot = d.folds
+    places = [TAB, d.upper, d.lower, d.lower, d.upper]
+    names = [("hip", hip), ("knee", knee), ("foot", foot), ("knee", knee), ("hip", hip)]
+    found, x = [], 0.0
+    for (name, fold), way in zip(names, places, strict=True):
+        x += way
+        found.append((name, x, fold))
+    return found
+
+
+def layers(dimensions: HopperDimensions) -> tuple[Layer, ...]:
+    """The five layers from outside to inside, as closed outlines and fold lines."""
+    d = dimensions
+    marks = hinges(d)
+    end = marks[-1][1] + TAB
+    folds = tuple(x for _, x, _ in marks)
+    holes = tuple((x, y) for x in (0.5 * TAB, end - 0.5 * TAB) for y in (0.25 * d.width, 0.75 * d.width))
+
+    def plates(gaps: list[float]) -> tuple[tuple[float, float], ...]:
+        """Begin and end of each plate along the strip."""
+        edges = [0.0, *(e for x, gap in zip(folds, gaps, strict=True) for e in (x - gap / 2, x + gap / 2)), end]
+        return tuple(zip(edges[::2], edges[1::2], strict=True))
+
+    outer = plates([d.gap] * 5)
+    inner = plates([d.cut_back(fold) for _, _, fold in marks])
+    bonded_outer = plates([d.gap + 2 * d.adhesive_gap] * 5)
+    bonded_inner = plates([d.cut_back(fold) + 2 * d.adhesive_gap for _, _, fold in marks])
+    return (
+        Layer("1_outer_rigid", "rigid", d.rigid, d.width, outer, folds, holes),
+        Layer("2_adhesive", "adhesive", d.adhesive, d.width, bonded_outer, folds, holes),
+        Layer("3_film", "film", d.film, d.width, ((0.0, end),), folds, holes),
+        Layer("4_adhesive", "adhesive", d.adhesive, d.width, bonded_inner, folds, holes),
+        Layer("5_inner_rigid", "rigid", d.rigid, d.width, inner, folds, holes),
+    )
+
+
+def mount(dimensions: HopperDimensions) -> Any:
+    """The body between the hips: two motor pockets whose shafts stand ``hip_spacing`` apart, walls round them."""
+    import cadquery as cq
+
+    d = dimensions
+    wide, high = d.motor
+    outline = cq.Workplane("XY").box(d.hip_spacing + wide + PLAY + 2 * WALL, high + PLAY + 2 * WALL, MOUNT_DEPTH)
+    points = [(-0.5 * d.hip_spacing, 0.0), (0.5 * d.hip_spacing, 0.0)]
+    pockets = outline.faces(">Z").workplane().pushPoints(points)
+    made = pockets.hole(wide + PLAY) if d.round_motor else pockets.rect(wide + PLAY, high + PLAY).cutThruAll()
+    return made.val()
+
+
+def hub(dimensions: HopperDimensions) -> Any:
+    """A hub on the motor's D shaft with a flat arm that an upper link's hip tab is screwed to."""
+    import cadquery as cq
+
+    d = dimensions
+    radius = 0.5 * d.shaft + WALL
+    body = cq.Workplane("XY").circle(radius).extrude(d.width)
+    arm = cq.Workplane("XY").box(TAB + radius, WALL, d.width, centered=(False, True, False))
+    made = body.union(arm)
+    flat = 0.5 * d.shaft - 0.5  # the usual D: half a millimetre off a 3 mm shaft
+    bore = cq.Workplane("XY").circle(0.5 * d.shaft + 0.05).extrude(d.width)
+    keep = cq.Workplane("XY").box(2 * d.shaft, d.shaft, d.width, centered=(True, False, False))
+    bore = bore.cut(keep.translate((0.0, flat, 0.0)))
+    made = made.cut(bore)
+    holes = [(radius + 0.5 * TAB, 0.25 * d.width), (radius + 0.5 * TAB, 0.75 * d.width)]
+    drilled = cq.Workplane("XZ").pushPoints(holes).circle(0.5 * HOLE).extrude(2 * radius, both=True)
+    return made.cut(drilled).val()
+
+
+def assembly(dimensions: HopperDimensions) -> Any:
+    """Mount, hubs and the four links in the crouch, x to the right, y up, the width along z."""
+    import cadquery as cq
+
+    d = dimensions
+    made = cq.Assembly(name="leg")
+    made.add(cq.Workplane(obj=mount(d)), name="mount", color=cq.Color(0.3, 0.47, 0.66),
+             loc=cq.Location(cq.Vector(0, 0, -0.5 * MOUNT_DEPTH)))  # fmt: skip
+    lower = d.lower_angle(d.crouch)
+    for side, name in ((1, "right"), (-1, "left")):
+        hip = (side * 0.5 * d.hip_spacing, 0.0)
+        turn = math.radians(d.crouch)
+        knee = (hip[0] + side * d.upper * math.sin(turn), hip[1] - d.upper * math.cos(turn))
+        foot = (0.0, knee[1] - d.lower * math.cos(math.radians(lower)))
+        for piece, start, end in (("upper", hip, knee), ("lower", knee, foot)):
+            made.add(_link(d, start, end), name=f"{piece}_{name}", color=cq.Color(0.95, 0.56, 0.17))
+        arm = 90.0 - d.crouch if side > 0 else 90.0 + d.crouch
+        place = cq.Location(cq.Vector(*hip, 0.0), cq.Vector(0, 0, 1), -arm)
+        made.add(cq.Workplane(obj=hub(d)), name=f"hub_{name}", loc=place, color=cq.Color(0.55, 0.56, 0.6))
+    return made
+
+
+def _link(d: HopperDimensions, start: tuple[float, float], end: tuple[float, float]) -> Any:
+    """A link between two hinge axes, less half a gap at each end."""
+    import cadquery as cq
+
+    length = math.dist(start, end) - d.gap
+    angle = math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
+    middle = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * d.width)
+    return cq.Workplane("XY").box(length, d.thickness, d.width).rotate((0, 0, 0), (0, 0, 1), angle).translate(middle)
+
+
+def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
+    """Write a DXF a layer, and STEP files of mount, hub and the whole leg.
+
+    Raises
+    ------
+    DimensionError : before anything is written, where no such laminate or mount can be made.
+    """
+    import cadquery as cq
+
+    from cad.export import write_step
+
+    dimensions.require()
+    folder.mkdir(parents=True, exist_ok=True)
+    made = layers(dimensions)
+    files = []
+    for layer in made:
+        write_layer(layer, folder / f"{layer.name}.dxf")
+        files.append(f"{layer.name}.dxf")
+    for name, solid in (("motor_mount", mount(dimensions)), ("hub", hub(dimensions))):
+        write_step(cq.Assembly(name=f"{name}_part").add(cq.Workplane(obj=solid), name=name), folder / f"{name}.step")
+        files.append(f"{name}.step")
+    write_step(assembly(dimensions), folder / "leg_assembly.step")
+    files.append("leg_assembly.step")
+    length = made[0].plates[-1][1]
+    notes = []
+    if length > dimensions.sheet:
+        notes.append(
+            f"the strip is {length:.0f} mm long, the sheet {dimensions.sheet:.0f} mm: cut it in two at the foot's "
+            "hinge and join the film there"
+        )
+    gaps = {f"{name}_inner_gap": dimensions.cut_back(fold) for name, _, fold in hinges(dimensions)[:3]}
+    return HopperParts(made, tuple(files), gaps, tuple(notes))

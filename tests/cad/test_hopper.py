@@ -1,0 +1,124 @@
+"""The laminate leg's layers and mounts: read back, measured, and held against the dimensions that they follow from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import cadquery as cq
+import ezdxf
+import pytest
+
+from cad.hopper import HopperDimensions, HopperParts, assembly, export_hopper, hinges, hub, layers, mount
+from cad.limits import DimensionError
+
+LEG = HopperDimensions(
+    upper=120.0, lower=120.0, hip_spacing=30.0, width=15.0, thickness=1.7, film=0.1, adhesive=0.015, gap=0.2073,
+    adhesive_gap=0.2, crouch=39.0, extended=10.0, shaft=3.0, motor=(12.0, 10.0), round_motor=False, sheet=600.0,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, HopperParts]:
+    folder = tmp_path_factory.mktemp("parts")
+    return folder, export_hopper(LEG, folder)
+
+
+def outlines(path: Path) -> list[tuple[float, float, float, float]]:
+    """Least x, greatest x, least y, greatest y of each closed outline on CUT."""
+    found = []
+    for item in ezdxf.readfile(path).modelspace().query('LWPOLYLINE[layer=="CUT"]'):
+        assert item.closed
+        xs, ys = zip(*((x, y) for x, y, *_ in item.get_points()), strict=True)
+        found.append((min(xs), max(xs), min(ys), max(ys)))
+    return sorted(found)
+
+
+def test_fold_lines_stand_a_link_apart(written: tuple[Path, HopperParts]) -> None:
+    space = ezdxf.readfile(written[0] / "3_film.dxf").modelspace()
+    folds = sorted(line.dxf.start.x for line in space.query('LINE[layer=="FOLD"]'))
+    assert [b - a for a, b in pairwise(folds)] == pytest.approx([120.0] * 4)
+    assert len(outlines(written[0] / "3_film.dxf")) == 1
+
+
+def test_the_outer_layer_leaves_the_hinge_gap_and_the_inner_one_room_to_fold(
+    written: tuple[Path, HopperParts],
+) -> None:
+    for name, gaps in (
+        ("1_outer_rigid", [LEG.gap] * 5),
+        ("5_inner_rigid", [LEG.cut_back(f) for _, _, f in hinges(LEG)]),
+    ):
+        plates = outlines(written[0] / f"{name}.dxf")
+        assert len(plates) == 6
+        found = [after[0] - before[1] for before, after in pairwise(plates)]
+        assert found == pytest.approx(gaps, abs=1e-6)
+    for _, _, fold in hinges(LEG):
+        corner = LEG.rigid * math.tan(math.radians(fold / 2))  # how far an inner edge moves towards the fold
+        assert LEG.cut_back(fold) / 2 >= corner
+
+
+def test_adhesive_stays_clear_of_the_hinges_and_holes_go_through_every_layer(
+    written: tuple[Path, HopperParts],
+) -> None:
+    made = {layer.name: layer for layer in written[1].layers}
+    for rigid, adhesive in (("1_outer_rigid", "2_adhesive"), ("5_inner_rigid", "4_adhesive")):
+        for plate, glue in zip(made[rigid].plates, made[adhesive].plates, strict=True):
+            assert glue[0] >= plate[0] - 1e-9
+            assert glue[1] <= plate[1] + 1e-9
+    assert len({layer.holes for layer in made.values()}) == 1
+    assert sum(layer.thickness for layer in made.values()) == pytest.approx(LEG.thickness)
+
+
+def test_the_links_weigh_what_the_strip_does() -> None:
+    """Rigid area over the four links, times thickness and density, against density w t per length; gaps apart."""
+    outer = layers(LEG)[0]
+    links = outer.plates[1:-1]
+    area = sum(end - begin for begin, end in links) * LEG.width
+    assert area == pytest.approx(4 * 120.0 * 15.0, rel=0.003)
+
+
+def test_mount_and_hub_are_sound_and_where_they_should_be(written: tuple[Path, HopperParts]) -> None:
+    solid = cq.importers.importStep(str(written[0] / "motor_mount.step")).val()
+    assert solid.isValid()
+    box = solid.BoundingBox()
+    assert box.xlen == pytest.approx(30.0 + 12.2 + 4.0)
+    wide, high = 30.0 + 12.2 + 4.0, 10.2 + 4.0
+    assert mount(LEG).Volume() == pytest.approx((wide * high - 2 * 12.2 * 10.2) * 12.0, rel=1e-6)
+    made = hub(LEG)
+    assert made.isValid()
+    assert len(cq.Workplane(obj=made).solids().vals()) == 1
+    assert mount(replace(LEG, motor=(20.0, 20.0), round_motor=True)).isValid()
+
+
+def test_the_assembly_stands_in_the_crouch() -> None:
+    made = assembly(LEG)
+    assert {child.name for child in made.children} == {
+        "mount", "upper_right", "lower_right", "hub_right", "upper_left", "lower_left", "hub_left"
+    }  # fmt: skip
+    box = made.toCompound().BoundingBox()
+    deepest = 120.0 * (math.cos(math.radians(39.0)) + math.cos(math.radians(LEG.lower_angle(39.0))))
+    assert -box.ymin == pytest.approx(deepest, abs=1.0)
+
+
+def test_the_same_leg_gives_the_same_bytes(written: tuple[Path, HopperParts], tmp_path: Path) -> None:
+    again = export_hopper(LEG, tmp_path)
+    assert again == written[1]
+    for name in again.files:
+        assert (tmp_path / name).read_bytes() == (written[0] / name).read_bytes(), name
+
+
+@pytest.mark.parametrize(
+    ("change", "dimension"),
+    [({"film": 2.0}, "laminate.thickness"), ({"thickness": 30.0}, "laminate.thickness"),
+     ({"hip_spacing": 10.0}, "leg.hip_spacing")],
+)  # fmt: skip
+def test_what_cannot_be_made_is_named(change: dict[str, float], dimension: str, tmp_path: Path) -> None:
+    with pytest.raises(DimensionError, match=dimension):
+        export_hopper(replace(LEG, **change), tmp_path / "parts")
+    assert not (tmp_path / "parts").exists()
+
+
+def test_a_strip_longer_than_the_sheet_is_said_to_be(tmp_path: Path) -> None:
+    assert "cut it in two" in export_hopper(replace(LEG, sheet=300.0), tmp_path).notes[0]
