@@ -87,31 +87,34 @@ def choose_dampers(
     measured: Mapping[str, MeasuredCurve],
     travel: Sequence[float],
     law: str | None = None,
+    leg: Leg | None = None,
 ) -> DamperChoiceMade:
     """Rank every damper that meets the constraints and choose the set whose leg moves most nearly as wanted.
 
     Each candidate is judged with the spring rate and free angle tuned to it, because these are fitted again after it
-    is chosen. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant).
+    is chosen. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant). ``leg``
+    is what they are put into: the wanted leg, or with the same springs one that has effects of its own.
 
     Raises
     ------
     UserError : a joint has no damper that meets its constraints.
     """
+    leg = wanted.leg if leg is None else leg
     ranked, left_out = [], []
-    for j, joint in enumerate(wanted.leg.joints):
+    for j, joint in enumerate(leg.joints):
         found = damper_candidates(catalogue, choices[joint.name].damper, travel[j], joint.name)
         options = _options(list(found.rows), measured.get(joint.name), choices[joint.name].damper.part, law)
         options, far = _near(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
-        tuned = [wanted.tuned(_with(wanted.leg, {j: option}), (j,)) for option in options]
+        tuned = [wanted.tuned(_with(leg, {j: option}), (j,)) for option in options]
         errors = wanted.overall(tuned)
         order = np.argsort(errors, kind="stable")
         ranked.append(
             tuple(replace(options[k], error=float(errors[k]), spring=tuned[k].joints[j].spring) for k in order)
         )
-    joints = tuple(range(len(wanted.leg.joints)))
+    joints = tuple(range(len(leg.joints)))
     sets = list(product(*(options[:KEPT] for options in ranked)))
-    legs = [wanted.tuned(_with(wanted.leg, dict(enumerate(chosen))), joints) for chosen in sets]
+    legs = [wanted.tuned(_with(leg, dict(enumerate(chosen))), joints) for chosen in sets]
     errors = wanted.overall(legs)
     order = np.argsort(errors, kind="stable")
     tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)

@@ -9,6 +9,7 @@ from math import degrees
 
 import numpy as np
 
+from synth.design.carried import Target, TargetEffect, notes, target_of, with_effects
 from synth.design.dampers import (
     DamperChoiceMade,
     MeasuredCurve,
@@ -32,7 +33,11 @@ DIGITS = 6  # of a rate that goes into a design: choosing must not hang on the l
 
 @dataclass(frozen=True)
 class LegDesign:
-    """What a design consists of. ``built`` is the robot's leg with the chosen parts; motions are (m, n) rotations."""
+    """What a design consists of.
+
+    ``built`` is the robot's leg with the chosen parts, and with the effects of the target that stay with its joints;
+    ``target`` is the fit of the links alone, the motion that is wanted. Motions are (m, n) rotations.
+    """
 
     project: LegProject
     source: FitResult
@@ -48,6 +53,7 @@ class LegDesign:
     built_motions: tuple[Array, ...]
     errors: Array  # (n,) rad, RMS of each joint, built against wanted
     warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
+    target_effects: tuple[TargetEffect, ...] = ()
 
     def arm_offset(self, joint: int) -> float:
         """Offset of the lower half's arm shaft, rad: the built joint's free angle less the spring's included angle."""
@@ -66,11 +72,12 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     stage = stage or (lambda text: nullcontext())
     options = fit_options(project)
     motion = read_motion(project)
+    into = target_of(project.target)
     with stage("fitting the animal's leg"):
         source = with_held_out(fit_leg(project.source, motion.fitted, options), motion.held_out)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):
-        target = with_held_out(fit_leg(project.target, scaled, options), motion.held_out_scaled)
+        target = with_held_out(fit_leg(into.ideal, scaled, options), motion.held_out_scaled)
     with stage("finding the dampers' laws"):
         laws = damper_laws(project)
     tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
@@ -78,7 +85,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     with stage("choosing dampers"):
         wanted = WantedResponse.of(target.leg, releases(scaled, target))
         turned = [t.winding + t.opening for t in travels(target.leg, wanted.motions)]
-        dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned)
+        dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned, leg=_real(target.leg, into))
     with stage("fitting springs again with the dampers' curves"):
         curves = {
             joint.name: option.damper.curve
@@ -86,7 +93,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
             if option.damper.curve is not None
         }
         near = replace(target, joints=_like(target, dampers.leg))
-        again = fit_leg(project.target, scaled, replace(options, curves=curves, near=near))
+        again = fit_leg(into.real, scaled, replace(options, curves=curves, near=near))
         refit = with_held_out(again, motion.held_out_scaled)
     with stage("choosing springs"):
         fitted = _with_dampers(refit.leg, dampers)
@@ -97,6 +104,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in target.trials if trial.held_out)
     warnings = tuple(_warnings(project, motion, target, refit, wanted, dampers, springs, laws, errors))
+    warnings = (*warnings, *notes(into.effects))
     return LegDesign(
         project=project,
         source=source,
@@ -112,7 +120,13 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         built_motions=motions,
         errors=errors,
         warnings=warnings,
+        target_effects=into.effects,
     )
+
+
+def _real(leg: Leg, target: Target) -> Leg:
+    """A fitted leg with the effects that the real target's joints have."""
+    return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
 
 
 def _like(result: FitResult, leg: Leg) -> dict[str, JointFit]:

@@ -94,6 +94,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
             "weight": project.fit.weight,
             "seed": project.fit.seed,
         },
+        "target_effects": [effect.as_json() for effect in design.target_effects],
         "stages": {
             "source": design.source.as_json(),
             "target": design.target.as_json(),

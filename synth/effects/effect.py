@@ -136,7 +136,8 @@ class Effect:
     ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
     ``uses_load`` : the bearing force must be computed for it. ``bound`` : a memory beyond plus or minus this acts as if
     it were there, and is put back there after each step. ``linear`` : its torque is a sum of its strengths, each times
-    what does not depend on any (see ``along.columns_along``).
+    what does not depend on any (see ``along.columns_along``). ``belongs_to`` : the part that takes the effect with it
+    when a design replaces it; what belongs to the joint stays.
     """
 
     name: str
@@ -152,6 +153,7 @@ class Effect:
     bound: float = np.inf
     uses_load: bool = False
     linear: bool = False
+    belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
     module: str = ""
 

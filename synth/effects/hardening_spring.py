@@ -20,6 +20,7 @@ EFFECT = Effect(
     formula="-stiffening |u|^(exponent - 1) u, u the deflection in rad from the free angle",
     source="G. Duffing, Erzwungene Schwingungen (1918): exponent 3",
     way="torque",
+    belongs_to="spring",
     linear=True,
     parameters=(
         Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at 1 rad; negative: softening"),

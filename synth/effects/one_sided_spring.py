@@ -25,6 +25,7 @@ EFFECT = Effect(
     formula="spring torque times (1 - loss) on one side of the free angle",
     source="bilinear stiffness: Shaw & Holmes, J. Sound and Vibration 90 (1983) 129",
     way="torque",
+    belongs_to="spring",
     linear=True,
     parameters=(
         Parameter("loss_above", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost above the free angle"),

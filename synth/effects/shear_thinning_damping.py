@@ -20,6 +20,7 @@ EFFECT = Effect(
     formula="damper torque times (1 + (w/speed)^2)^(-loss/2)",
     source="P. Carreau, Trans. Soc. Rheology 16 (1972) 99, with n = 1 - loss and no second plateau",
     way="torque",
+    belongs_to="damper",
     parameters=(
         Parameter("loss", "1", 0.5, Prior(0.5, 0.3, lower=0.0, upper=1.2), natural=False, meaning="1 - Carreau's n"),
         Parameter("speed", "rad/s", prior=positive(0.2, 1.2), off=1.0, meaning="where the thinning begins"),

@@ -27,6 +27,7 @@ EFFECT = Effect(
     formula="-stiffness z, dz/dt = w - |w| z / slip - z / relaxation",
     source="slip: Dahl 1968 (Bouc-Wen with n = 1, Wen, J. Eng. Mech. 102 (1976) 249); relaxation: Maxwell's element",
     way="torque",
+    belongs_to="spring",
     linear=True,
     memory=True,
     parameters=(
