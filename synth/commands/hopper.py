@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from synth.commands.progress import Progress
     from synth.files.hopper_project import HopperProject
     from synth.parts.catalog import Catalogue
@@ -71,7 +73,7 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
             progress.say(f"going on with an interrupted sweep: {checkpoint.finished} chunks are done")
         with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
             compiled_jump(project.leg.bending)
-        found = study(project, catalogue, checkpoint, progress.stage)
+        found = study(project, catalogue, checkpoint, progress.stage, _tenths(progress))
         with progress.stage("writing the designs"):
             write_designs(found, folder / "designs.csv")
             write_jump(found, folder / "jump.csv")
@@ -85,6 +87,16 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
     for text in warnings_of(found):
         progress.say(f"note: {text}")
     progress.say(f"result: {Path(arguments.out) / 'hopper.json'}")
+
+
+def _tenths(progress: Progress) -> Callable[[int, int], None]:
+    """Say each tenth of a sweep of many chunks."""
+
+    def told(done: int, count: int) -> None:
+        if count >= 20 and done * 10 // count > (done - 1) * 10 // count and done < count:
+            progress.say(f"  {done * 10 // count * 10} % of the designs are done")
+
+    return told
 
 
 def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:

@@ -56,10 +56,23 @@ def test_a_sprung_four_bar_dropped_on_the_ground(rate: float, damping: float, du
 
 
 def test_where_a_and_c_part_is_the_contact() -> None:
-    """On MuJoCo's own soft contact the same leg jumps about a tenth higher: our linear law pulls and loses more."""
-    same = mujoco_jump(HopperLeg(), motor(), GROUND, MODELS["A"]).outcome.clearance
-    own = mujoco_jump(HopperLeg(), motor(), GROUND, MODELS["A"], ground="own").outcome.clearance
-    assert 1.05 < own / same < 1.2
+    """On MuJoCo's own contact the same leg jumps about a tenth higher.
+
+    Its default constraint gives way by 1.9 mm under the push, ours by 0.4 mm, and gives the energy back as the leg
+    leaves. That our linear law pulls is not it: without damping, so without pull, A's clearance rises by half a per
+    cent; on a ground as soft as MuJoCo's, without pull, it rises too.
+    """
+    same = mujoco_jump(HopperLeg(), motor(), GROUND, MODELS["A"])
+    own = mujoco_jump(HopperLeg(), motor(), GROUND, MODELS["A"], ground="own")
+    assert 1.05 < own.outcome.clearance / same.outcome.clearance < 1.2
+    assert own.trace[:, 3].min() < -1.5e-3
+    assert same.trace[:, 3].min() > -0.5e-3
+    design = [(HopperLeg(), motor())]
+    hard = simulate(design, GROUND, MODELS["A"])[0].clearance
+    loose = simulate(design, Contact(damping=0.0), MODELS["A"])[0].clearance
+    soft = simulate(design, Contact(stiffness=1e3), replace(MODELS["A"], hunt_crossley=True))[0].clearance
+    assert loose == pytest.approx(hard, rel=0.01)
+    assert soft > 1.04 * hard
 
 
 def test_without_mujoco_the_message_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,122 @@
+"""Sweep, front and intervals as functions: what the command's result rests on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hopper.hoppers import catalogue, motor
+from synth.errors import UserError
+from synth.hopper.jump import compiled_jump
+from synth.hopper.leg import Contact, HopperLeg
+from synth.hopper.models import MODELS, lane
+from synth.hopper.motors import MotorOptions, chosen_rows, motor_of, with_speed, with_torque
+from synth.hopper.point_mass import point_mass_outcomes
+from synth.hopper.sweep import OBJECTIVES, Problem, pareto_front, run_sweep
+from synth.hopper.tolerance import UNIFORM, Tolerances, groups, intervals
+
+
+def problem(
+    model: str = "full", lengths: tuple[float, ...] = (0.06, 0.09, 0.12, 0.15), everywhere: bool = False
+) -> Problem:
+    motors = tuple(motor(ratio) for ratio in (75, 100, 150, 210))
+    return Problem(HopperLeg(), motors, (Tolerances(),) * 4, lengths, Contact(), MODELS[model], everywhere)
+
+
+def test_intervals_are_what_random_draws_give() -> None:
+    """2 000 draws of every tolerance at once: their 5 and 95 % ends against the first-order interval."""
+    leg, own, t = HopperLeg(), motor(), Tolerances()
+    rng = np.random.default_rng(11)
+    columns = []
+    z90 = 1.6449
+    for _ in range(2000):
+        changed = with_speed(own, 1 + t.speed * rng.uniform(-1, 1))
+        changed = with_torque(changed, 1 + t.torque / z90 * rng.normal())
+        inertia = own.rotor_inertia * (1 + t.rotor_inertia) ** (rng.normal() / z90)
+        friction = changed.friction * (1 + t.current * rng.uniform(-1, 1))
+        changed = replace(changed, rotor_inertia=inertia, friction=friction)
+        mass = leg.structure_mass + t.mass / z90 * rng.normal() * (leg.structure_mass + 2 * own.mass)
+        damping = max(0.0, leg.flexures.damping * (1 + t.joint_damping / z90 * rng.normal()))
+        body = replace(leg, structure_mass=mass, crouch=leg.crouch + t.crouch / z90 * rng.normal(),
+                       flexures=replace(leg.flexures, damping=damping))  # fmt: skip
+        columns.append(lane(body, changed, Contact(), MODELS["full"]))
+    drawn = compiled_jump("upper").run(np.stack(columns, axis=1))[1]
+    low, high = np.quantile(drawn, [0.05, 0.95])
+    made = groups(leg, own, Contact(), MODELS["full"], t, np.array([leg.length]))[0]
+    nominal, least, most = (float(x[0]) for x in intervals(compiled_jump("upper").run(made)[1][None, :]))
+    assert low < nominal < high
+    assert least == pytest.approx(low, abs=0.2 * (high - low))
+    assert most == pytest.approx(high, abs=0.2 * (high - low))
+    assert UNIFORM == 0.9
+
+
+@pytest.mark.parametrize("objectives", [["clearance"], ["clearance", "energy"], list(OBJECTIVES)])
+def test_the_front_is_the_one_that_comparing_all_pairs_gives(objectives: list[str]) -> None:
+    sweep = run_sweep(problem())
+    allowed = sweep.feasible("warn")
+    scores = np.stack([OBJECTIVES[name] * sweep.values[name] for name in objectives], axis=1)
+    wanted = []
+    for i in np.flatnonzero(allowed):
+        others = [scores[k] for k in np.flatnonzero(allowed) if k != i]
+        if not any(np.all(other >= scores[i]) and np.any(other > scores[i]) for other in others):
+            wanted.append(int(i))
+    assert sorted(pareto_front(sweep, objectives, allowed)) == wanted
+
+
+def test_workers_and_intervals_do_not_change_a_design() -> None:
+    alone, many = (run_sweep(problem(), workers=n).values["clearance"] for n in (1, 4))
+    np.testing.assert_array_equal(alone, many)
+    with_intervals = run_sweep(problem(everywhere=True))
+    np.testing.assert_allclose(with_intervals.values["clearance"], alone, atol=1e-4)
+    jumping = with_intervals.status == 1
+    assert np.all(with_intervals.clearance_low[jumping] <= with_intervals.values["clearance"][jumping])
+
+
+def test_a_length_out_of_reach_is_no_jump_and_says_why() -> None:
+    sweep = run_sweep(replace(problem(lengths=(0.03, 0.12))))
+    assert not sweep.feasible("warn")[0]
+    assert "out of the links' reach" in sweep.limit_text(0)
+    assert sweep.limit_text(1) == ""
+
+
+def test_the_point_mass_flies_as_high_as_its_speed_says() -> None:
+    found = point_mass_outcomes(HopperLeg(), motor(), np.array([0.1, 0.14]))
+    np.testing.assert_allclose(found[1], found[3] ** 2 / (2 * 9.81))
+    still = point_mass_outcomes(HopperLeg(), replace(motor(), stall_torque=0.001), np.array([0.1]))
+    assert still[0, 0] == 2
+    assert still[1, 0] == 0.0
+
+
+def test_every_complete_row_makes_a_motor_that_has_the_makers_line() -> None:
+    """At rest the stall torque, at free speed none: by R, K_e, K_t and friction, for all 103 complete rows."""
+    rows = [row for row in catalogue().motors if row.complete]
+    assert len(rows) == 103
+    for row in rows:
+        made = motor_of(row)
+        stall = made.ratio * made.torque_constant * (made.voltage / made.resistance)
+        friction = made.ratio * made.friction * made.torque_constant / made.back_emf
+        assert stall - friction == pytest.approx(row.stall_torque, rel=1e-9)
+        back = made.back_emf * made.ratio * made.no_load_speed
+        current = (made.voltage - back) / made.resistance
+        assert made.ratio * made.torque_constant * current == pytest.approx(friction, rel=1e-9)
+        assert 0.1 <= made.efficiency <= 1.0
+
+
+def test_at_another_supply_speed_and_torque_follow_the_winding() -> None:
+    row = catalogue().find_motor("N20 HP 6V 150:1")
+    rated, less = motor_of(row), motor_of(row, MotorOptions(supply=3.0))
+    assert less.stall_current == pytest.approx(rated.stall_current / 2)
+    slope = (rated.no_load_speed - less.no_load_speed) / 3.0
+    assert slope * row.gear_ratio * rated.back_emf == pytest.approx(1.0)
+    assert less.stall_torque == pytest.approx(row.gear_ratio * less.torque_constant * (less.stall_current - 0.1))
+
+
+def test_motors_are_chosen_by_pattern_and_what_is_missing_is_said() -> None:
+    rows = catalogue().motors
+    assert {row.variant for row in chosen_rows(rows, ["n20 hp 6v *"])} == {"HP 6V"}
+    with pytest.raises(UserError, match="matches no gear motor"):
+        chosen_rows(rows, ["maxon *"])
+    with pytest.raises(UserError, match="no stall torque"):
+        chosen_rows(rows, ["N20 HPCB 12V 150:1"])
