@@ -9,15 +9,24 @@ from typing import Any
 import numpy as np
 
 from blind import legs
-from blind.effects import AT_BASE, EFFECTS, Form, Scale, Unfit
-from blind.fitting import Fitted, Plain
-from blind.legs import COUNTS, NOISE, Setup, Wish
-from blind.model import Array, Motion, Truth, fastest, release
+from blind.effects import AT_BASE, EFFECTS
+from blind.forms import Unfit
+from blind.ground import Cause, Ground
+from blind.legs import NOISE, Setup, Wish
+from blind.model import Array, Truth
 from blind.outsiders import EVERYWHERE, OUTSIDERS
 from blind.sensors import Sensor
 
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 SAME_CHI = 6.0  # explanations whose chi squared differ by less are not told apart
+CHEAP = (  # tried as parameters of the plain leg, without a form of their own
+    "spring_preload", "link_mass", "link_inertia", "encoder_offset", "encoder_scale", "latency", "base_tilt",
+    "encoder_quantisation",
+)  # fmt: skip
+FAMILIES = (  # of effects that trade off at one joint
+    ("coulomb_friction", "stribeck_friction", "load_friction", "shear_thinning_damping", "quadratic_damping"),
+    ("hardening_spring", "one_sided_spring", "joint_stop", "spring_hysteresis", "backlash"),
+)
 KINDS = ("single", "two", "none", "unknown", "tie")
 ATTEMPTS = 60
 # How ties are made: (effects of which one is true, joints of the leg, what the trials are like).
@@ -31,154 +40,14 @@ TIES: tuple[tuple[tuple[str, ...], int, Wish], ...] = (
 
 
 @dataclass(frozen=True)
-class Cause:
-    """One effect with its size found."""
-
-    effect: str
-    joint: int  # -1: base, -2: all
-    strength: float
-    reached: float
-    form: Form
-    size: float
-
-
-@dataclass(frozen=True)
 class Case:
     """All that is written: recordings (m, n) rad of measured angles, NaN where a sample is missing, and the answer."""
 
     setup: Setup
     times: tuple[Array, ...]
     readings: tuple[Array, ...]
+    states: tuple[Array, ...]  # angles (rotations) and speeds at each recording's start, rad and rad/s
     answer: dict[str, Any]
-
-
-class Ground:
-    """Leg, trials and sensors before any effect: plain motions, columns, and the gap that a truth leaves."""
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup = setup
-        self.floor = math.sqrt(setup.noise**2 + (2 * math.pi / setup.counts) ** 2 / 12)
-        self.step = self.fine(Truth(setup.true))
-        self.plain = [release(Truth(setup.true), t, self.step) for t in setup.trials]
-        self.times = [np.arange(round(t.duration * setup.sampling) + 1) / setup.sampling for t in setup.trials]
-        self.scale = self._scale()
-        if self.scale.travel.max() < 12 * self.floor:
-            raise Unfit("hardly moves")
-        states = [self._state(m, t.start) for m, t in zip(self.plain, setup.trials, strict=True)]
-        self.model = Plain(setup, self.floor, states)
-
-    def fine(self, truth: Truth) -> float:
-        """A step that follows the fastest mode and every event."""
-        quick = max(fastest(truth, t) for t in self.setup.trials)
-        if quick > 2.5e4:
-            raise Unfit("too stiff to simulate")
-        return float(np.clip(0.7 / quick, 2.5e-5, 2.5e-4))  # a stiff link's own modes need stability only
-
-    def _state(self, motion: Motion, start: float) -> Array:
-        at = np.array([start])
-        speed = Motion(motion.step, motion.speed, np.gradient(motion.speed, motion.step, axis=0))
-        return np.concatenate([motion.at(at)[0], speed.at(at)[0]])
-
-    def _scale(self) -> Scale:
-        given = [i for i, t in enumerate(self.setup.trials) if not t.held_out]
-        free = {i: [j for j in range(self.setup.true.n) if j not in self.setup.trials[i].locked] for i in given}
-        travel, speed = np.zeros(self.setup.true.n), np.zeros(self.setup.true.n)
-        low, high = np.full(self.setup.true.n, 99.0), np.full(self.setup.true.n, -99.0)
-        rests = []
-        for i in given:
-            j, motion = free[i], self.plain[i]
-            travel[j] = np.maximum(travel[j], np.ptp(motion.angle, axis=0)[j])
-            speed[j] = np.maximum(speed[j], np.abs(motion.speed).max(axis=0)[j])
-            low[j] = np.minimum(low[j], motion.angle.min(axis=0)[j])
-            high[j] = np.maximum(high[j], motion.angle.max(axis=0)[j])
-            if not self.setup.trials[i].tilt and not self.setup.trials[i].tip_mass:
-                rests.append(motion.angle[-1])
-        leg = self.setup.true
-        slow = min(math.sqrt(leg.of("spring")[j] / leg.outboard(j)) for j in range(leg.n))
-        return Scale(travel, speed, low, high, np.mean(rests, axis=0), slow)
-
-    def run(self, truth: Truth, sensor: Sensor, every: bool) -> list[Motion | None]:
-        """Motions of the trials (only the given ones unless ``every``)."""
-        simple = (
-            not truth.laws
-            and truth.base is None
-            and not truth.bends
-            and not truth.tilt
-            and truth.leg is self.setup.true
-        )
-        if simple and sensor.reach == 0:
-            return list(self.plain)
-        step = self.step if simple else self.fine(truth)
-        found: list[Motion | None] = []
-        for trial in self.setup.trials:
-            if trial.held_out and not every:
-                found.append(None)
-                continue
-            longer = trial._replace(duration=trial.duration + sensor.reach)
-            found.append(release(truth, longer, step, self.scale.rest))
-        return found
-
-    def targets(self, motions: list[Motion | None], sensor: Sensor) -> tuple[list[Array], list[Array]]:
-        """Noise-free readings turned into rotations at the fit's times, and the states to start the fit from."""
-        leg, seen, states = self.setup.true, [], []
-        for i, (motion, trial) in enumerate(zip(motions, self.setup.trials, strict=True)):
-            if motion is None:
-                seen.append(np.zeros(0))
-                states.append(np.zeros(0))
-                continue
-            rotation = (sensor.read(leg, motion, self.model.times[i], trial.start) - leg.zero) * leg.sign
-            state = self._state(motion, trial.start)
-            locked = list(trial.locked)
-            state[locked] = rotation[:, locked].mean(axis=0)
-            seen.append(rotation)
-            states.append(state)
-        return seen, states
-
-    def gap(self, truth: Truth, sensor: Sensor) -> Fitted:
-        """What the truth leaves on the given trials after tolerances and initial states."""
-        return self.model.fit(*self.targets(self.run(truth, sensor, False), sensor))
-
-    def _quieten(self, share: float) -> bool:
-        """Take the next better sensor, if it is worth it: the floor falls at least to ``share`` of what it is."""
-        for noise in sorted(NOISE, reverse=True):
-            floor = math.sqrt(noise**2 + (2 * math.pi / COUNTS[-1]) ** 2 / 12)
-            if noise < self.setup.noise and floor < 0.9 * share * self.floor:
-                self.setup = replace(self.setup, noise=noise, counts=COUNTS[-1])
-                self.floor = floor
-                self.model.quieter(floor)
-                return True
-        return False
-
-    def find(self, effect: str, joint: int, form: Form, strength: float) -> Cause:
-        """The size whose gap is ``strength`` floors: false position in the logarithms of both, kept in its bracket.
-
-        The gap is no power of the size: it may be nothing until the tolerances are used up, and then rise steeply.
-        """
-        top = math.log(form.largest)
-        x = top + math.log(min(0.5, 0.03 * strength))
-        low: tuple[float, float] | None = None  # (log size, log gap / strength), below
-        high: tuple[float, float] | None = None
-        for _ in range(12):
-            size = math.exp(x)
-            reached = self.gap(*form.build(size)).rms / self.floor
-            miss = math.log(max(reached, 1e-6) / strength)
-            if abs(miss) < 0.04:
-                return Cause(effect, joint, strength, reached, form, size)
-            if miss < 0 and x >= top - 1e-9:
-                if not self._quieten(reached / strength):
-                    raise Unfit(f"{effect}: {reached:.2g} floors at most")
-                low = high = None
-                continue
-            if miss < 0:
-                low = (x, miss)
-            else:
-                high = (x, miss)
-            if low is None or high is None:
-                x = min(x - float(np.clip(miss, -1.5, 2.5)), top)
-            else:
-                share = float(np.clip(-low[1] / (high[1] - low[1]), 0.15, 0.85))
-                x = low[0] + share * (high[0] - low[0])
-        raise Unfit(f"{effect}: no size found")
 
 
 def make_case(seed: int, number: int, kind: str, effect: str | None = None, strength: float | None = None) -> Case:
@@ -195,7 +64,7 @@ def make_case(seed: int, number: int, kind: str, effect: str | None = None, stre
         pool = OUTSIDERS if kind == "unknown" else EFFECTS
         effect = str(rng.choice(tie[0])) if kind == "tie" else str(rng.choice(sorted(pool)))
     if strength is None:
-        strength = float(rng.choice(STRENGTHS[1:] if kind == "unknown" else STRENGTHS))
+        strength = float(rng.choice(STRENGTHS[1:] if kind in ("unknown", "two") else STRENGTHS))
     for attempt in range(ATTEMPTS):
         if attempt % 6 == 5 and strength > STRENGTHS[0]:  # this strength may not be had with plausible parameters
             strength = STRENGTHS[STRENGTHS.index(strength) - 1]
@@ -229,8 +98,15 @@ def _attempt(
         if ground.floor != floor:
             causes[0] = ground.find(effect, causes[0].joint, causes[0].form, strength)
     truth, sensor = _together(ground.setup, causes)
-    tied = _tied(ground, truth, sensor, causes, kind)
-    return _record(rng, ground, truth, sensor, causes, tied, {"seed": seed, "kind": kind})
+    tied, share = _tied(rng, ground, truth, sensor, causes, kind)
+    note: dict[str, Any] = {"seed": seed, "kind": kind, "library_leaves": share}
+    rivals = [name for family in FAMILIES if effect in family for name in family if name != effect]
+    if kind == "single" and rivals:
+        name, j, part = ground.nearest(rng, truth, sensor, rivals, [causes[0].joint])
+        note["nearest"] = (
+            {"effect": name, "joint": ground.setup.true.names[j], "leaves": round(part, 3)} if name else None
+        )
+    return _record(rng, ground, truth, sensor, causes, tied, note)
 
 
 def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int | None, strength: float) -> Cause:
@@ -279,10 +155,15 @@ def _together(setup: Setup, causes: list[Cause]) -> tuple[Truth, Sensor]:
     return truth, sensor
 
 
-def _tied(ground: Ground, truth: Truth, sensor: Sensor, causes: list[Cause], kind: str) -> list[tuple[str, int, float]]:
-    """Other single causes that do as well as the true one: (effect, joint, chi squared more than the truth's)."""
+def _tied(
+    rng: np.random.Generator, ground: Ground, truth: Truth, sensor: Sensor, causes: list[Cause], kind: str
+) -> tuple[list[tuple[str, int, float]], float | None]:
+    """Other single causes that do as well as the true one: (effect, joint, chi squared more than the truth's).
+
+    For an unknown, instead, the share of its gap that the library's best leaves.
+    """
     if kind == "none":
-        return []
+        return [], None
     model = ground.model
     targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
     plain = ground.targets(list(ground.plain), Sensor.good(ground.setup.true.n))
@@ -301,11 +182,15 @@ def _tied(ground: Ground, truth: Truth, sensor: Sensor, causes: list[Cause], kin
         before = model.fit(targets, states)
         if any(f.rms < max(0.5 * before.rms, 1.2 * ground.floor) for _, f in fits):
             raise Unfit("the library would do")
-        return []
+        torques = [name for name in EFFECTS if name not in CHEAP]
+        share = ground.nearest(rng, truth, sensor, torques, range(ground.setup.true.n))[2]
+        if share < max(0.4, 1.2 * ground.floor / before.rms):
+            raise Unfit("the library would do")
+        return [], round(share, 3)
     tied = [(o.effect, o.joint, f.cost - trueness) for o, f in fits if f.cost - trueness < SAME_CHI]
     if kind == "tie" and not tied:
         raise Unfit("told apart")
-    return tied
+    return tied, None
 
 
 def _record(
@@ -322,6 +207,8 @@ def _record(
     targets, states = ground.targets(motions, sensor)
     fitted = ground.model.fit(targets, states)
     before = ground.model.held_out(targets, states, fitted.change)
+    plain_seen = ground.targets(list(ground.plain), Sensor.good(leg.n))
+    unseen = ground.model.held_out(*plain_seen, ground.model.fit(*plain_seen).change)
     readings, floors, best, counted = [], [], [], []
     plain = Sensor.good(leg.n)
     for motion, trial, times in zip(motions, setup.trials, ground.times, strict=True):
@@ -361,10 +248,14 @@ def _record(
         "noise_floor_deg": round(math.degrees(floor), 5),
         "before_deg": round(math.degrees(math.hypot(before, floor)), 5),
         "best_possible_deg": round(math.degrees(min(_rms(best), _rms(counted))), 5),
+        # with the effect known to the letter, but the tolerances only as well as the given trials tell them
+        "best_fitted_deg": round(math.degrees(math.hypot(unseen, min(_rms(best), _rms(counted)))), 5),
+        "library_leaves": note["library_leaves"],  # of an unknown's gap, the best single effect of the library
+        "nearest": note.get("nearest"),  # of the same family at the same joint, and the share of the gap it leaves
         "given_gap_over_floor": round(fitted.rms / ground.floor, 3),
         "seed": note["seed"],
     }
-    return Case(setup, tuple(ground.times), tuple(readings), answer)
+    return Case(setup, tuple(ground.times), tuple(readings), tuple(states), answer)
 
 
 def _rms(parts: list[Array]) -> float:

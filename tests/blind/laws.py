@@ -3,6 +3,8 @@
 A law is a number (below), the coordinate it acts on, sometimes a second one, and up to eight parameters. Angles are
 relative to the spring's free angle where a law belongs to a spring, else rotations. None of these forms is one of the
 diagnosing program's; the sources of the formulas stand at each.
+
+numba's cache on disk looks at a function's own file only: after a change here remove ``__pycache__``.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from numba import njit
 # Dry friction with true sticking: the engine locks the coordinate; par: sliding torque, static torque, Stribeck speed,
 # shape (0: 1 / (1 + (w/ws)^2), 1: exp(-|w|/ws)).
 STICK_SLIP = 1
-# LuGre bristles (Canudas de Wit et al., IEEE TAC 40, 1995); par: as above, then bristle deflection [rad], micro-damping.
+# LuGre bristles (Canudas de Wit et al., IEEE TAC 40, 1995); par: as above, bristle deflection [rad], micro-damping.
 BRISTLES = 2
 # Dry friction of a plain bearing, true sticking; par: mu * radius [m], constant part [N m].
 BEARING = 3
@@ -126,7 +128,7 @@ def outside(law, p, t, q, w, qj):
         u = p[1] * q + p[2] * qj - p[3]
         pull = 0.0 if (p[4] > 0.5 and u < 0.0) else p[0] * u
         return -p[1] * pull, -p[2] * pull, 0.0, 0.0
-    if law == COGGING or law == MAGNET:
+    if law in (COGGING, MAGNET):
         return p[0] * math.sin(p[1] * q + p[2]), 0.0, 0.0, 0.0
     if law == FADING_DAMPER:
         return p[0] * p[1] * (1.0 - math.exp(-(t + p[3]) / p[2])) * w, 0.0, 0.0, 0.0

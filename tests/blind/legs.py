@@ -108,7 +108,7 @@ class Wish:
     noise: float | None = None
 
 
-def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:  # noqa: B008 (frozen)
+def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:
     """Leg, trials and sensors, drawn."""
     nominal = design(rng, joints)
     true = as_built(rng, nominal)

@@ -1,6 +1,6 @@
 """Write a set of blind cases: ``python -m blind.make --out CASES --answers ANSWERS.json --seed N --count M``.
 
-Run it where this package is importable: ``PYTHONPATH=tests .venv/bin/python -m blind.make ...`` from the project's root.
+From the project's root: ``PYTHONPATH=tests .venv/bin/python -m blind.make ...``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from blind.cases import KINDS, make_case
-from blind.effects import EFFECTS, Unfit
+from blind.effects import EFFECTS
+from blind.forms import Unfit
 from blind.outsiders import OUTSIDERS
 from blind.writing import folder_name, write_case
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from blind import engine
+from blind import bodies, engine
 from blind.laws import BOUC_WEN, SLACK, SLACK_ARM
 
 Array = NDArray[np.float64]
@@ -78,7 +79,7 @@ class Law(NamedTuple):
 
 
 class Base(NamedTuple):
-    """A mount that moves: coordinates from the ground up, each (hinge or slide, direction, arm, mass, inertia, k, b)."""
+    """A mount that moves: bodies from the ground up, each (hinge or slide, direction, arm, mass, inertia, k, b)."""
 
     bodies: tuple[tuple[float, ...], ...]
 
@@ -133,7 +134,7 @@ def assemble(truth: Truth, trial: Trial) -> Assembly:
         if i in truth.bare:
             rate = damping = 0.0
         where.append(len(rows))
-        first = [length, mass, com, inertia, rate, damping, free, engine.HINGE, 0.0, root if i == 0 else 0.0]
+        first = [length, mass, com, inertia, rate, damping, free, bodies.HINGE, 0.0, root if i == 0 else 0.0]
         bend = next((b for b in truth.bends if b.joint == i), None)
         rows += [first] if bend is None else _bent(first, bend)
     fixed = np.zeros(len(rows), dtype=bool)
@@ -159,8 +160,8 @@ def _bent(whole: list[float], bend: Bend) -> list[list[float]]:
     cuts = [0.0, *bend.shares, 1.0]
     shift = com - 0.5 * length
     rows = []
-    pieces = [(b - a) for a, b in zip(cuts, cuts[1:], strict=False)]
-    middles = [0.5 * (a + b) * length + shift for a, b in zip(cuts, cuts[1:], strict=False)]
+    pieces = [(b - a) for a, b in pairwise(cuts)]
+    middles = [0.5 * (a + b) * length + shift for a, b in pairwise(cuts)]
     spread = sum(p * mass * (x - com) ** 2 for p, x in zip(pieces, middles, strict=True))
     own = max(inertia - spread, 0.0)  # shared as piece^3, as rods have it
     cubes = sum(p**3 for p in pieces)
@@ -169,7 +170,7 @@ def _bent(whole: list[float], bend: Bend) -> list[list[float]]:
         if k == 0:
             row += whole[4:]
         else:
-            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, engine.HINGE, 0.0, 0.0]
+            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, bodies.HINGE, 0.0, 0.0]
         rows.append(row)
     return rows
 
@@ -210,9 +211,9 @@ def _settle(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
     index = np.flatnonzero(free)
 
     def acceleration(x: Array) -> Array:
-        tau = -a.body[:, engine.RATE] * (x - a.body[:, engine.FREE])
+        tau = -a.body[:, bodies.RATE] * (x - a.body[:, bodies.FREE])
         acc, force = np.zeros(len(q)), np.zeros((len(q), 3))
-        engine.accelerate(a.body, a.gravity, held, tau, x, w, acc, force, np.zeros((len(q), 15)))
+        bodies.accelerate(a.body, a.gravity, held, tau, x, w, acc, force, np.zeros((len(q), 15)))
         return acc[index]
 
     for _ in range(50):
@@ -291,13 +292,13 @@ def fastest(truth: Truth, trial: Trial) -> float:
     free = np.flatnonzero(~a.fixed)
     inverse = np.empty((len(free), len(free)))
     acc, force = np.zeros(n), np.zeros((n, 3))
-    engine.accelerate(a.body, 0.0, a.fixed, np.zeros(n), q, w, acc, force, np.zeros((n, 15)))
+    bodies.accelerate(a.body, 0.0, a.fixed, np.zeros(n), q, w, acc, force, np.zeros((n, 15)))
     for c, i in enumerate(free):
         tau = np.zeros(n)
         tau[i] = 1.0
-        engine.accelerate(a.body, 0.0, a.fixed, tau, q, w, acc, force, np.zeros((len(q), 15)))
+        bodies.accelerate(a.body, 0.0, a.fixed, tau, q, w, acc, force, np.zeros((len(q), 15)))
         inverse[:, c] = acc[free]
-    k, b = a.body[free, engine.RATE], a.body[free, engine.DAMPING]
+    k, b = a.body[free, bodies.RATE], a.body[free, bodies.DAMPING]
     for law, at, par in zip(a.law, a.at, a.par, strict=True):  # what the laws add in stiffness
         if law in (SLACK, SLACK_ARM):
             k = k + (free == at[0]) * par[0]

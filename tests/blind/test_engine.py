@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from blind import engine, laws
+from blind import bodies, engine, laws
 from blind.model import Base, Bend, Law, Leg, Trial, Truth, assemble, release, swing
 from peers import mujoco_leg
 from synth.model.leg import Damper, Joint, Link, Spring
@@ -54,7 +54,7 @@ def test_a_sliding_mount_is_a_longer_chain() -> None:
     generator = np.random.default_rng(5)
     leg = a_leg(generator, 2)
     leg = leg.changed("damper", 0, 0.0).changed("damper", 1, 0.0)
-    slide = (engine.SLIDE, 0.0, 0.0, 0.6, 0.0, 0.0, 0.0)
+    slide = (bodies.SLIDE, 0.0, 0.0, 0.6, 0.0, 0.0, 0.0)
     trial = Trial(np.array([0.6, -0.9]), 1.5)
     a = assemble(Truth(leg, base=Base((slide,))), trial)
     none = np.zeros(0, dtype=np.int64)
@@ -150,6 +150,6 @@ def test_a_stiff_bending_link_and_mount_are_the_rigid_leg() -> None:
     bent = release(Truth(leg, bends=(bend,)), trial, 1e-5).at(times)
     softer = release(Truth(leg, bends=(bend._replace(rates=(300.0, 300.0)),)), trial, 1e-5).at(times)
     assert np.abs(bent - rigid).max() < 0.2 * np.abs(softer - rigid).max()
-    mount = Base(((engine.SLIDE, 0.0, 0.0, 2.0, 0.0, 1e6, 1e3), (engine.HINGE, 0.0, 0.2, 1.0, 0.01, 1e5, 50.0)))
+    mount = Base(((bodies.SLIDE, 0.0, 0.0, 2.0, 0.0, 1e6, 1e3), (bodies.HINGE, 0.0, 0.2, 1.0, 0.01, 1e5, 50.0)))
     moved = release(Truth(leg, base=mount), trial, 1e-5).at(times)
     assert np.abs(moved - rigid).max() < 1e-3
