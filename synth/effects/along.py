@@ -125,7 +125,7 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
         workspace[memory] = effect.function("start")(inputs[0, 0] - inputs[0, 2], *parameters)
     rows = np.array([layout.row(block) for block in _INPUTS])
     torque = np.empty((len(time), LANES))
-    bound = min(effect.bound, 1e300)
+    bound = 1.0 if effect.bristle else 1e300
     _loop()(
         chain.extra_torques, workspace, active, rows, layout.row("extra_torque"), memory, change, bound,
         np.ascontiguousarray(time), np.ascontiguousarray(inputs), steps, torque,

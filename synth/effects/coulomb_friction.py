@@ -29,7 +29,7 @@ EFFECT = Effect(
     linear=True,
     memory=True,
     kin="bristle",
-    bound=1.0,
+    bristle=True,
     parameters=(
         Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
         Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),

@@ -64,7 +64,6 @@ class Prior:
             return (1.0 / value - 1.0 / self.centre) / self.width
         return np.log(value / self.centre) / self.width if self.log else (value - self.centre) / self.width
 
-
     def span(self, most: float) -> tuple[float, float]:
         """Least and greatest whitened coordinate, at most ``most`` deviations off, between the bounds."""
         ends = []
@@ -134,10 +133,10 @@ class Effect:
     """An effect's name, what it is, its parameters in the order of its function, and how it acts.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
-    ``uses_load`` : the bearing force must be computed for it. ``bound`` : a memory beyond plus or minus this acts as if
-    it were there, and is put back there after each step. ``linear`` : its torque is a sum of its strengths, each times
-    what does not depend on any (see ``along.columns_along``). ``belongs_to`` : the part that takes the effect with it
-    when a design replaces it; what belongs to the joint stays.
+    ``uses_load`` : the bearing force must be computed for it. ``bristle`` : its memory is that of ``compiled.bristle``,
+    which the integrator keeps in -1..1 and turns over when the joint turns back. ``linear`` : its torque is a sum of
+    its strengths, each times what does not depend on any (see ``along.columns_along``). ``belongs_to`` : the part that
+    takes the effect with it when a design replaces it; what belongs to the joint stays.
     """
 
     name: str
@@ -150,7 +149,7 @@ class Effect:
     shapes: tuple[Shape, ...]
     where: Literal["joint", "base"] = "joint"
     memory: bool = False
-    bound: float = np.inf
+    bristle: bool = False
     uses_load: bool = False
     linear: bool = False
     belongs_to: Literal["joint", "spring", "damper"] = "joint"

@@ -12,7 +12,7 @@ def torque(  # type: ignore[no-untyped-def]
     rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, radius, share, presliding
 ):
     """The bristle of Coulomb friction, as strong as the load of the moment."""
-    level = radius * force + share * abs(spring_rate * deflection + damper_torque)
+    level = radius * force + share * abs(spring_rate * deflection)
     change = bristle(rate, memory, presliding)
     return -level * held(memory, change), change
 
@@ -25,18 +25,18 @@ def start(deflection, radius, share, presliding):  # type: ignore[no-untyped-def
 EFFECT = Effect(
     name="load_friction",
     meaning="dry friction that grows with the joint's load",
-    formula="-s (radius |F| + share |T|), F the bearing force, T the torque of spring and damper, s of the bristle",
+    formula="-s (radius |F| + share |T|), F the bearing force, T the spring's torque, s of the bristle",
     source="journal bearing: Shigley, Mechanical Engineering Design, ch. 12; gear: Duclusaud et al., BAM, "
     "arXiv 2410.08650, model M3",
     way="torque",
     linear=True,
     memory=True,
     kin="bristle",
-    bound=1.0,
+    bristle=True,
     uses_load=True,
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
-        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of transmitted torque"),
+        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of the spring's torque"),
         Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),
     ),
     strengths=("radius", "share"),

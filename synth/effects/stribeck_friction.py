@@ -47,7 +47,7 @@ EFFECT = Effect(
     linear=True,
     memory=True,
     kin="bristle",
-    bound=1.0,
+    bristle=True,
     parameters=(
         Parameter("torque", "N*m", prior=size(0.15), meaning="breakaway torque, at lowest speed"),
         Parameter(

@@ -21,8 +21,6 @@ from synth.model.leg import Array, Leg
 MAX_STEPS = 20_000
 MEMORY_TOLERANCE = 1e3  # a bristle's bend may be wrong by a thousand times as much as an angle
 
-UNBOUNDED = 1e300  # not infinite: the compiled code may assume that there is no such number
-
 
 @dataclass(frozen=True)
 class Conditions:
@@ -64,8 +62,8 @@ class Chain:
         both[0, 1:] *= [not effect.uses_load for effect in self.effects]
         return both
 
-    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, Any, Array, Array]:
-        """Rows of state and derivative, tolerance factors and bounds; memories that are on are set to their start.
+    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, Any, Array, Any]:
+        """Rows of state and derivative, tolerance factors, what bends bristles; puts memories that are on to a start.
 
         A memory takes part at those joints alone where its effect is on in some lane: a bristle turning over at a joint
         without friction would cost steps all the same.
@@ -82,9 +80,9 @@ class Chain:
         state, derivative = layout.states(on)
         factors = np.ones(len(state))
         factors[2 * layout.n :] = MEMORY_TOLERANCE
-        bounds = np.full(len(state), UNBOUNDED)
-        bounds[2 * layout.n :] = [min(effect_named(name).bound, UNBOUNDED) for name, _ in on]
-        return np.array(state, dtype=np.uint64), np.array(derivative, dtype=np.uint64), factors, bounds
+        bends = np.full(len(state), -1, dtype=np.int64)
+        bends[2 * layout.n :] = [layout.n + joint if effect_named(name).bristle else -1 for name, joint in on]
+        return np.array(state, dtype=np.uint64), np.array(derivative, dtype=np.uint64), factors, bends
 
     def run(
         self,
@@ -173,12 +171,13 @@ def _sources(n: int, effects: tuple[Effect, ...]) -> tuple[Layout, list[tuple[st
     imports = {effect.name: effect.module for effect in effects}
     modules = ("synth.model.trigonometry", "synth.effects.compiled", *imports.values())
     files = tuple(_file_of(module) for module in modules)
-    integrator, rows = _file_of("synth.model.integrator"), _file_of("synth.model.layout")
+    integrator = _file_of("synth.model.integrator")
+    called = tuple(_file_of(f"synth.{name}") for name in ("model.layout", "model.turning", "effects.compiled"))
     return layout, [
         (f"chain{n}", generate.right_hand_side(layout), files[:1]),
         ("torques", generate.extra_torques(layout, imports), files),
         ("bearing", generate.bearing_forces(layout), files[:1]),
-        ("integrator", integrator.read_text(encoding="utf-8"), (rows,)),
+        ("integrator", integrator.read_text(encoding="utf-8"), called),
     ]
 
 

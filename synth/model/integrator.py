@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numba import float64, int64, njit, types, uint64
 
+from synth.model import turning
 from synth.model.layout import LANES, Layout
 
 _A = np.zeros((7, 6))
@@ -44,15 +45,15 @@ _chain = types.FunctionType(types.void(float64[:, ::1]))
 _extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
 _bearing = types.FunctionType(types.void(float64[:, ::1], int64))
 _known = types.Tuple((float64[::1], float64[:, ::1]))
-_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], float64[::1]))
+_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
     float64, int64, float64[:, ::1],
 )  # fmt: skip
-_options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "cache": True}
+_called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
 
 
-@njit(inline="always", **_options)
+@njit(**_called)
 def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
     """Add a known torque, linear between its samples and the same in every lane; returns the new cursor."""
     times, torques = known
@@ -70,7 +71,7 @@ def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untype
     return cursor
 
 
-@njit(inline="always", **_options)
+@njit(**_called)
 def _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K):  # type: ignore[no-untyped-def]
     """Fill K (n_state * 16,) with the time derivative of the state that lies in Z.
 
@@ -94,7 +95,16 @@ def _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t
     return cursor
 
 
-@njit(_signature, **_options)
+@njit(**_called)
+def _put(x, state, Z):  # type: ignore[no-untyped-def]
+    """The state into its rows of the workspace."""
+    for j in range(len(state)):
+        row = state[j]
+        for lane in range(LANES):
+            Z[row, lane] = x[j * LANES + lane]
+
+
+@njit(_signature, cache=True, **_called)
 def integrate(chain, extra, bearing, Z, n, states, active, known, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
@@ -102,8 +112,8 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     ----------
     chain, extra, bearing : the compiled right-hand side, the extra torques and the bearing forces.
     Z : (n_row, 16) workspace with initial state and parameters filled in; its state rows are overwritten.
-    states : rows of the state, rows of its derivative, and each one's factor (n_state,) on the tolerance and bound:
-        a state beyond its bound counts as at it, and is put there after each step (a bristle that slides).
+    states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, and what bends
+        bristles (n_state,), see ``turning``.
     active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
         the bearing force; equal where none does.
     known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
@@ -115,12 +125,19 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     -------
     steps, reason : number of steps, and why it stopped. On any other reason than ``REACHED_END`` the rest is nan.
     """
-    state, derivative, factors, bounds = states
+    state, derivative, factors, bends = states
     size = len(state)
-    width, first_memory, shown = size * LANES, 2 * n * LANES, out.shape[1]
+    width, shown = size * LANES, out.shape[1]
     # Flat: a loop of 16 would spend more on the check that its arrays do not overlap than on its arithmetic.
     x, y, v = np.empty(width), np.empty(width), np.empty(width)
-    allowed, bound = np.empty(width), np.empty(width)
+    allowed = np.empty(width)
+    n_memory = width - 2 * n * LANES
+    slides, due, expected, back = np.empty(n_memory), np.empty(n_memory), np.empty(n_memory), np.empty(LANES)
+    for e in range(n_memory):
+        due[e] = turning.NEVER
+    any_bristle = False
+    for j in range(2 * n, size):
+        any_bristle = any_bristle or bends[j] >= 0
     K = np.empty((7, width))
     r = np.empty((4, shown))
     error_sum = np.empty(LANES)
@@ -135,7 +152,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     for j in range(size):
         for lane in range(LANES):
             e = j * LANES + lane
-            x[e], allowed[e], bound[e] = Z[state[j], lane], factors[j], bounds[j]
+            x[e], allowed[e] = Z[state[j], lane], factors[j]
     for e in range(shown):
         out[0, e] = x[e]
     t = times[0]
@@ -146,7 +163,27 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     steps = 0
     reason = REACHED_END
     cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, 0, K[0])
+    if any_bristle:
+        turning.slide_from_start(n, bends, x, K)
+        _put(x, state, Z)
+        cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[0])
+    fresh, uncut = any_bristle, 0.0  # at a new place; the step that was cut at a joint's turn
     while i < len(times):
+        if fresh:
+            fresh = False
+            for j in range(2 * n, size):
+                if bends[j] >= 0 and turning.turn_back(bends, j, x, K, back):
+                    _put(x, state, Z)
+                    for lane in range(LANES):
+                        if back[lane] != 0.0:
+                            Z[state[j], lane] = -back[lane]
+                    cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[1])
+                    turning.take_hold(bends, j, x, K, back)
+                    _put(x, state, Z)
+                    cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[2])
+                    turning.make_up(n, bends, j, x, K, back)
+            turning.find_sliding(n, bends, x, K, slides)
+            turning.keep_sliding(n, slides, K[0])
         if t + h > end:
             h = end - t + 1e-15
         for s in range(1, 7):
@@ -157,21 +194,18 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
                 c = h * _A[s, m]
                 for e in range(width):
                     y[e] += c * K[m, e]
-            for j in range(size):
-                row = state[j]
-                for lane in range(LANES):
-                    Z[row, lane] = y[j * LANES + lane]
+            _put(y, state, Z)
             now = t + _C[s] * h
             cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, now, cursor, K[s])
+            if any_bristle:
+                turning.keep_sliding(n, slides, K[s])
         steps += 1
         for e in range(width):
             v[e] = _E[0] * K[0, e] + _E[2] * K[2, e] + _E[3] * K[3, e]
         for e in range(width):
             v[e] = h * (v[e] + _E[4] * K[4, e] + _E[5] * K[5, e] + _E[6] * K[6, e])
-        for e in range(first_memory, width):
-            kept = max(-bound[e], min(bound[e], y[e]))
-            v[e] = kept - max(-bound[e], min(bound[e], y[e] - v[e]))
-            y[e] = kept
+        if any_bristle:
+            turning.bound_bends(n, bends, y, v)
         for e in range(width):
             v[e] /= allowed[e] * (tolerance[1] + tolerance[0] * max(abs(x[e]), abs(y[e])))
         for lane in range(LANES):
@@ -183,6 +217,13 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
         for lane in range(LANES):
             error = max(error, error_sum[lane])
         error = math.sqrt(error / size)
+        if any_bristle and error <= 1.0:
+            cut = turning.first_turn(n, bends, slides, x, y, K, t, h, expected)
+            if cut < h:
+                uncut, h = max(uncut, h), cut
+                for e in range(n_memory):
+                    due[e] = expected[e]
+                continue
         if error <= 1.0:
             if times[i] <= t + h + 1e-12:
                 for e in range(shown):
@@ -206,13 +247,18 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             for e in range(width):
                 x[e] = y[e]
                 K[0, e] = K[6, e]
-            factor = 0.9 * error**-0.17 * previous**0.04
+            fresh = any_bristle
+            factor = min(5.0, 0.9 * error**-0.17 * previous**0.04)
+            if uncut > 0.0:  # go on to the next lane's turn, if that is known, or else as if nothing had been
+                coming = turning.next_due(due, t)
+                factor = min(coming - t, uncut) / h
+                uncut = uncut if coming < t + uncut else 0.0
             previous = max(error, 1e-4)
         else:
             factor = max(0.2, 0.9 * error**-0.2)
         if not (factor > 0.2):  # also when the error is not a number
             factor = 0.2
-        h *= min(5.0, factor)
+        h *= factor
         if i < len(times) and (h < 1e-10 or steps >= max_steps):
             reason = TOO_MANY_STEPS if steps >= max_steps else STEP_TOO_SMALL
             for k in range(i, len(times)):

@@ -1,0 +1,174 @@
+"""Where a joint that dry friction brakes turns back, or comes to rest: the events of bristles, lane by lane.
+
+Friction that slides turns over at once when its joint turns back; a bristle left to itself would do so over the way
+that it bends, which delays every half swing a little (measured: a swing 25 times the presliding off after ten of them).
+So a step ends where a sliding joint's rate passes zero, and the bend is put where the joint stays at rest, or, where
+not even the whole torque holds it, to sliding the other way. Between such moments the motion is smooth: friction
+keeps its sense through a step, also in those stages that lie beyond the turn at which the step is then cut.
+
+Lanes that turn within ``AT_ONCE`` of the step's end are turned there together, each corrected to first order for the
+time by which it is late (the saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
+Mechanical Systems*, 2004, ch. 7). Perturbed copies of one leg so stay smooth functions of what is perturbed.
+
+Arrays are flat, 16 lanes a state: ``x`` the state at a step's start, ``y`` at its end, ``K`` (7, n_state * 16) the
+derivatives. ``bends`` (n_state,): for a bristle, the state whose rate bends it, else -1; states from 2 n on are
+memories, for which ``slides`` and ``due`` have 16 entries each.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from synth.effects.compiled import bend_that_holds
+from synth.model.layout import LANES
+
+AT_ONCE = 1e-5  # s
+NEVER = 1e300
+_options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
+
+
+@njit(**_options)
+def slide_from_start(n, bends, x, K):  # type: ignore[no-untyped-def]
+    """Bend each bristle as if its joint had slid as it moves, or into where it is pushed if it rests.
+
+    One that rests then counts as turning back, which finds whether it is held.
+    """
+    for j in range(2 * n, len(bends)):
+        if bends[j] >= 0:
+            for lane in range(LANES):
+                rate, pull = x[bends[j] * LANES + lane], K[0, bends[j] * LANES + lane]
+                x[j * LANES + lane] = 1.0 if rate > 0.0 or (rate == 0.0 and pull < 0.0) else -1.0
+
+
+@njit(**_options)
+def turn_back(bends, j, x, K, turning):  # type: ignore[no-untyped-def]
+    """Fill ``turning`` (16,) with the sense in which bristle ``j`` slid where its joint turns back now, 0 elsewhere."""
+    any_turn = False
+    for lane in range(LANES):
+        z, rate, pull = x[j * LANES + lane], x[bends[j] * LANES + lane], K[0, bends[j] * LANES + lane]
+        back = abs(z) >= 1.0 and pull * z < 0.0 and abs(rate) <= AT_ONCE * abs(pull)
+        turning[lane] = z if back else 0.0
+        any_turn = any_turn or back
+    return any_turn
+
+
+@njit(**_options)
+def take_hold(bends, j, x, K, turning):  # type: ignore[no-untyped-def]
+    """Put the bend where the joint's acceleration is zero, or to the other end.
+
+    The acceleration is linear in the share of its torque that a bristle gives; ``K[0]`` has it with the share as it
+    was, ``K[1]`` with the opposite one.
+    """
+    for lane in range(LANES):
+        if turning[lane] != 0.0:
+            e = bends[j] * LANES + lane
+            if K[1, e] * turning[lane] <= 0.0:
+                x[j * LANES + lane] = -turning[lane]
+            else:
+                share = (K[1, e] + K[0, e]) / (K[1, e] - K[0, e])
+                x[j * LANES + lane] = turning[lane] * bend_that_holds(share)
+
+
+@njit(**_options)
+def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
+    """Correct the rates for the time since the turn, in which friction had the wrong sense: ``K[0]`` where ``K[2]``."""
+    for lane in range(LANES):
+        if turning[lane] != 0.0:
+            late = x[bends[j] * LANES + lane] / K[0, bends[j] * LANES + lane]
+            for i in range(n, 2 * n):
+                x[i * LANES + lane] += (K[2, i * LANES + lane] - K[0, i * LANES + lane]) * late
+    for e in range(len(x)):
+        K[0, e] = K[2, e]
+
+
+@njit(**_options)
+def find_sliding(n, bends, x, K, slides):  # type: ignore[no-untyped-def]
+    """Fill ``slides`` with the sense in which each bristle slides through the coming step, 0 where it bends."""
+    for j in range(2 * n, len(bends)):
+        for lane in range(LANES):
+            sense = 0.0
+            if bends[j] >= 0 and abs(x[j * LANES + lane]) >= 1.0:
+                z, rate, pull = x[j * LANES + lane], x[bends[j] * LANES + lane], K[0, bends[j] * LANES + lane]
+                if rate * z > 0.0 or (abs(rate) <= AT_ONCE * abs(pull) and pull * z > 0.0):
+                    sense = z
+            slides[(j - 2 * n) * LANES + lane] = sense
+
+
+@njit(**_options)
+def keep_sliding(n, slides, k):  # type: ignore[no-untyped-def]
+    """What slides does not bend, in whatever sense the rate of the stage ``k`` is."""
+    for e in range(len(slides)):
+        if slides[e] != 0.0:
+            k[2 * n * LANES + e] = 0.0
+
+
+@njit(**_options)
+def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
+    """Put bends beyond -1..1 back there, and count their error from there."""
+    for j in range(2 * n, len(bends)):
+        if bends[j] >= 0:
+            for e in range(j * LANES, (j + 1) * LANES):
+                kept = max(-1.0, min(1.0, y[e]))
+                error[e] = kept - max(-1.0, min(1.0, y[e] - error[e]))
+                y[e] = kept
+
+
+@njit(**_options)
+def first_turn(n, bends, slides, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
+    """Where in the step from ``t`` to ``t + h`` the first joint turns back against its sliding bristle.
+
+    ``h`` if none does before the step's end, give or take ``AT_ONCE``; ``due`` is filled with the moments of all.
+    """
+    first = h
+    for j in range(2 * n, len(bends)):
+        for lane in range(LANES):
+            due[(j - 2 * n) * LANES + lane] = NEVER
+            if bends[j] < 0:
+                continue
+            d, e = j * LANES + lane, bends[j] * LANES + lane
+            before, after, sense = x[e], y[e], slides[(j - 2 * n) * LANES + lane]
+            slid = sense != 0.0
+            if not slid:  # it bends, but may come to slide within the step and turn back after that
+                sense = 1.0 if before > 0.0 else -1.0
+                slid = 0.7 * abs(K[0, d]) * h * abs(before) > (1.0 - x[d] * sense) * abs(before - after)
+            if abs(after) <= AT_ONCE * abs(K[6, e]):
+                if y[d] * sense > 0.999:  # turns at the step's end; what it has bent back by then is made up for
+                    y[d] = sense
+            elif after * sense < 0.0 and slid:
+                where = _zero(before, after, h * K[0, e], h * K[6, e], sense)
+                due[(j - 2 * n) * LANES + lane] = t + where * h
+                first = min(first, max(where * h, 1e-3 * AT_ONCE))
+    return first
+
+
+@njit(**_options)
+def _zero(before, after, slope_before, slope_after, sense):  # type: ignore[no-untyped-def]
+    """Zero in 0..1 of the cubic with these ends and slopes, positive times ``sense`` before it: Newton, kept inside."""
+    low, high = 0.0, 1.0
+    where = before / (before - after)
+    for _ in range(6):
+        if not (low < where < high):
+            where = 0.5 * (low + high)
+        u = 1.0 - where
+        value = u * u * ((1.0 + 2.0 * where) * before + where * slope_before)
+        value += where * where * ((3.0 - 2.0 * where) * after - u * slope_after)
+        if value * sense > 0.0:
+            low = where
+        else:
+            high = where
+        slope = 6.0 * where * u * (after - before) + u * (1.0 - 3.0 * where) * slope_before
+        slope += where * (3.0 * where - 2.0) * slope_after
+        where -= value / slope
+    return where if low < where < high else 0.5 * (low + high)
+
+
+@njit(**_options)
+def next_due(due, t):  # type: ignore[no-untyped-def]
+    """The next moment at which a joint is expected to turn back, or ``NEVER``."""
+    coming = NEVER
+    for e in range(len(due)):
+        if due[e] > t + AT_ONCE:
+            coming = min(coming, due[e])
+    return coming
