@@ -6,41 +6,47 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.effects.effect import Effect, Parameter, Shape, stiff
+from synth.effects.effect import Effect, Parameter, Shape, positive, signed, stiff
 
 if TYPE_CHECKING:
     from synth.model.lanes import LegLanes
     from synth.model.leg import Array
 
 LEVER = 100.0  # leg lengths: a link so long turns by next to nothing when its end slides
-BASE_INERTIA = 0.3  # of the leg's own, where not given
-DAMPING_RATIO = 0.05
+LEAST = 0.02  # of the leg's own mass or inertia, that a mount has in any case
 
 
-def extend(legs: LegLanes, joint: int, stiffness: Array, rocking_stiffness: Array) -> LegLanes:
-    """One more link before the first: of no length for rocking; for sliding so long that its end goes straight.
+def extend(
+    legs: LegLanes,
+    joint: int,
+    stiffness: Array,
+    mass: Array,
+    rocking_stiffness: Array,
+    arm: Array,
+    inertia: Array,
+    damping_ratio: Array,
+) -> LegLanes:
+    """One more link before the first: so long that its end goes straight (sliding), or of length ``arm`` (rocking).
 
-    The base's own mass is ``BASE_INERTIA`` of the leg's and its damping ratio ``DAMPING_RATIO``: with a mount much
-    stiffer than the joints' springs neither shows in the leg's motion.
+    A mount that rocks about a point below the first joint has a negative ``arm``: a link of negative length.
     """
-    total = legs.length.sum(axis=0)
-    mass = legs.mass.sum(axis=0)
+    total, carried = legs.length.sum(axis=0), legs.mass.sum(axis=0)
+    reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
+    leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
     slides = bool(np.any(stiffness > 0.0))  # in its own direction, level with the base
     if slides:
-        lever = LEVER * total
-        moving = (1.0 + BASE_INERTIA) * mass * lever**2
-        own = BASE_INERTIA * mass * lever**2
-        rate = stiffness * lever**2
+        length = LEVER * total
+        own = np.maximum(mass, LEAST * carried) * length**2
+        moving = own + carried * length**2
+        rate = stiffness * length**2
     else:
-        lever = np.zeros_like(total)
-        reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
-        leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
-        own = BASE_INERTIA * leg_inertia
-        moving = own + leg_inertia
+        length = np.asarray(arm) + 0.0 * total
+        own = np.maximum(inertia, LEAST * leg_inertia)
+        moving = own + leg_inertia + carried * length**2
         rate = rocking_stiffness
-    damping = 2.0 * DAMPING_RATIO * np.sqrt(rate * moving)
+    damping = 2.0 * damping_ratio * np.sqrt(rate * moving)
     return legs.with_link(
-        0, length=lever, inertia=own, spring_rate=rate, damper_rate=damping, rest=0.0, weightless=float(slides)
+        0, length=length, inertia=own, spring_rate=rate, damper_rate=damping, rest=0.0, weightless=1.0
     )
 
 
@@ -50,23 +56,32 @@ def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
     A sliding mount starts undeflected: what force the hand put on it is not known.
     """
     torque = legs.spring_rate[1] * (rotation[1] - legs.rest[1])
-    return np.where(legs.length[0] > 0.0, 0.0, torque / legs.spring_rate[0])
+    sliding = np.abs(legs.length[0]) > 0.5 * LEVER * legs.length[1:].sum(axis=0)
+    return np.where(sliding, 0.0, torque / legs.spring_rate[0])
 
 
 EFFECT = Effect(
     name="base_compliance",
     meaning="the mount moves",
-    formula="stiffness x + damper + mass of the mount = force of the leg (sliding), its like for rocking",
-    source="definition; the small base's modes lie above the leg's",
+    formula="mass x'' + damper + stiffness x = force of the leg (sliding); inertia, rocking_stiffness (rocking at arm)",
+    source="definition; damper from the ratio to the critical one of mount and leg together",
     way="structure",
     where="base",
     parameters=(
         Parameter("stiffness", "N/m", 0.0, stiff(30.0, 1000.0), meaning="against sliding sideways"),
+        Parameter("mass", "kg", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that slides"),
         Parameter("rocking_stiffness", "N*m/rad", 0.0, stiff(30.0, 1000.0), meaning="against rocking"),
+        Parameter("arm", "m", 0.0, signed(1.5), meaning="of the first joint below the point it rocks about"),
+        Parameter("inertia", "kg*m^2", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that rocks"),
+        Parameter("damping_ratio", "1", 0.05, positive(0.05, 0.7, upper=0.7), natural=False),
     ),
     strengths=("stiffness", "rocking_stiffness"),
     shapes=(
-        Shape(("rocking_stiffness",), {}, ({"rocking_stiffness": 100.0},)),
-        Shape(("stiffness",), {}, ({"stiffness": 100.0},)),
+        Shape(
+            ("rocking_stiffness", "arm", "inertia", "damping_ratio"),
+            {},
+            ({"rocking_stiffness": 100.0, "arm": 1.0}, {"rocking_stiffness": 100.0, "arm": -1.0}),
+        ),
+        Shape(("stiffness", "mass", "damping_ratio"), {}, ({"stiffness": 100.0},)),
     ),
 )

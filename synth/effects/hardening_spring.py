@@ -2,30 +2,51 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
 from synth.effects.compiled import inlined
-from synth.effects.effect import Effect, Parameter, Prior, Shape, signed
+from synth.effects.effect import Effect, Parameter, Prior, Shape, signed, size
 
 
 @inlined
 def torque(  # type: ignore[no-untyped-def]
-    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, stiffening, exponent
+    rotation,
+    rate,
+    deflection,
+    spring_rate,
+    damper_rate,
+    damper_torque,
+    force,
+    memory,
+    stiffening,
+    exponent,
+    onset,
+    softening,
 ):
-    """Odd power of the deflection."""
-    return -stiffening * deflection * (abs(deflection) + 1e-9) ** (exponent - 1.0), 0.0
+    """Odd power of the deflection beyond the onset; and what a spring that gives way, k u / (1 + |s u|^2), lacks."""
+    beyond = max(abs(deflection) - onset, 0.0) + 1e-9
+    power = stiffening * beyond**exponent
+    lost = spring_rate * deflection * (1.0 - 1.0 / sqrt(1.0 + (softening * deflection) ** 2))
+    return lost - (power if deflection > 0.0 else -power), 0.0
 
 
 EFFECT = Effect(
     name="hardening_spring",
     meaning="a stiffness that grows (or falls) with deflection",
-    formula="-stiffening |u|^(exponent - 1) u, u the deflection in rad from the free angle",
-    source="G. Duffing, Erzwungene Schwingungen (1918): exponent 3",
+    formula="-stiffening sign(u) (|u| - onset)^exponent, u the deflection in rad; k u / sqrt(1 + (softening u)^2)",
+    source="G. Duffing, Erzwungene Schwingungen (1918): exponent 3; bumper: exponent 1 with an onset",
     way="torque",
     belongs_to="spring",
-    linear=True,
     parameters=(
         Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at 1 rad; negative: softening"),
-        Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.3, upper=7.0), off=3.0, natural=False),
+        Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.0, upper=7.0), off=3.0, natural=False),
+        Parameter("onset", "rad", 0.0, Prior(0.0, 0.4, lower=0.0, upper=0.9), meaning="deflection where it begins"),
+        Parameter("softening", "1/rad", 0.0, size(1.0), meaning="one over the deflection where the spring gives way"),
     ),
-    strengths=("stiffening",),
-    shapes=(Shape(("stiffening", "exponent"), {}, ({"exponent": 2.0}, {"exponent": 3.5})),),
+    strengths=("stiffening", "softening"),
+    shapes=(
+        Shape(("stiffening", "exponent"), {}, ({"exponent": 2.0}, {"exponent": 3.5})),
+        Shape(("stiffening", "onset"), {"exponent": 1.0}, ({"onset": 0.3}, {"onset": 0.6})),
+        Shape(("softening",), {}, ({"softening": 0.3},)),
+    ),
 )

@@ -10,14 +10,27 @@ FAR = 1e3  # rad
 
 @inlined
 def torque(  # type: ignore[no-untyped-def]
-    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, upper, lower, stiffness, damping
+    rotation,
+    rate,
+    deflection,
+    spring_rate,
+    damper_rate,
+    damper_torque,
+    force,
+    memory,
+    upper,
+    lower,
+    stiffness,
+    damping,
+    exponent,
 ):
-    """One-sided linear spring and damper at either end; the contact pushes and never pulls."""
+    """A power of the penetration at either end, its loss growing with it; the contact pushes and never pulls."""
     above = rotation - upper
     below = lower - rotation
-    push_back = max(stiffness * above + damping * rate, 0.0) if above > 0.0 else 0.0
-    push_on = max(stiffness * below - damping * rate, 0.0) if below > 0.0 else 0.0
-    return push_on - push_back, 0.0
+    deep = max(max(above, below), 0.0) + 1e-12
+    closing = rate if above > 0.0 else -rate
+    push = stiffness * deep**exponent * max(1.0 + damping * closing, 0.0)
+    return (-push if above > 0.0 else push) if deep > 2e-12 else 0.0, 0.0
 
 
 def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[float, float]:
@@ -29,8 +42,8 @@ def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[flo
 EFFECT = Effect(
     name="joint_stop",
     meaning="contact at the end of travel",
-    formula="-max(0, stiffness x + damping w) at penetration x > 0, its mirror image at the other end",
-    source="Kelvin-Voigt contact that does not pull: Gilardi & Sharf, Mechanism and Machine Theory 37 (2002) 1213",
+    formula="-stiffness x^exponent max(0, 1 + damping dx/dt) at penetration x > 0 (rad), mirrored at the other end",
+    source="Hunt & Crossley, J. Applied Mechanics 42 (1975) 440",
     way="torque",
     parameters=(
         Parameter(
@@ -51,18 +64,23 @@ EFFECT = Effect(
             anchor="middle",
             meaning="end of travel below, measured angle",
         ),
-        Parameter("stiffness", "N*m/rad", prior=positive(5.0, 1.5), meaning="of the contact"),
-        Parameter("damping", "N*m*s/rad", 0.0, positive(1.0, 1.5), meaning="of the contact"),
+        Parameter(
+            "stiffness", "N*m/rad", prior=positive(8.0, 1.5), meaning="torque at 1 rad of penetration, were it so deep"
+        ),
+        Parameter("damping", "s/rad", 0.0, positive(1.0, 1.5), meaning="share of the torque more a rad/s of closing"),
+        Parameter("exponent", "1", 1.0, Prior(1.2, 0.3, lower=1.0, upper=2.5), off=1.0, natural=False),
     ),
     strengths=("stiffness",),
     shapes=(
         Shape(
-            ("upper", "stiffness", "damping"), {}, ({"upper": 0.75, "stiffness": 4.0}, {"upper": 0.4, "stiffness": 4.0})
+            ("upper", "stiffness", "damping", "exponent"),
+            {},
+            ({"upper": 0.75, "stiffness": 8.0}, {"upper": 0.4, "stiffness": 8.0}),
         ),
         Shape(
-            ("lower", "stiffness", "damping"),
+            ("lower", "stiffness", "damping", "exponent"),
             {},
-            ({"lower": -0.75, "stiffness": 4.0}, {"lower": -0.4, "stiffness": 4.0}),
+            ({"lower": -0.75, "stiffness": 8.0}, {"lower": -0.4, "stiffness": 8.0}),
         ),
     ),
 )

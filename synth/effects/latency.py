@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from synth.model.leg import Array
 
 
-def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, delay: Array) -> Array:
+def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, delay: Array, lag: Array) -> Array:
     """Rotation ``delay`` (n_lane,) s earlier, by cubic Hermite interpolation between the samples.
 
     Before the first sample the motion is carried back with the first samples' rate and acceleration, at most to
@@ -33,7 +33,22 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
         if np.any(before):
             value[before] = _earlier(past[before] - time[0], time, rotation[:, lane], rate[:, lane])
         result[:, lane] = value
-    return result
+    return _lagged(time, result, lag) if np.any(np.asarray(lag) > 0.0) else result
+
+
+def _lagged(time: Array, reading: Array, lag: Array) -> Array:
+    """Reading (n_time, n_lane) behind a first-order filter of time constant ``lag`` (n_lane,) s, at rest before.
+
+    Exact for a reading that is linear between its samples.
+    """
+    constant = np.maximum(np.broadcast_to(lag, (reading.shape[1],)), 1e-9)
+    told = np.empty_like(reading)
+    told[0] = reading[0]
+    for k, step in enumerate(np.diff(time)):
+        fade = np.exp(-step / constant)
+        slope = (reading[k + 1] - reading[k]) / step
+        told[k + 1] = reading[k + 1] - slope * constant + fade * (told[k] - reading[k] + slope * constant)
+    return told
 
 
 def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:
@@ -47,10 +62,16 @@ def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:
 EFFECT = Effect(
     name="latency",
     meaning="one channel late against the others",
-    formula="reading(t) = angle(t - delay)",
+    formula="reading(t) = angle(t - delay), then behind a first-order filter: lag dr/dt = angle - r",
     source="definition",
     way="reading",
-    parameters=(Parameter("delay", "s", prior=Prior(0.0, 0.01, lower=-0.1, upper=0.1), natural=False),),
-    strengths=("delay",),
-    shapes=(Shape(("delay",), {}),),
+    parameters=(
+        Parameter("delay", "s", 0.0, Prior(0.0, 0.2, lower=0.0), meaning="later by"),
+        Parameter("lag", "s", 0.0, Prior(0.0, 0.2, lower=0.0), meaning="time constant of a filter"),
+    ),
+    strengths=("delay", "lag"),
+    shapes=(
+        Shape(("delay",), {}, ({}, {"delay": 0.2}, {"delay": 0.8})),
+        Shape(("lag",), {}, ({}, {"lag": 0.4})),
+    ),
 )

@@ -48,6 +48,10 @@ class Scales:
             "N*m*s^2/rad^2": torque / speed**2,
             "m": self.length[joint],
             "N": self.force,
+            "1/rad": 1.0 / angle,
+            "s/rad": 1.0 / speed,
+            "kg": self.force / 9.81,
+            "kg*m^2": torque * angle / speed**2,
             "N/m": torque / angle / self.length[joint] ** 2,
         }
         return float(sizes.get(unit, 1.0))

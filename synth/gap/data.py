@@ -103,7 +103,9 @@ def sensor(recordings: Sequence[Recording]) -> Sensor:
     noise = np.maximum(white, step / np.sqrt(12.0)) + 1e-9
     usual = float(np.median(noise))
     alike = np.abs(np.log(noise / usual)) < SAME
-    return Sensor(np.where(alike, np.sqrt(np.mean(noise[alike] ** 2)), noise), step)
+    if np.any(alike):
+        noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
+    return Sensor(noise, step)
 
 
 def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:

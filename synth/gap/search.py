@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.gap.candidates import Candidate
-from synth.gap.score import first_state, fresh
+from synth.gap.score import fresh, score
 from synth.gap.solve import Fit, Frame, Normal, Workbench
 from synth.model.leg import Array
 
 BASE_ROUNDS = 5
-SCREEN_ROUNDS = (2, 4)  # steps of all starts, then of each candidate's best shapes
+SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
+FRAMES, CONVERGED = 4, 1.0  # times that derivatives are taken anew, until the cost falls by less
 KEPT_SHAPES = 2
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 8  # single causes that get derivatives of their own
@@ -53,27 +54,35 @@ class Search:
     pairs: tuple[Assessed, ...]
 
 
-def fit_nominal(bench: Workbench) -> Fit:
+def as_designed(bench: Workbench) -> Fit:
+    """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
+    fit = Fit((), np.zeros(bench.n_tolerance), ())
+    fit = bench.evaluate([replace(fit, states=score(bench, fit, bench.trials).states)])[0]
+    return replace(fit, frame=bench.frame(fit))
+
+
+def fit_nominal(bench: Workbench, designed: Fit) -> Fit:
     """The nominal leg at its best within the tolerances."""
-    fit = Fit((), np.zeros(bench.n_tolerance), tuple(first_state(trial) for trial in bench.trials))
+    fit = designed
     for _ in range(BASE_ROUNDS):
         before = fit.cost
-        frame = bench.frame(fit)
-        fit = bench.solve([fresh(fit)], frame, 2)[0]
+        fit = bench.solve([fresh(fit)], None, 2)[0]
+        fit = replace(fit, frame=bench.frame(fit))
         if before - fit.cost < 0.1:
             break
-    return replace(fit, frame=bench.frame(fit))
+    return fit
 
 
 def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable[[str], None] | None = None) -> Search:
     """Find how well each cause, and each promising pair, explains the trials."""
     say = progress or (lambda text: None)
     say("the nominal leg within its tolerances")
-    nominal = fit_nominal(bench)
+    designed = as_designed(bench)
+    nominal = fit_nominal(bench, designed)
     say(f"{len({c.key for c in candidates})} single causes")
-    singles = _screen(bench, candidates, nominal)
-    best = _refine(bench, singles[:REFINED], times=2)
-    rest = [_assess(bench, fit, nominal.frame) for fit in singles[REFINED:]]
+    singles = _screen(bench, candidates, designed, nominal)
+    best = _refine(bench, singles[:REFINED])
+    rest = [_assess(bench, fit, designed.frame) for fit in singles[REFINED:]]
     assessed = sorted([*[_assess(bench, f, f.frame) for f in best], *rest], key=lambda a: a.cost)
     none = _assess(bench, nominal, nominal.frame)
     pairs: list[Assessed] = []
@@ -83,23 +92,27 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     return Search(none, tuple(assessed), tuple(sorted(pairs, key=lambda a: a.cost)))
 
 
-def _screen(bench: Workbench, candidates: Sequence[Candidate], nominal: Fit) -> list[Fit]:
-    """Every candidate from every start; the best shape of each cause, in order of cost."""
-    tolerances = nominal.unknowns
+def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, nominal: Fit) -> list[Fit]:
+    """Every candidate from every start; the best shape of each cause, in order of cost.
+
+    From the leg as designed, not from its best fit: where a cause is missing the best fit lies many tolerances off, and
+    from there the way to cause and true leg is long and bent.
+    """
     starts = [
-        Fit((candidate,), np.concatenate([tolerances, start]), nominal.states)
+        Fit((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
         for candidate in candidates
         for start in candidate.starts()
     ]
-    fits = bench.solve(_started(bench, starts, nominal.cost), nominal.frame, SCREEN_ROUNDS[0])
+    fits = bench.solve(_started(bench, starts, designed.cost), designed.frame, SCREEN_ROUNDS[0])
     kept: dict[tuple[str, str], list[Fit]] = {}
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
     chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
+    chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
     chosen.sort(key=lambda fit: fit.cost)
     gained = PROMISING * (nominal.cost - chosen[0].cost) if chosen else 0.0
     cut = max(LEAST_KEPT, sum(nominal.cost - fit.cost > gained for fit in chosen))
-    fits = [*bench.solve(chosen[:cut], nominal.frame, SCREEN_ROUNDS[1]), *chosen[cut:]]
+    fits = [*bench.solve(chosen[:cut], designed.frame, SCREEN_ROUNDS[2]), *chosen[cut:]]
     best: dict[tuple[str, str], Fit] = {}
     for fit in fits:
         if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
@@ -129,12 +142,20 @@ def _weaker(fit: Fit, first: int) -> Fit:
     return replace(fit, unknowns=unknowns)
 
 
-def _refine(bench: Workbench, fits: Sequence[Fit], times: int) -> list[Fit]:
-    """Fits with derivatives of their own, gone on with from where they are."""
-    current = list(fits)
-    for _ in range(times):
-        framed = [replace(fresh(fit), frame=bench.frame(fit)) for fit in current]
-        current = bench.solve(framed, None, 3)
+def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
+    """Fits with derivatives of their own, gone on with from where they are until they gain no more."""
+    current, going = list(fits), list(range(len(fits)))
+    for _ in range(FRAMES):
+        framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
+        better = bench.solve(framed, None, 3)
+        still = []
+        for i, fit in zip(going, better, strict=True):
+            if current[i].cost - fit.cost > CONVERGED:
+                still.append(i)
+            current[i] = fit
+        going = still
+        if not going:
+            break
     return current
 
 
@@ -155,7 +176,7 @@ def _pairs(bench: Workbench, singles: Sequence[Assessed], screened: Sequence[Fit
     best = sorted(promised.values(), key=lambda p: p[0])[:PAIRS]
     fits = bench.solve([replace(start, frame=frame) for _, start, frame in best], None, 5)
     fits.sort(key=lambda fit: fit.cost)
-    refined = _refine(bench, [fit for fit in fits[:REFINED_PAIRS] if np.isfinite(fit.cost)], times=2)
+    refined = _refine(bench, [fit for fit in fits[:REFINED_PAIRS] if np.isfinite(fit.cost)])
     rest = [fit for fit in fits[REFINED_PAIRS:] if np.isfinite(fit.cost)]
     return [_assess(bench, fit, fit.frame) for fit in [*refined, *rest]]
 
