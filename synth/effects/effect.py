@@ -119,7 +119,8 @@ class Parameter:
 class Shape:
     """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
 
-    ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> natural value
+    ``free`` : names; the others keep their default, or the value in ``held``
+    (in units of the natural size too). ``starts`` : each name -> natural value
     in units of the natural size (as ``Prior.centre``); strengths left out start small.
     """
 

@@ -23,13 +23,14 @@ def torque(  # type: ignore[no-untyped-def]
     stiffness,
     damping,
     exponent,
+    depth,
 ):
     """A power of the penetration at either end, its loss growing with it; the contact pushes and never pulls."""
     above = rotation - upper
     below = lower - rotation
     deep = max(max(above, below), 0.0) + 1e-12
     closing = rate if above > 0.0 else -rate
-    push = stiffness * deep**exponent * max(1.0 + damping * closing, 0.0)
+    push = stiffness * depth * (deep / depth) ** exponent * max(1.0 + damping * closing, 0.0)
     return (-push if above > 0.0 else push) if deep > 2e-12 else 0.0, 0.0
 
 
@@ -42,7 +43,7 @@ def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[flo
 EFFECT = Effect(
     name="joint_stop",
     meaning="contact at the end of travel",
-    formula="-stiffness x^exponent max(0, 1 + damping dx/dt) at penetration x > 0 (rad), mirrored at the other end",
+    formula="-stiffness depth (x / depth)^exponent max(0, 1 + damping dx/dt) at penetration x > 0, mirrored at the other end",
     source="Hunt & Crossley, J. Applied Mechanics 42 (1975) 440",
     way="torque",
     parameters=(
@@ -64,22 +65,21 @@ EFFECT = Effect(
             anchor="middle",
             meaning="end of travel below, measured angle",
         ),
-        Parameter(
-            "stiffness", "N*m/rad", prior=positive(8.0, 1.5), meaning="torque at 1 rad of penetration, were it so deep"
-        ),
+        Parameter("stiffness", "N*m/rad", prior=positive(8.0, 1.5), meaning="torque at depth over depth"),
         Parameter("damping", "s/rad", 0.0, positive(1.0, 1.5), meaning="share of the torque more a rad/s of closing"),
         Parameter("exponent", "1", 1.0, Prior(1.2, 0.3, lower=1.0, upper=2.5), off=1.0, natural=False),
+        Parameter("depth", "rad", 0.05, off=0.05, meaning="penetration at which the stiffness is meant"),
     ),
     strengths=("stiffness",),
     shapes=(
         Shape(
             ("upper", "stiffness", "damping", "exponent"),
-            {},
+            {"depth": 0.1},
             ({"upper": 0.75, "stiffness": 8.0}, {"upper": 0.4, "stiffness": 8.0}),
         ),
         Shape(
             ("lower", "stiffness", "damping", "exponent"),
-            {},
+            {"depth": 0.1},
             ({"lower": -0.75, "stiffness": 8.0}, {"lower": -0.4, "stiffness": 8.0}),
         ),
     ),

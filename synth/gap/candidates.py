@@ -126,7 +126,9 @@ class Candidate:
                 else:
                     found[p] = value * (self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0)
             else:
-                found[p] = self.shape.held.get(parameter.name, self.effect.defaults[parameter.name])
+                held = self.shape.held.get(parameter.name)
+                scale = self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
+                found[p] = self.effect.defaults[parameter.name] if held is None else held * scale
         return found
 
     def named(self, x: Array) -> dict[str, float]:

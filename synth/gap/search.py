@@ -15,10 +15,10 @@ from synth.model.leg import Array
 BASE_ROUNDS = 5
 SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
 FRAMES, CONVERGED = 4, 1.0  # times that derivatives are taken anew, until the cost falls by less
-KEPT_SHAPES = 2
+KEPT_SHAPES = 3
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 8  # single causes that get derivatives of their own
-WEAKER = 2  # times that a start is weakened
+LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
 ANCHORS = 4  # single causes that pairs are built on
 PAIRS = 8  # pairs that are tried, of those that promise most
 REFINED_PAIRS = 3
@@ -103,7 +103,7 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
         for candidate in candidates
         for start in candidate.starts()
     ]
-    fits = bench.solve(_started(bench, starts, designed.cost), designed.frame, SCREEN_ROUNDS[0])
+    fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
     kept: dict[tuple[str, str], list[Fit]] = {}
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
@@ -120,26 +120,35 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
     return sorted((fit for fit in best.values() if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
 
 
-def _started(bench: Workbench, starts: Sequence[Fit], nominal: float) -> list[Fit]:
-    """Starts evaluated; those that miss by far more than the nominal leg does begin with a tenth of their strength."""
-    fits = bench.evaluate(starts)
-    for _ in range(WEAKER):
-        worse = [i for i, fit in enumerate(fits) if not fit.cost < nominal + 0.5 * bench.total]
-        if not worse:
-            break
-        for i, fit in zip(worse, bench.evaluate([_weaker(fits[i], bench.n_tolerance) for i in worse]), strict=True):
-            fits[i] = fit
-    return fits
+def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[Fit]:
+    """For each start the strength, of a ladder of them, with which least would be left once tolerances are fitted too.
+
+    A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
+    """
+    p = bench.n_tolerance
+    ladders = [_ladder(start, p) for start in starts]
+    left = bench.prospects([fit for ladder in ladders for fit in ladder], designed)
+    chosen, place = [], 0
+    for ladder in ladders:
+        chosen.append(ladder[int(np.argmin(left[place : place + len(ladder)]))])
+        place += len(ladder)
+    return bench.evaluate(chosen)
 
 
-def _weaker(fit: Fit, first: int) -> Fit:
+def _ladder(fit: Fit, first: int) -> list[Fit]:
+    """The start with its strengths multiplied by ``LADDER``, those that its bounds allow."""
     candidate = fit.hypothesis[0]
     strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
-    unknowns = fit.unknowns.copy()
-    unknowns[first:] *= np.where(strengths, 0.1, 1.0)
     low, high = candidate.bounds()
-    unknowns[first:] = np.clip(unknowns[first:], low, high)
-    return replace(fit, unknowns=unknowns)
+    made, seen = [], set()
+    for factor in LADDER:
+        unknowns = fit.unknowns.copy()
+        unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
+        key = tuple(unknowns[first:].round(9))
+        if key not in seen:
+            seen.add(key)
+            made.append(replace(fit, unknowns=unknowns))
+    return made
 
 
 def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:

@@ -24,6 +24,7 @@ from synth.model.leg import Array
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
 RATE_STEP = 30.0
+DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side
 T = TypeVar("T")
 
 
@@ -193,6 +194,43 @@ class Workbench:
             made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
         return made
 
+    def prospects(self, fits: Sequence[Fit], at: Fit) -> list[float]:
+        """Cost that each fit would have after one undamped step of tolerances and states, by the frame of ``at``.
+
+        One lane a fit: nothing is differentiated.
+        """
+        frame = at.frame
+        assert frame is not None
+        slopes = [part.tolerance - part.q @ (part.q.T @ part.tolerance) for part in frame.parts]
+
+        def one(i: int) -> list[tuple[Array, float]]:
+            trial, part = self.trials[i], frame.parts[i]
+            blocks = [Block(fit.hypothesis, fit.unknowns[:, None], fit.states[i][:, None]) for fit in fits]
+            found = []
+            for fit, out in zip(fits, self.predictor.predict(trial, blocks), strict=True):
+                residual = self.residual(trial, out[:, :, 0], fit.states[i])
+                if not np.all(np.isfinite(residual)):
+                    residual = np.full(len(residual), 1e6)
+                left = residual - part.q @ (part.q.T @ residual)
+                found.append((slopes[i].T @ left, float(left @ left)))
+            return found
+
+        parts = by_trial(one, len(self.trials))
+        p = self.n_tolerance
+        matrix = sum((s.T @ s for s in slopes), np.zeros((p, p)))
+        costs = []
+        for f, fit in enumerate(fits):
+            gradient = sum((part[f][0] for part in parts), np.zeros(p))
+            squares = left = sum(part[f][1] for part in parts)
+            cost = np.inf
+            for _ in range(3):  # less left weighs more
+                weight = 2.0 / (1.0 + left / self.total)
+                step = -np.linalg.solve(weight * matrix + np.eye(p), weight * gradient)
+                left = max(squares + 2.0 * float(gradient @ step) + float(step @ matrix @ step), 0.0)
+                cost = self.cost(left, np.asarray(step)) + 0.5 * float(fit.unknowns[p:] @ fit.unknowns[p:])
+            costs.append(cost)
+        return costs
+
     def solve(self, fits: Sequence[Fit], frame: Frame | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
 
@@ -206,23 +244,29 @@ class Workbench:
             open_ = [i for i, fit in enumerate(current) if not fit.done and np.isfinite(fit.cost)]
             if not open_:
                 break
-            tried = self.evaluate([self._stepped(current[i], current[i].frame or frame) for i in open_])
-            for i, found in zip(open_, tried, strict=True):
+            steps = [fit for i in open_ for fit in self._steps(current[i], current[i].frame or frame)]
+            tried = self.evaluate(steps)
+            for place, i in enumerate(open_):
                 here = current[i]
+                found = min(tried[place * len(DAMPINGS) : (place + 1) * len(DAMPINGS)], key=lambda fit: fit.cost)
                 if found.cost < here.cost:
                     small = here.cost - found.cost < tolerance
-                    damping = max(here.damping * 0.2, 1e-6)
+                    damping = max(found.damping / DAMPINGS[1], 1e-6)
                     current[i] = replace(found, damping=damping, rounds=here.rounds + 1, done=small)
                 else:
-                    damping = max(here.damping, 1e-3) * 10.0
-                    current[i] = replace(here, damping=damping, rounds=here.rounds + 1, done=damping > 1e4)
+                    damping = max(here.damping, 1e-4) * DAMPINGS[-1] * 10.0
+                    current[i] = replace(here, damping=damping, rounds=here.rounds + 1, done=damping > 1e5)
         return current
 
-    def _stepped(self, fit: Fit, frame: Frame | None) -> Fit:
-        """The fit moved by one damped step; residuals not yet computed."""
+    def _steps(self, fit: Fit, frame: Frame | None) -> list[Fit]:
+        """The fit moved by a step with less and with more damping; lanes are cheaper than a step tried in vain."""
         assert frame is not None
         normal = Normal.of(self, fit, frame)
-        matrix = normal.matrix + fit.damping * np.diag(np.diag(normal.matrix))
+        return [self._stepped(fit, frame, normal, fit.damping * factor) for factor in DAMPINGS]
+
+    def _stepped(self, fit: Fit, frame: Frame, normal: Normal, damping: float) -> Fit:
+        """The fit moved by one damped step; residuals not yet computed."""
+        matrix = normal.matrix + damping * np.diag(np.diag(normal.matrix))
         low, high = self.bounds(fit.hypothesis)
         held = np.zeros(len(fit.unknowns), dtype=bool)
         step = np.zeros(len(fit.unknowns))
@@ -245,7 +289,9 @@ class Workbench:
             ahead = ahead + fit.columns[i] @ step[self.n_tolerance :]
             change: Array = -np.asarray(np.linalg.solve(part.r, part.q.T @ ahead))
             states.append(self._state(trial, fit.states[i], change))
-        return replace(fit, unknowns=unknowns, states=tuple(states), residuals=(), columns=(), cost=np.inf)
+        return replace(
+            fit, unknowns=unknowns, states=tuple(states), residuals=(), columns=(), cost=np.inf, damping=damping
+        )
 
     @staticmethod
     def _state(trial: GapTrial, state: Array, change: Array) -> Array:
