@@ -18,7 +18,7 @@ from synth.files.schema import Because, Default, read_section
 from synth.files.validate import Quantity, check_kind, gathering
 from synth.files.yaml_lines import Document, load
 from synth.hopper.leg import Contact, Flexures, HopperLeg, Laminate
-from synth.hopper.models import MODELS, in_reach
+from synth.hopper.models import in_reach
 from synth.hopper.motors import MotorOptions
 from synth.hopper.tolerance import Tolerances
 
@@ -244,10 +244,6 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     whole = _leg(leg, laminate, flexures, swept) if leg and laminate and flexures and swept else None
     if whole is not None:
         _check_pose(reader, whole, swept)
-    if file is not None and MODELS[file.model].engine == "mujoco":
-        reader.refuse(
-            f'"{file.model}" is too slow to sweep with; it is run on the chosen design. Write model: A', ("model",)
-        )
     reader.finish()
     assert file is not None
     assert whole is not None
@@ -321,6 +317,11 @@ def _check_pose(reader: ProjectReader, leg: HopperLeg, swept: Sequence[float]) -
         reader.refuse(
             f"no length of the sweep can be in the crouch; at {swept[-1] * 1e3:g} mm {text}", ("leg", "crouch")
         )
+
+
+def model_problem(project: HopperProject, text: str) -> Problem:
+    """A mistake in the choice of the model, with its place in the file."""
+    return project.problems_at.problem(text, ("model",))
 
 
 def motor_problem(project: HopperProject, text: str) -> Problem:

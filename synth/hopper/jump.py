@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from synth.hopper import generate
+from synth.hopper.integrator import OUTCOMES
 from synth.hopper.layout import LANES, LAYOUTS, JumpLayout
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, lane
@@ -50,7 +51,7 @@ class Outcome:
 LIMITS = {
     0.0: "no result",
     1.0: "",
-    2.0: "too weak to lift",
+    2.0: "too weak or too slow to lift",
     3.0: "too weak to hold the crouch: folds up",
     4.0: "too stiff for the step: contact, links or winding",
 }
@@ -128,6 +129,23 @@ def outcome_of(column: Array) -> Outcome:
         peak_normal=float(column[9]),
         limit=LIMITS[float(column[0])],
     )
+
+
+def column_of(outcome: Outcome) -> Array:
+    """The other way round, for engines that give an ``Outcome``; what it does not hold is 0."""
+    status = next(code for code, text in LIMITS.items() if text == outcome.limit)
+    values = {
+        "status": status,
+        "clearance": outcome.clearance,
+        "takeoff_time": outcome.takeoff_time,
+        "takeoff_speed": outcome.takeoff_speed,
+        "apex": outcome.rise,
+        "peak_gear_torque": outcome.peak_gear_torque,
+        "peak_current": outcome.peak_current,
+        "energy": outcome.energy,
+        "peak_normal": outcome.peak_normal,
+    }
+    return np.array([values.get(name, 0.0) for name in OUTCOMES])
 
 
 def simulate(

@@ -18,12 +18,13 @@ from typing import Any, Literal
 import numpy as np
 
 from synth.errors import UserError
+from synth.hopper.integrator import CREEP, SETTLED
 from synth.hopper.jump import FALL, LIMITS, Outcome
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor, segments
 from synth.hopper.models import Model, lane, layout_of
 
 Ground = Literal["same", "own"]
-STEP = 5e-5  # s; half of it changes the clearance by less than 0.1 mm
+STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm
 FOOT_RADIUS = 1e-3  # m, of MuJoCo's own contact only
 HOW_TO_INSTALL = 'model C needs MuJoCo, an engine that is not installed: pip install "mujoco>=3.7"'
 
@@ -122,6 +123,13 @@ def _chain(
     return text
 
 
+def followed(leg: HopperLeg, motor: Motor) -> float:
+    """A step that follows the motor's slope on the first piece of a link, half its time constant, within the limits."""
+    lengths, masses, _ = segments(leg)
+    slope = motor.stall_torque / motor.no_load_speed
+    return float(np.clip(0.5 * masses[0] * lengths[0] ** 2 / 3.0 / slope, LEAST_STEP, STEP))
+
+
 def mujoco_jump(
     leg: HopperLeg,
     motor: Motor,
@@ -129,7 +137,7 @@ def mujoco_jump(
     model: Model,
     *,
     ground: Ground = "same",
-    step: float = STEP,
+    step: float | None = None,
     duration: float = 1.0,
     height: float | None = None,
     powered: bool = True,
@@ -143,6 +151,7 @@ def mujoco_jump(
     UserError : MuJoCo is not installed.
     """
     mujoco = require_mujoco()
+    step = step or followed(leg, motor)
     model_ = mujoco.MjModel.from_xml_string(mjcf(leg, motor, contact, model, ground, step))
     if not powered:
         model_.actuator_biasprm[:] = 0.0
@@ -184,6 +193,9 @@ def mujoco_jump(
             if data.qpos[0] <= 0.0:
                 status = 3.0
                 break
+            still = abs(speed) < CREEP and len(rows) > 1 and abs(speed - rows[-2][4]) < 0.5 * step
+            if height is None and still and data.time > SETTLED and foot <= 0.0:
+                break  # as the lanes do: it stands, and is not going to lift
             if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
                 status = 4.0
                 break

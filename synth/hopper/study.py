@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.errors import UserError
-from synth.files.hopper_project import MOST_INTERVALS, HopperProject, motor_problem
+from synth.files.hopper_project import MOST_INTERVALS, HopperProject, model_problem, motor_problem
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.integrator import LANDED_AGAIN
 from synth.hopper.jump import Outcome, compiled_jump, outcome_of, simulate
 from synth.hopper.leg import Array, HopperLeg, Motor
 from synth.hopper.models import MODELS, in_reach, lane
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
+from synth.hopper.mujoco_model import mujoco_jump, require_mujoco
 from synth.hopper.planar import planar_jump
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_sweep
@@ -24,6 +25,7 @@ from synth.hopper.tolerance import Tolerances, contributions, groups, intervals
 from synth.parts.catalog import Catalogue
 from synth.parts.rows import GearMotorRow
 
+MOST_MUJOCO = 400  # designs of a sweep by model C: two minutes
 Stage = Callable[[str], AbstractContextManager[None]]
 
 
@@ -89,6 +91,13 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[Problem
         raise UserError([motor_problem(project, problem.text) for problem in error.problems]) from None
     motors = tuple(motor_of(row, project.motor_options) for row in rows)
     size = len(motors) * len(project.lengths)
+    if MODELS[project.model].engine == "mujoco":
+        require_mujoco()
+        if size > MOST_MUJOCO:
+            text = (
+                f'"{project.model}" takes a third of a second a design and {size} are asked for, at most {MOST_MUJOCO}:'
+            )
+            raise UserError(model_problem(project, f"{text} write model: A, or fewer motors and lengths"))
     everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
     tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
     return Problem(project.leg, motors, tolerances, project.lengths, project.contact, MODELS[project.model],
@@ -122,7 +131,7 @@ def study(
     with stage("the chosen design by every model (the planar form compiles once on a machine, some 15 s)"):
         ladder, notes = run_ladder(leg, motor, problem)
         leaning = [_leaning(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
-    shown = problem.model if _has_lanes(problem) else MODELS["full"]
+    shown = problem.model if _has_lanes(problem) else MODELS["A"]
     return Study(
         project, rows, sweep, front, low, high, best, ladder, notes, _neighbours(problem, rows, best),
         contributions(_group(problem, best)) if _has_lanes(problem) else {},
@@ -140,8 +149,6 @@ def run_ladder(leg: HopperLeg, motor: Motor, problem: Problem) -> tuple[dict[str
         elif model.engine == "lanes":
             found[name] = simulate([(leg, motor)], problem.contact, model)[0]
         else:
-            from synth.hopper.mujoco_model import mujoco_jump
-
             try:
                 found[name] = mujoco_jump(leg, motor, problem.contact, model).outcome
                 found[f"{name}, its own contact"] = mujoco_jump(
@@ -201,15 +208,20 @@ def _neighbours(problem: Problem, rows: tuple[GearMotorRow, ...], best: int) -> 
         cases.append(("one ratio less", problem.motors[same[place - 1]], length))
     if place + 1 < len(same):
         cases.append(("one ratio more", problem.motors[same[place + 1]], length))
-    if not _has_lanes(problem):
-        return [Neighbour(change, motor, each,
-                          outcome_of(point_mass_outcomes(problem.leg, motor, np.array([each]))[:, 0]))
-                for change, motor, each in cases]  # fmt: skip
-    designs = [(problem.leg.with_length(each), motor) for _, motor, each in cases]
-    found = simulate(designs, problem.contact, problem.model)
+    found = [_one(problem, motor, each) for _, motor, each in cases]
     return [
         Neighbour(change, motor, each, outcome) for (change, motor, each), outcome in zip(cases, found, strict=True)
     ]
+
+
+def _one(problem: Problem, motor: Motor, length: float) -> Outcome:
+    """One design by the model of the sweep."""
+    leg = problem.leg.with_length(length)
+    if problem.model.engine == "point":
+        return outcome_of(point_mass_outcomes(leg, motor, np.array([length]))[:, 0])
+    if problem.model.engine == "mujoco":
+        return mujoco_jump(leg, motor, problem.contact, problem.model).outcome
+    return simulate([(leg, motor)], problem.contact, problem.model)[0]
 
 
 def warnings_of(found: Study) -> list[str]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES
-from synth.hopper.jump import LIMITS, compiled_jump
+from synth.hopper.jump import LIMITS, column_of, compiled_jump
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, in_reach, lanes
 from synth.hopper.point_mass import point_mass_outcomes
@@ -115,6 +115,8 @@ def run_sweep(
 
     if problem.model.engine == "lanes":
         compiled_jump(problem.leg.bending)  # once, before threads ask for it
+    elif problem.model.engine == "mujoco":
+        workers = 1  # its callback for passive forces is one for the whole process
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
         list(pool.map(one, range(count)))
     return _collect(problem, np.concatenate([row for row in rows if row is not None], axis=1))
@@ -142,6 +144,13 @@ def _jumps(problem: Problem, index: int, length: Array) -> Array:
     found = np.full((N_OUTCOME + 2, len(length)), np.nan)
     if model.engine == "point":
         found[:N_OUTCOME] = point_mass_outcomes(problem.leg, motor, length)
+        return found
+    if model.engine == "mujoco":
+        from synth.hopper.mujoco_model import mujoco_jump
+
+        for i, each in enumerate(length):
+            jump = mujoco_jump(problem.leg.with_length(float(each)), motor, problem.contact, model)
+            found[:N_OUTCOME, i] = column_of(jump.outcome)
         return found
     jumper = compiled_jump(problem.leg.bending)
     if not problem.with_intervals:

@@ -106,9 +106,8 @@ def main() -> None:
         f"lanes {ours.clearance * 1e3:.3f} mm")  # fmt: skip
     for count in (1_000, 10_000, 100_000, *((1_000_000,) if arguments.million else ())):
         spent, worked, memory = sweep(count)
-        say(
-            f"sweep of {count:9d} designs {spent:7.1f} s; cores worked {worked:6.1f} s, {count / worked:6.0f} designs/s each"
-        )
+        say(f"sweep of {count:9d} designs {spent:7.1f} s; cores worked {worked:6.1f} s")
+        say(f"   {count / worked:.0f} designs a core-second")
         say(f"   up to {memory:.0f} MB")
 
 

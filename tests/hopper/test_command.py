@@ -10,12 +10,14 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import fields
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
 from synth.cli import main
+from synth.files import hopper_project as files
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
 SMALL = """\
@@ -130,7 +132,6 @@ BAD = [
     ("lengths: {least: -1 cm}", "lengths.least", "more than 0"),
     ("lengths: {least: 20 cm, most: 10 cm}", "lengths", "is less than least"),
     ("lengths: {step: 1e-9 mm}", "lengths.step", "larger step"),
-    ("model: C", "model", "too slow to sweep"),
     ("model: E", "model", "not allowed"),
     ("laminate: {modulus: 10 kg}", "laminate.modulus", "mass"),
     ("objectives: [height]", "objectives", "allowed"),
@@ -214,3 +215,38 @@ def test_the_parts_follow_from_the_chosen_design(result: Path, found: dict) -> N
     gap = 3.8e9 * 0.015 * 1e-12 / (12 * 0.0229183)
     assert parts["dimensions"]["hinge_gap"]["value"] == pytest.approx(gap * 1e3, rel=1e-6)
     assert any("fold or double" in note for note in parts["notes"])
+
+
+def test_one_line_is_a_project_and_every_default_is_stated_with_its_reason(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("kind: hopper-design\n")
+    project = files.read_hopper_project(tmp_path / "a.yaml")
+    stated = {default.key: default.reason for default in project.defaults}
+    sections = {"leg": files.LegSection, "laminate": files.LaminateSection, "flexures": files.FlexureSection,
+                "contact": files.ContactSection, "motors": files.MotorSection, "lengths": files.LengthsSection,
+                "tolerance": files.ToleranceSection, "parts": files.PartsSection}  # fmt: skip
+    wanted = {f"{name}.{item.name}" for name, section in sections.items() for item in fields(section)}
+    assert wanted - set(stated) == {"leg.crouch_lower"}  # in place of crouch, which is stated
+    assert all(stated.values())
+    assert {"model", "objectives", "choose", "intervals"} <= set(stated)
+
+
+def test_crouch_is_given_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.yaml").write_text(SMALL + "leg: {crouch: 40 deg, crouch_lower: 60 deg}\n")
+    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--out", str(tmp_path / "out")]) == 2
+    assert "keep one" in capsys.readouterr().err
+
+
+def test_a_small_sweep_by_model_c_gives_what_a_gives_and_a_large_one_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found = {}
+    for model in ("A", "C"):
+        text = SMALL.replace('"N20 HP 6V 1*0:1"', '"N20 HP 6V 1[05]0:1"')
+        (tmp_path / f"{model}.yaml").write_text(text + f"model: {model}\nintervals: front\n")
+        out = tmp_path / model
+        assert main(["-q", "hopper", str(tmp_path / f"{model}.yaml"), "--no-cad", "--out", str(out)]) == 0
+        found[model] = [float(row["clearance [m]"]) for row in designs(out)]
+    assert found["C"] == pytest.approx(found["A"], abs=2e-4)
+    (tmp_path / "large.yaml").write_text(LARGE + "model: C\n")
+    assert main(["-q", "hopper", str(tmp_path / "large.yaml"), "--out", str(tmp_path / "l")]) == 2
+    assert "at most 400" in capsys.readouterr().err
