@@ -1,12 +1,17 @@
-"""A dead zone between the joint and its spring and damper."""
+"""A dead zone between the joint and its spring and damper.
+
+Rigid flanks, no smoothing: the force jumps where the joint meets a flank with the damper behind it, which the step
+control finds. Measured against an integration from event to event (``tests/effects/test_contact.py``): 1e-4 rad over
+eight half swings at tolerance 1e-8, of which most is ``SEATING``, and 2e-4 rad at 1e-6.
+"""
 
 from __future__ import annotations
 
 from synth.effects.compiled import inlined
 from synth.effects.effect import Effect, Parameter, Shape, size
 
-CONTACT = 20.0  # contact stiffness over the spring's
-FASTEST = 2000.0  # 1/s, of the massless output side: the contact is damped so that it goes no faster
+FASTEST = 2000.0  # 1/s, of the output side left to itself: a spring with hardly any damper gets that much more of it
+SEATING = 1e-5  # of the way, by which the output side stays behind while it is pushed; else rounding would part them
 
 
 @inlined
@@ -15,25 +20,26 @@ def torque(  # type: ignore[no-untyped-def]
 ):
     """Spring and damper hold a massless output side (memory: its deflection, rad) that the joint drives with play.
 
-    Its contacts are springs ``CONTACT`` times the joint's; the output's own spring is as much stiffer as makes both in
-    series the joint's. Without a gap nothing is changed.
+    On a flank the output side goes with the joint as long as that pushes; else it goes back by itself. A damper's curve
+    counts with its secant at the joint's rate.
     """
-    on = 1.0 if gap > 0.0 else 0.0
-    contact = CONTACT * spring_rate
-    own = spring_rate * CONTACT / (CONTACT - 1.0)
     lag = deflection - memory
-    pushed = contact * (lag - max(-0.5 * gap, min(0.5 * gap, lag)))
-    viscous = max(damper_rate * (CONTACT / (CONTACT - 1.0)) ** 2, (own + contact) / FASTEST) + 1e-12
-    value = spring_rate * deflection + damper_rate * rate - pushed
-    return on * value, on * (pushed - own * memory) / viscous
+    side = 1.0 if lag > 0.0 else -1.0
+    secant = damper_torque / rate if abs(rate) > 1e-6 else damper_rate
+    viscous = max(max(secant, damper_rate), spring_rate / FASTEST) + 1e-12
+    alone = -spring_rate * memory / viscous
+    driven = side * (rate - side * (SEATING * abs(rate) + 1e-9))
+    touching = side * lag > 0.5 * gap
+    change = side * max(driven, side * alone) if touching else alone
+    value = spring_rate * deflection + damper_torque - (spring_rate * memory + viscous * change)
+    return (value if gap > 0.0 else 0.0), (change if gap > 0.0 else 0.0)
 
 
 def start(deflection, gap):  # type: ignore[no-untyped-def]
     """The output side at the release: held by the joint against its spring, on the far side of the play."""
     import numpy as np
 
-    outside = np.sign(deflection) * np.maximum(np.abs(deflection) - 0.5 * gap, 0.0)
-    return outside * (1.0 - 1.0 / CONTACT)
+    return np.sign(deflection) * np.maximum(np.abs(deflection) - 0.5 * gap - 1e-7, 0.0)
 
 
 EFFECT = Effect(

@@ -43,7 +43,7 @@ def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[flo
 EFFECT = Effect(
     name="joint_stop",
     meaning="contact at the end of travel",
-    formula="-stiffness depth (x / depth)^exponent max(0, 1 + damping dx/dt) at penetration x > 0, mirrored at the other end",
+    formula="-stiffness depth (x / depth)^exponent max(0, 1 + damping dx/dt) at depth x, mirrored at the other end",
     source="Hunt & Crossley, J. Applied Mechanics 42 (1975) 440",
     way="torque",
     parameters=(

@@ -24,6 +24,7 @@ from synth.model.leg import Array
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
 RATE_STEP = 30.0
+LIMIT = 2.5  # tolerances (standard deviations): a number farther off is no tolerance any more but a cause
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side
 T = TypeVar("T")
 
@@ -270,7 +271,7 @@ class Workbench:
         low, high = self.bounds(fit.hypothesis)
         held = np.zeros(len(fit.unknowns), dtype=bool)
         step = np.zeros(len(fit.unknowns))
-        for _ in range(3):
+        for _ in range(6):
             moving = ~held
             step[:] = 0.0
             step[moving] = -np.linalg.solve(matrix[np.ix_(moving, moving)], normal.gradient[moving])
@@ -301,8 +302,8 @@ class Workbench:
         return moved
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
-        """Least and greatest unknowns; tolerances stay within ten deviations."""
-        lows, highs = [np.full(self.n_tolerance, -10.0)], [np.full(self.n_tolerance, 10.0)]
+        """Least and greatest unknowns; tolerances stay within ``LIMIT``."""
+        lows, highs = [np.full(self.n_tolerance, -LIMIT)], [np.full(self.n_tolerance, LIMIT)]
         for candidate in hypothesis:
             low, high = candidate.bounds()
             lows.append(low)
