@@ -28,8 +28,12 @@ def content(result: Result) -> dict[str, Any] | Missing:
         pose, _, measure = key.partition(", ")
         crouch = mapping(result.content, "poses", f"HP, {pose}").get("crouch_upper")
         heads.append({"pose": pose, "crouch": crouch, "measure": MEASURES.get(measure, measure)})
+    over = []
+    for pose in mapping(result.content, "poses").values():
+        built = [value_of(mapping(pose, "models", model, "at_the_built", "total_height")) for model in ("D", "full")]
+        over += [100 * (built[0] / built[1] - 1)] if built[0] and built[1] else []
     counts = [sum(bool(row[key]["comes_out"]) for row in rows.values()) for key in keys]
-    return {"rows": rows, "keys": keys, "heads": heads, "counts": counts, "total": len(rows)}
+    return {"rows": rows, "keys": keys, "heads": heads, "counts": counts, "total": len(rows), "over": over}
 
 
 def heights(result: Result) -> dict[str, Any] | Missing:
