@@ -10,7 +10,8 @@ import pytest
 
 from hopper.hoppers import motor
 from synth.errors import UserError
-from synth.hopper.jump import compiled_jump, simulate
+from synth.hopper import mujoco_model
+from synth.hopper.jump import compiled_jump, outcome_of, simulate
 from synth.hopper.layout import LAYOUTS
 from synth.hopper.leg import Contact, Flexures, HopperLeg
 from synth.hopper.models import MODELS, lane
@@ -79,3 +80,37 @@ def test_without_mujoco_the_message_says_how_to_get_it(monkeypatch: pytest.Monke
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(UserError, match="pip install"):
         mujoco_jump(HopperLeg(), motor(), GROUND, MODELS["A"])
+
+
+def test_rotor_inertia_through_the_gear_is_mujocos_armature() -> None:
+    """The linear motor with a rotor's reflected inertia and no loss, in both engines: what A lacks and B has."""
+    leg, own, model = HopperLeg(), motor(), MODELS["A"]
+    layout = LAYOUTS["upper"]
+    z = lane(leg, own, GROUND, model)
+    z[layout.row("rotor_inertia")] = own.reflected_inertia
+    ours = outcome_of(compiled_jump("upper").run(z[:, None], tolerance=1e-6)[:, 0])
+    armature = f'armature="{own.reflected_inertia!r}" '
+    original = mujoco_model.mjcf
+
+    def with_armature(*arguments: object) -> str:
+        text = original(*arguments)  # type: ignore[arg-type]
+        for name in ("r0", "l0"):
+            text = text.replace(f'<joint name="{name}" ', f'<joint name="{name}" {armature}')
+        return text
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mujoco_model, "mjcf", with_armature)
+        theirs = mujoco_jump(leg, own, GROUND, model).outcome
+    without = simulate([(leg, own)], GROUND, model)[0].clearance
+    assert theirs.clearance == pytest.approx(ours.clearance, abs=1e-4)
+    assert theirs.rise == pytest.approx(ours.rise, abs=1e-4)
+    assert ours.clearance < 0.7 * without
+
+
+def test_model_b_with_a_light_rotor_and_a_fast_winding_is_model_a() -> None:
+    """The maker's line is the limit of B: what time takes away is all that parts them."""
+    light = replace(motor(), rotor_inertia=1e-14, inductance=2e-5)
+    b = simulate([(HopperLeg(), light)], GROUND, MODELS["B"])[0]
+    a = simulate([(HopperLeg(), motor())], GROUND, MODELS["A"])[0]
+    assert b.clearance == pytest.approx(a.clearance, rel=0.005)
+    assert b.energy == pytest.approx(a.energy, rel=0.02)
