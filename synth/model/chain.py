@@ -19,7 +19,7 @@ from synth.model.layout import LANES, Law, Layout
 from synth.model.leg import Array, Leg
 
 MAX_STEPS = 20_000
-MEMORY_TOLERANCE = 1e3  # a bristle's bend may be wrong by a thousand times as much as an angle
+BEND_TOLERANCE = 1e3  # a bristle's bend, of one at most, may be wrong by a thousand times as much as an angle
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Chain:
         both[0, 1:] *= [not effect.uses_load for effect in self.effects]
         return both
 
-    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, Any, Array, Any]:
-        """Rows of state and derivative, tolerance factors, what bends bristles; puts memories that are on to a start.
+    def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, ...]:
+        """Rows of state and derivative, tolerance factors and events; puts memories that are on to their start.
 
         A memory takes part at those joints alone where its effect is on in some lane: a bristle turning over at a joint
         without friction would cost steps all the same.
@@ -79,10 +79,17 @@ class Chain:
             on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
         state, derivative = layout.states(on)
         factors = np.ones(len(state))
-        factors[2 * layout.n :] = MEMORY_TOLERANCE
-        bends = np.full(len(state), -1, dtype=np.int64)
-        bends[2 * layout.n :] = [layout.n + joint if effect_named(name).bristle else -1 for name, joint in on]
-        return np.array(state, dtype=np.uint64), np.array(derivative, dtype=np.uint64), factors, bends
+        factors[2 * layout.n :] = [BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on]
+        bends, plays = np.full(len(state), -1, dtype=np.int64), np.full((len(state), 3), -1, dtype=np.int64)
+        for index, (name, joint) in enumerate(on, start=2 * layout.n):
+            effect = effect_named(name)
+            if effect.bristle:
+                bends[index] = layout.n + joint
+            elif effect.play:
+                gap = layout.parameter_rows(name, effect.index(effect.play)).start
+                plays[index] = joint, gap + joint, layout.row("rest", joint)
+        rows = np.array(state, dtype=np.uint64), np.array(derivative, dtype=np.uint64)
+        return *rows, factors, bends, plays
 
     def run(
         self,

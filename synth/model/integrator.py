@@ -45,7 +45,7 @@ _chain = types.FunctionType(types.void(float64[:, ::1]))
 _extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
 _bearing = types.FunctionType(types.void(float64[:, ::1], int64))
 _known = types.Tuple((float64[::1], float64[:, ::1]))
-_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[::1]))
+_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
     float64, int64, float64[:, ::1],
@@ -112,8 +112,8 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     ----------
     chain, extra, bearing : the compiled right-hand side, the extra torques and the bearing forces.
     Z : (n_row, 16) workspace with initial state and parameters filled in; its state rows are overwritten.
-    states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, and what bends
-        bristles (n_state,), see ``turning``.
+    states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, what bends
+        bristles (n_state,) and which memories lie behind play (n_state, 3), see ``turning``.
     active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
         the bearing force; equal where none does.
     known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
@@ -125,7 +125,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     -------
     steps, reason : number of steps, and why it stopped. On any other reason than ``REACHED_END`` the rest is nan.
     """
-    state, derivative, factors, bends = states
+    state, derivative, factors, bends, plays = states
     size = len(state)
     width, shown = size * LANES, out.shape[1]
     # Flat: a loop of 16 would spend more on the check that its arrays do not overlap than on its arithmetic.
@@ -135,9 +135,10 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     slides, due, expected, back = np.empty(n_memory), np.empty(n_memory), np.empty(n_memory), np.empty(LANES)
     for e in range(n_memory):
         due[e] = turning.NEVER
-    any_bristle = False
+    any_bristle, any_play = False, False
     for j in range(2 * n, size):
         any_bristle = any_bristle or bends[j] >= 0
+        any_play = any_play or plays[j, 0] >= 0
     K = np.empty((7, width))
     r = np.empty((4, shown))
     error_sum = np.empty(LANES)
@@ -167,7 +168,8 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
         turning.slide_from_start(n, bends, x, K)
         _put(x, state, Z)
         cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[0])
-    fresh, uncut = any_bristle, 0.0  # at a new place; the step that was cut at a joint's turn
+    any_event = any_bristle or any_play
+    fresh, uncut = any_event, 0.0  # at a new place; the step that was cut at a joint's turn
     while i < len(times):
         if fresh:
             fresh = False
@@ -182,6 +184,10 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
                     _put(x, state, Z)
                     cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[2])
                     turning.make_up(n, bends, j, x, K, back)
+                elif plays[j, 0] >= 0 and turning.meet(n, plays, j, Z, x, K, back):
+                    _put(x, state, Z)
+                    cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[2])
+                    turning.make_up_contact(n, x, K, back)
             turning.find_sliding(n, bends, x, K, slides)
             turning.keep_sliding(n, slides, K[0])
         if t + h > end:
@@ -217,8 +223,10 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
         for lane in range(LANES):
             error = max(error, error_sum[lane])
         error = math.sqrt(error / size)
-        if any_bristle and error <= 1.0:
+        if any_event and error <= 1.0:
             cut = turning.first_turn(n, bends, slides, x, y, K, t, h, expected)
+            if any_play:
+                cut = min(cut, turning.first_contact(n, plays, Z, x, y, K, h))
             if cut < h:
                 uncut, h = max(uncut, h), cut
                 for e in range(n_memory):
@@ -247,7 +255,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             for e in range(width):
                 x[e] = y[e]
                 K[0, e] = K[6, e]
-            fresh = any_bristle
+            fresh = any_event
             factor = min(5.0, 0.9 * error**-0.17 * previous**0.04)
             if uncut > 0.0:  # go on to the next lane's turn, if that is known, or else as if nothing had been
                 coming = turning.next_due(due, t)

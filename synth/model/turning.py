@@ -1,4 +1,4 @@
-"""Where a joint that dry friction brakes turns back, or comes to rest: the events of bristles, lane by lane.
+"""Where a joint that dry friction brakes turns back, and where one with play meets its flank: events, lane by lane.
 
 Friction that slides turns over at once when its joint turns back; a bristle left to itself would do so over the way
 that it bends, which delays every half swing a little (measured: a swing 25 times the presliding off after ten of them).
@@ -6,17 +6,21 @@ So a step ends where a sliding joint's rate passes zero, and the bend is put whe
 not even the whole torque holds it, to sliding the other way. Between such moments the motion is smooth: friction
 keeps its sense through a step, also in those stages that lie beyond the turn at which the step is then cut.
 
-Lanes that turn within ``AT_ONCE`` of the step's end are turned there together, each corrected to first order for the
-time by which it is late (the saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of Non-Smooth
-Mechanical Systems*, 2004, ch. 7). Perturbed copies of one leg so stay smooth functions of what is perturbed.
+Where a joint with play meets a flank, the damper behind it makes the force jump: there, too, a step ends.
+
+Lanes that turn, or meet, within ``AT_ONCE`` of the step's end do so there together, each corrected to first order for
+the time by which it is late (the saltation of hybrid systems: Leine & Nijmeijer, *Dynamics and Bifurcations of
+Non-Smooth Mechanical Systems*, 2004, ch. 7). Perturbed copies of one leg so stay smooth functions of what is perturbed.
 
 Arrays are flat, 16 lanes a state: ``x`` the state at a step's start, ``y`` at its end, ``K`` (7, n_state * 16) the
 derivatives. ``bends`` (n_state,): for a bristle, the state whose rate bends it, else -1; states from 2 n on are
-memories, for which ``slides`` and ``due`` have 16 entries each.
+memories, for which ``slides`` and ``due`` have 16 entries each. ``plays`` (n_state, 3): for an output side behind play,
+the joint, and the workspace's rows of the gap and of the spring's rest; else -1.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from numba import njit
@@ -26,6 +30,7 @@ from synth.model.layout import LANES
 
 AT_ONCE = 1e-5  # s
 NEVER = 1e300
+SEATED = 1e-9  # rad beyond the flank, which rounding does not undo
 _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
 
 
@@ -77,10 +82,18 @@ def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
     for lane in range(LANES):
         if turning[lane] != 0.0:
             late = x[bends[j] * LANES + lane] / K[0, bends[j] * LANES + lane]
-            for i in range(n, 2 * n):
-                x[i * LANES + lane] += (K[2, i * LANES + lane] - K[0, i * LANES + lane]) * late
+            _as_if_at_once(n, lane, late, x, K)
     for e in range(len(x)):
         K[0, e] = K[2, e]
+
+
+@njit(**_options)
+def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
+    """Correct one lane's rates for an event that was ``late`` s ago, by the accelerations before and after it."""
+    for i in range(n, 2 * n):
+        e = i * LANES + lane
+        x[e] += (K[2, e] - K[0, e]) * late
+        K[2, e - n * LANES] = x[e]
 
 
 @njit(**_options)
@@ -172,3 +185,60 @@ def next_due(due, t):  # type: ignore[no-untyped-def]
         if due[e] > t + AT_ONCE:
             coming = min(coming, due[e])
     return coming
+
+
+@njit(**_options)
+def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
+    """Where in a step of ``h`` to stop, shortly before the first joint with play meets its flank; ``h`` if none does.
+
+    The force there jumps, and what the step tells of the time after it is no good: the estimate, a parabola, gets
+    better as the step gets shorter, and is repeated until the end lies within ``AT_ONCE`` before the contact.
+    """
+    first = h
+    for j in range(2 * n, len(plays)):
+        for lane in range(LANES):
+            if plays[j, 0] < 0 or Z[plays[j, 1], lane] <= 0.0:
+                continue
+            side, before, closing = _clearance(n, plays, j, lane, Z, x, y, K)
+            lag = y[plays[j, 0] * LANES + lane] - Z[plays[j, 2], lane] - y[j * LANES + lane]
+            after = side * lag - 0.5 * Z[plays[j, 1], lane]
+            if before < 0.0 and after > 0.0:
+                bend = after - before - closing * h  # of the parabola, times h^2
+                root = math.sqrt(max((closing * h) ** 2 - 4.0 * bend * before, 0.0))
+                where = -2.0 * before / (closing * h + root) if closing * h + root > 0.0 else 0.5
+                first = min(first, max(min(where, 1.0) * h - 0.3 * AT_ONCE, 1e-3 * AT_ONCE))
+    return first
+
+
+@njit(**_options)
+def _clearance(n, plays, j, lane, Z, x, y, K):  # type: ignore[no-untyped-def]
+    """The flank (+-1) towards which the joint is after the step, its distance (< 0 when apart) before, and its rate."""
+    q, d = plays[j, 0] * LANES + lane, j * LANES + lane
+    side = 1.0 if y[q] - Z[plays[j, 2], lane] - y[d] > 0.0 else -1.0
+    before = side * (x[q] - Z[plays[j, 2], lane] - x[d]) - 0.5 * Z[plays[j, 1], lane]
+    return side, before, side * (x[q + n * LANES] - K[0, d])
+
+
+@njit(**_options)
+def meet(n, plays, j, Z, x, K, meeting):  # type: ignore[no-untyped-def]
+    """Bring the output side ``j`` to the flank that the joint is about to meet, in ``meeting`` (16,) s, 0 for not."""
+    any_meeting = False
+    for lane in range(LANES):
+        meeting[lane] = 0.0
+        if plays[j, 0] >= 0 and Z[plays[j, 1], lane] > 0.0:
+            side, before, closing = _clearance(n, plays, j, lane, Z, x, x, K)
+            if before < 0.0 and -before <= AT_ONCE * closing:
+                meeting[lane] = -before / closing
+                x[j * LANES + lane] += side * (before - SEATED)
+                any_meeting = True
+    return any_meeting
+
+
+@njit(**_options)
+def make_up_contact(n, x, K, meeting):  # type: ignore[no-untyped-def]
+    """Correct the rates for contacts that were made too early: ``K[0]`` without, ``K[2]`` with the flank's force."""
+    for lane in range(LANES):
+        if meeting[lane] > 0.0:
+            _as_if_at_once(n, lane, -meeting[lane], x, K)
+    for e in range(len(x)):
+        K[0, e] = K[2, e]
