@@ -68,9 +68,9 @@ EFFECT = Effect(
     way="structure",
     where="base",
     parameters=(
-        Parameter("stiffness", "N/m", 0.0, stiff(30.0, 1000.0), meaning="against sliding sideways"),
+        Parameter("stiffness", "N/m", 0.0, stiff(30.0, 400.0), meaning="against sliding sideways"),
         Parameter("mass", "kg", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that slides"),
-        Parameter("rocking_stiffness", "N*m/rad", 0.0, stiff(30.0, 1000.0), meaning="against rocking"),
+        Parameter("rocking_stiffness", "N*m/rad", 0.0, stiff(30.0, 400.0), meaning="against rocking"),
         Parameter("arm", "m", 0.0, signed(1.5), meaning="of the first joint below the point it rocks about"),
         Parameter("inertia", "kg*m^2", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that rocks"),
         Parameter("damping_ratio", "1", 0.05, positive(0.05, 0.7, upper=0.7), natural=False),

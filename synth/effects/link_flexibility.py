@@ -62,7 +62,7 @@ EFFECT = Effect(
     source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
     way="structure",
     parameters=(
-        Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 500.0), meaning="of the bend"),
+        Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the bend"),
         Parameter("place", "1", 0.0, meaning="where it bends, share of the length; 0 is the coupling"),
     ),
     strengths=("stiffness",),

@@ -19,6 +19,7 @@ KEPT_SHAPES = 3
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 8  # single causes that get derivatives of their own
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
+STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer
 ANCHORS = 4  # single causes that pairs are built on
 PAIRS = 8  # pairs that are tried, of those that promise most
 REFINED_PAIRS = 3
@@ -141,7 +142,7 @@ def _ladder(fit: Fit, first: int) -> list[Fit]:
     strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
     low, high = candidate.bounds()
     made, seen = [], set()
-    for factor in LADDER:
+    for factor in LADDER if candidate.effect.way != "structure" else STIFF_LADDER:
         unknowns = fit.unknowns.copy()
         unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
         key = tuple(unknowns[first:].round(9))
