@@ -41,6 +41,35 @@ SCALARS = (
 
 
 @njit(**_options)
+def _eliminate(K, f):  # type: ignore[no-untyped-def]
+    """Solve K x = f in place, f (n, m) becoming x: Gauss with partial pivoting (Golub & Van Loan, section 3.4)."""
+    n, m = f.shape
+    for c in range(n):
+        pivot = c
+        for r in range(c + 1, n):
+            if abs(K[r, c]) > abs(K[pivot, c]):
+                pivot = r
+        if pivot != c:
+            for k in range(n):
+                K[c, k], K[pivot, k] = K[pivot, k], K[c, k]
+            for k in range(m):
+                f[c, k], f[pivot, k] = f[pivot, k], f[c, k]
+        for r in range(c + 1, n):
+            share = K[r, c] / K[c, c]
+            if share != 0.0:
+                for k in range(c, n):
+                    K[r, k] -= share * K[c, k]
+                for k in range(m):
+                    f[r, k] -= share * f[c, k]
+    for c in range(n - 1, -1, -1):
+        for k in range(m):
+            total = f[c, k]
+            for j in range(c + 1, n):
+                total -= K[c, j] * f[j, k]
+            f[c, k] = total / K[c, c]
+
+
+@njit(**_options)
 def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, foot_mass):  # type: ignore[no-untyped-def]
     """Accelerations (n,), winding slopes, drawn currents and gear torques (2,), normal and friction force, foot."""
     half, gravity, k, b, hip_rest, knee_rest, foot_rest = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
@@ -139,7 +168,8 @@ def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, f
         out = 1.0 if side == 0 else -1.0
         f[3 + side * m_side, 1 + side] = -out
         f[2, 1 + side] = out
-    solved = np.linalg.solve(K, f)
+    _eliminate(K, f)
+    solved = f
     # motors and gears
     push, factor = np.zeros(2), np.zeros(2)
     slope, drawn = np.zeros(2), np.zeros(2)
@@ -157,7 +187,9 @@ def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, f
         factor[side] = 0.5 * (p[22] + p[23]) + 0.5 * along * (p[22] - p[23])
         for other in range(2):
             A[side, other] -= factor[side] * p[19] * out * (solved[h, 1 + other] - solved[2, 1 + other])
-    gear = np.linalg.solve(A, factor * push)
+    right = factor * push
+    whole = A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
+    gear = np.array([A[1, 1] * right[0] - A[0, 1] * right[1], A[0, 0] * right[1] - A[1, 0] * right[0]]) / whole
     acceleration = solved[:n, 0] + solved[:n, 1] * gear[0] + solved[:n, 2] * gear[1]
     return acceleration, slope, drawn, gear, normal, slip, 0.5 * (foot[0] + foot[1]), vy
 

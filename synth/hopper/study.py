@@ -128,7 +128,7 @@ def study(
         return Study(project, rows, sweep, front, low, high, None, {}, {}, [], {}, [], None)
     leg = project.leg.with_length(float(sweep.length[best]))
     motor = problem.motors[sweep.motor[best]]
-    with stage("the chosen design by every model (the planar form compiles once on a machine, some 15 s)"):
+    with stage("the chosen design by every model (the planar form compiles once on a machine, some 10 s)"):
         ladder, notes = run_ladder(leg, motor, problem)
         leaning = [_leaning(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
     shown = problem.model if _has_lanes(problem) else MODELS["A"]
