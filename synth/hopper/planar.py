@@ -187,9 +187,9 @@ def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, f
         factor[side] = 0.5 * (p[22] + p[23]) + 0.5 * along * (p[22] - p[23])
         for other in range(2):
             A[side, other] -= factor[side] * p[19] * out * (solved[h, 1 + other] - solved[2, 1 + other])
-    right = factor * push
+    torques = factor * push
     whole = A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
-    gear = np.array([A[1, 1] * right[0] - A[0, 1] * right[1], A[0, 0] * right[1] - A[1, 0] * right[0]]) / whole
+    gear = np.array([A[1, 1] * torques[0] - A[0, 1] * torques[1], A[0, 0] * torques[1] - A[1, 0] * torques[0]]) / whole
     acceleration = solved[:n, 0] + solved[:n, 1] * gear[0] + solved[:n, 2] * gear[1]
     return acceleration, slope, drawn, gear, normal, slip, 0.5 * (foot[0] + foot[1]), vy
 
