@@ -142,42 +142,6 @@ class Effect:
     """
 
     name: str
-    unit: str
-    default: float | None = None
-    prior: Prior | None = None
-    off: float = 0.0
-    natural: bool = True
-    anchor: Literal["", "middle"] = ""
-    meaning: str = ""
-
-
-@dataclass(frozen=True)
-class Shape:
-    """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
-
-    ``free`` : names; the others keep their default, or the value in ``held``
-    (in units of the natural size too). ``starts`` : each name -> natural value
-    in units of the natural size (as ``Prior.centre``); strengths left out start small.
-    """
-
-    free: tuple[str, ...]
-    held: Mapping[str, float]
-    starts: tuple[Mapping[str, float], ...] = ({},)
-
-
-@dataclass(frozen=True)
-class Effect:
-    """An effect's name, what it is, its parameters in the order of its function, and how it acts.
-
-    ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
-    ``uses_load`` : the bearing force must be computed for it. ``bristle`` : its memory is that of ``compiled.bristle``,
-    which the integrator keeps in -1..1 and turns over when the joint turns back. ``play`` : the parameter that is
-    the width of a gap, its memory being the deflection of what lies behind it; the integrator finds the contacts.
-    ``linear`` : its torque is a sum of its strengths, each times what does not depend on any (see ``along``). ``belongs_to`` : the part that
-    takes the effect with it when a design replaces it; what belongs to the joint stays.
-    """
-
-    name: str
     meaning: str
     formula: str
     source: str
