@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.effects import effect_named
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.result import Estimate, FitResult, JointFit, TrialFit, Variant
@@ -56,7 +57,7 @@ def result_of(
         for j, name in enumerate(names)
         if chosen_rms[name] > MISFIT * scatter[j] and chosen_rms[name] > np.radians(0.3)
     ]
-    warnings += _at_edges(unknowns, chosen.solution.values)
+    warnings += [*_at_edges(unknowns, chosen.solution.values), *_left_out(leg)]
     return FitResult(
         leg=_fitted_leg(leg, chosen_joints),
         joints=chosen_joints,
@@ -73,6 +74,17 @@ def result_of(
         reason=chosen.solution.reason,
         lost_samples=sum(recording.n_lost for recording in recordings),
     )
+
+
+def _left_out(leg: Leg) -> list[str]:
+    """Sentences on effects of the leg file that the fit does not reckon with: all but torques at the joints."""
+    held = [(f"{joint.name}: ", name) for joint in leg.joints for name in joint.effects]
+    held += [("", name) for name in leg.effects]
+    return [
+        f"{place}{name} is not in the fit: it takes links as rigid, the base as fixed and readings as they are"
+        for place, name in held
+        if effect_named(name).way != "torque"
+    ]
 
 
 def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:

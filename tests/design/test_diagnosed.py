@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap.swung import ONE, recorded, with_effects
 from peers.mujoco_leg import simulate as simulate_mujoco
 from synth.design.carried import notes, target_of
 from synth.design.leg_design import LegDesign, design_leg
@@ -22,6 +23,8 @@ from synth.files.gap_project import Tolerance
 from synth.files.leg import write_leg
 from synth.files.projects import read_leg_project
 from synth.files.trials import Trial
+from synth.fit.estimate import fit_leg
+from synth.fit.recordings import recordings
 from synth.gap.diagnose import diagnose
 from synth.gap.result import GapResult
 from synth.model.chain import simulate
@@ -175,3 +178,11 @@ def test_what_belongs_to_a_replaced_part_goes_with_it_and_nothing_goes_unsaid() 
     assert "does not change how the leg moves" in said["encoder_offset"]
     assert "of the base is left out: parts are chosen for a leg of rigid links" in said["base_compliance"]
     assert len(notes(target.effects)) == 10
+
+
+def test_a_fit_too_says_what_it_does_not_reckon_with() -> None:
+    effects = {"coulomb_friction": {"torque": 0.01}, "encoder_offset": {"offset": 0.02}}
+    leg = replace(with_effects(ONE, {"knee": effects}), effects={"base_compliance": {"stiffness": 1e4}})
+    result = fit_leg(leg, recordings(leg, recorded(ONE, held_out=0)))
+    said = [warning for warning in result.warnings if "is not in the fit" in warning]
+    assert [warning.split(" is not")[0] for warning in said] == ["knee: encoder_offset", "base_compliance"]
