@@ -2,7 +2,9 @@
 
 The compiled torque of the chain itself is evaluated, sixteen columns at a time, so that what is drawn is what is
 simulated. A memory is integrated along the motion (midpoint rule, inputs linear between samples), in steps of at most
-``LONGEST_STEP``: half of what the fastest memory, backlash's output side, needs to be stable.
+``LONGEST_STEP``: half of what the fastest memory, backlash's output side, needs to be stable. Dry friction begins as if
+it had slid, and turns over with its bristle, over the presliding, not at once as in the simulation, so that noise in a
+joint at rest does not toss it to and fro.
 """
 
 from __future__ import annotations
@@ -123,12 +125,15 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
         memory, change = layout.row(f"{effect.name} memory"), layout.row(f"{effect.name} memory rate")
         steps[1:] = np.ceil(np.diff(time) / LONGEST_STEP)
         workspace[memory] = effect.function("start")(inputs[0, 0] - inputs[0, 2], *parameters)
+        if effect.bristle and len(time) > 1:
+            workspace[memory] = np.sign(inputs[1, 0] - inputs[0, 0])
     rows = np.array([layout.row(block) for block in _INPUTS])
     torque = np.empty((len(time), LANES))
     bound = 1.0 if effect.bristle else 1e300
+    gap = layout.parameter_rows(effect.name, effect.index(effect.play)).start if effect.play else -1
     _loop()(
         chain.extra_torques, workspace, active, rows, layout.row("extra_torque"), memory, change, bound,
-        np.ascontiguousarray(time), np.ascontiguousarray(inputs), steps, torque,
+        gap, np.ascontiguousarray(time), np.ascontiguousarray(inputs), steps, torque,
     )  # fmt: skip
     return torque
 
