@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from synth.effects.compiled import bristle, held, inlined
-from synth.effects.effect import Effect, Parameter, Shape, size
+from synth.effects.effect import Effect, Parameter, Shape, positive, size
 
 PRESLIDING = 2e-4  # rad; see ``compiled.bristle`` for what it costs and errs
+GIVE = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
 
 
 @inlined
@@ -32,8 +33,16 @@ EFFECT = Effect(
     bristle=True,
     parameters=(
         Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
-        Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),
+        Parameter(
+            "presliding",
+            "rad",
+            PRESLIDING,
+            GIVE,
+            off=PRESLIDING,
+            natural=False,
+            meaning="how far it gives before it slides",
+        ),
     ),
     strengths=("torque",),
-    shapes=(Shape(("torque",), {}),),
+    shapes=(Shape(("torque", "presliding"), {}),),
 )

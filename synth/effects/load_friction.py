@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from synth.effects.compiled import bristle, held, inlined
-from synth.effects.coulomb_friction import PRESLIDING
+from synth.effects.coulomb_friction import GIVE, PRESLIDING
 from synth.effects.effect import Effect, Parameter, Shape, size
 
 
@@ -37,8 +37,16 @@ EFFECT = Effect(
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
         Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of the spring's torque"),
-        Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),
+        Parameter(
+            "presliding",
+            "rad",
+            PRESLIDING,
+            GIVE,
+            off=PRESLIDING,
+            natural=False,
+            meaning="how far it gives before it slides",
+        ),
     ),
     strengths=("radius", "share"),
-    shapes=(Shape(("radius",), {}), Shape(("share",), {})),
+    shapes=(Shape(("radius", "presliding"), {}), Shape(("share", "presliding"), {})),
 )

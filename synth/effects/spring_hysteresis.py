@@ -45,7 +45,9 @@ EFFECT = Effect(
     memory=True,
     parameters=(
         Parameter("stiffness", "N*m/rad", prior=size(0.3), meaning="rate of the part that slips or relaxes"),
-        Parameter("slip", "rad", NEVER, positive(0.3, 1.0), off=NEVER, meaning="deflection at which it slips"),
+        Parameter(
+            "slip", "rad", NEVER, positive(0.3, 1.0, lower=0.06), off=NEVER, meaning="deflection at which it slips"
+        ),
         Parameter("relaxation", "s", NEVER, positive(1.0, 1.5), off=NEVER, meaning="time in which it relaxes"),
         Parameter(
             "knee", "1", 1.5, positive(1.5, 0.5, 0.4, 6.0), off=1.5, natural=False, meaning="how sharply it slips"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from synth.effects.compiled import bristle, held, inlined
-from synth.effects.coulomb_friction import PRESLIDING
+from synth.effects.coulomb_friction import GIVE, PRESLIDING
 from synth.effects.effect import Effect, Parameter, Prior, Shape, positive, size
 
 
@@ -54,8 +54,20 @@ EFFECT = Effect(
             "fall", "1", 0.5, Prior(0.6, 0.25, lower=0.25, upper=1.0), natural=False, meaning="share lost at speed"
         ),
         Parameter("speed", "rad/s", prior=positive(0.15, 1.0), off=1.0, meaning="speed over which it falls"),
-        Parameter("presliding", "rad", PRESLIDING, off=PRESLIDING, meaning="how far it gives before it slides"),
+        Parameter(
+            "presliding",
+            "rad",
+            PRESLIDING,
+            GIVE,
+            off=PRESLIDING,
+            natural=False,
+            meaning="how far it gives before it slides",
+        ),
     ),
     strengths=("torque",),
-    shapes=(Shape(("torque", "fall", "speed"), {}, ({"fall": 0.6, "speed": 0.05}, {"fall": 0.6, "speed": 0.25})),),
+    shapes=(
+        Shape(
+            ("torque", "fall", "speed", "presliding"), {}, ({"fall": 0.6, "speed": 0.05}, {"fall": 0.6, "speed": 0.25})
+        ),
+    ),
 )
