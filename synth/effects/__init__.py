@@ -65,16 +65,17 @@ def load_file(path: str | Path) -> Effect:
     path = Path(path).resolve()
     if not path.is_file():
         raise UserError(Problem("no such file; name a Python file that holds an EFFECT", file=str(path)))
-    name = f"synth_user_effect_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"  # two files may be called alike
+    text = path.read_bytes()
+    name = f"synth_user_effect_{hashlib.sha256(text).hexdigest()[:16]}"  # the same text is compiled once
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module
     try:
-        exec(compile(path.read_bytes(), str(path), "exec"), module.__dict__)
+        exec(compile(text, str(path), "exec"), module.__dict__)
     except Exception as error:
         line = error.lineno if isinstance(error, SyntaxError) else _line_of(error, path)
-        text = f"cannot be run: {type(error).__name__}: {error.args[0] if error.args else error}"
-        raise UserError(Problem(text, file=str(path), line=line)) from error
+        said = f"cannot be run: {type(error).__name__}: {error.args[0] if error.args else error}"
+        raise UserError(Problem(said, file=str(path), line=line)) from error
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise UserError(Problem("holds no EFFECT = Effect(...) (from synth.effects)", file=str(path)))
@@ -94,8 +95,10 @@ def _wrong_with(effect: Effect, module: ModuleType) -> str:
     """What keeps a user's effect from taking part, empty if nothing does."""
     if effect.name in _installed():
         return "is the name of a built-in effect; choose another"
-    if _from_files.get(effect.name, effect).module not in ("", module.__name__):
-        return f"is the name of an effect in {sys.modules[_from_files[effect.name].module].__file__}; choose another"
+    if effect.name in _from_files:
+        other = sys.modules[_from_files[effect.name].module].__file__
+        if other != module.__file__:
+            return f"is the name of an effect in {other}; choose another"
     if not effect.name.isidentifier() or keyword.iskeyword(effect.name):
         return "cannot be an effect's name: write letters, digits and underscores"
     names = [parameter.name for parameter in effect.parameters]
