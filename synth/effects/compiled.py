@@ -1,11 +1,11 @@
 """How an effect's torque is compiled: inlined into the lane loop, where branch-free code becomes vector code.
 
-The bristle is the element of all dry friction here: true sticking, with a give of ``presliding`` while it holds. A
-joint that turns back is turned over by ``synth.model.turning``, so that nothing is smoothed while it slides: one
-swing comes out within 1e-6 rad of the closed form. What is left is the give while a joint is held: with the usual
-2e-4 rad and torques of 1 to 20 % of the spring's at 1 rad, 2e-4 rad RMS and 1e-3 rad at most in legs of three links,
-against a give of 1e-5 rad. It costs 1.05 to 2.5 times the steps of a leg without friction, 4.5 times where a strong one
-holds a joint.
+The bristle is the element of all dry friction here: true sticking, with a give of ``presliding``, at least
+``LEAST_GIVE``, while it holds. Where a joint turns back ``synth.model.turning`` turns the friction over, at once if
+there is no presliding, so that nothing is smoothed while it slides: one swing comes out within 1e-6 rad of the closed
+form. What is left is the give while a joint is held: with torques of 1 to 20 % of the spring's at 1 rad 2e-4 rad RMS
+and 1e-3 rad at most in legs of three links, against a give of 1e-5 rad. It costs 1.05 to 2.5 times the steps of a leg
+without friction, 4.5 times where a strong one holds a joint.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numba import njit
 
 inlined: Any = njit(inline="always", fastmath=True, error_model="numpy")
 
+LEAST_GIVE = 2e-4  # rad, with which a bristle holds at least; less makes a held joint stiff to integrate
 BRISTLE_DAMPING = 0.001  # s; more makes a held joint stiff to integrate, less lets it ring
 
 
@@ -29,7 +30,7 @@ def bristle(rate, memory, presliding):  # type: ignore[no-untyped-def]
     bend beyond its bound, where the torque is the bound's; the integrator puts it back (``Effect.bristle``).
     """
     sliding = (abs(memory) >= 1.0) & (rate * memory > 0.0)
-    return 0.0 if sliding else rate / presliding
+    return 0.0 if sliding else rate / max(presliding, LEAST_GIVE)
 
 
 @inlined

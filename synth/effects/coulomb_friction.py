@@ -5,7 +5,7 @@ from __future__ import annotations
 from synth.effects.compiled import bristle, held, inlined
 from synth.effects.effect import Effect, Parameter, Shape, positive, size
 
-PRESLIDING = 2e-4  # rad; see ``compiled.bristle`` for what it costs and errs
+PRESLIDING = 0.0  # rad
 GIVE = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
 
 
@@ -30,7 +30,7 @@ EFFECT = Effect(
     linear=True,
     memory=True,
     kin="bristle",
-    bristle=True,
+    bristle="presliding",
     parameters=(
         Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
         Parameter(

@@ -134,10 +134,11 @@ class Effect:
     """An effect's name, what it is, its parameters in the order of its function, and how it acts.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
-    ``uses_load`` : the bearing force must be computed for it. ``bristle`` : its memory is that of ``compiled.bristle``,
-    which the integrator keeps in -1..1 and turns over when the joint turns back. ``play`` : the parameter that is
-    the width of a gap, its memory being the deflection of what lies behind it; the integrator finds the contacts.
-    ``linear`` : its torque is a sum of its strengths, each times what does not depend on any (see ``along``).
+    ``uses_load`` : the bearing force must be computed for it. ``bristle`` : the parameter that is the
+    presliding of ``compiled.bristle``, its memory, which the integrator keeps in -1..1 and turns over with the joint.
+    ``play`` : the parameter that is the width of a gap, its memory being the deflection of what lies behind it; the
+    integrator finds the contacts. ``linear`` : its torque is a sum of its strengths, each times what does not depend
+    on any (see ``along``).
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
     """
 
@@ -151,7 +152,7 @@ class Effect:
     shapes: tuple[Shape, ...]
     where: Literal["joint", "base"] = "joint"
     memory: bool = False
-    bristle: bool = False
+    bristle: str = ""
     play: str = ""
     uses_load: bool = False
     linear: bool = False

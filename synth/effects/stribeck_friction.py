@@ -47,7 +47,7 @@ EFFECT = Effect(
     linear=True,
     memory=True,
     kin="bristle",
-    bristle=True,
+    bristle="presliding",
     parameters=(
         Parameter("torque", "N*m", prior=size(0.15), meaning="breakaway torque, at lowest speed"),
         Parameter(

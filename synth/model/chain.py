@@ -80,11 +80,12 @@ class Chain:
         state, derivative = layout.states(on)
         factors = np.ones(len(state))
         factors[2 * layout.n :] = [BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on]
-        bends, plays = np.full(len(state), -1, dtype=np.int64), np.full((len(state), 3), -1, dtype=np.int64)
+        bends, plays = (np.full((len(state), width), -1, dtype=np.int64) for width in (2, 3))
         for index, (name, joint) in enumerate(on, start=2 * layout.n):
             effect = effect_named(name)
             if effect.bristle:
-                bends[index] = layout.n + joint
+                give = layout.parameter_rows(name, effect.index(effect.bristle)).start
+                bends[index] = layout.n + joint, give + joint
             elif effect.play:
                 gap = layout.parameter_rows(name, effect.index(effect.play)).start
                 plays[index] = joint, gap + joint, layout.row("rest", joint)

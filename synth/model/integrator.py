@@ -45,7 +45,7 @@ _chain = types.FunctionType(types.void(float64[:, ::1]))
 _extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
 _bearing = types.FunctionType(types.void(float64[:, ::1], int64))
 _known = types.Tuple((float64[::1], float64[:, ::1]))
-_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[::1], int64[:, ::1]))
+_state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], int64, _state, int64[:, ::1], _known, float64[::1], float64[::1],
     float64, int64, float64[:, ::1],
@@ -113,7 +113,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     chain, extra, bearing : the compiled right-hand side, the extra torques and the bearing forces.
     Z : (n_row, 16) workspace with initial state and parameters filled in; its state rows are overwritten.
     states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, what bends
-        bristles (n_state,) and which memories lie behind play (n_state, 3), see ``turning``.
+        bristles (n_state, 2) and which memories lie behind play (n_state, 3), see ``turning``.
     active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
         the bearing force; equal where none does.
     known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
@@ -133,11 +133,12 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     allowed = np.empty(width)
     n_memory = width - 2 * n * LANES
     slides, due, expected, back = np.empty(n_memory), np.empty(n_memory), np.empty(n_memory), np.empty(LANES)
+    target = np.empty(LANES)
     for e in range(n_memory):
         due[e] = turning.NEVER
     any_bristle, any_play = False, False
     for j in range(2 * n, size):
-        any_bristle = any_bristle or bends[j] >= 0
+        any_bristle = any_bristle or bends[j, 0] >= 0
         any_play = any_play or plays[j, 0] >= 0
     K = np.empty((7, width))
     r = np.empty((4, shown))
@@ -165,7 +166,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
     reason = REACHED_END
     cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, 0, K[0])
     if any_bristle:
-        turning.slide_from_start(n, bends, x, K)
+        turning.slide_from_start(n, bends, Z, x, K)
         _put(x, state, Z)
         cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[0])
     any_event = any_bristle or any_play
@@ -174,13 +175,13 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
         if fresh:
             fresh = False
             for j in range(2 * n, size):
-                if bends[j] >= 0 and turning.turn_back(bends, j, x, K, back):
+                if bends[j, 0] >= 0 and turning.turn_back(bends, j, steps > 0, Z, x, K, back, target):
                     _put(x, state, Z)
                     for lane in range(LANES):
                         if back[lane] != 0.0:
-                            Z[state[j], lane] = -back[lane]
+                            Z[state[j], lane] = target[lane]
                     cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[1])
-                    turning.take_hold(bends, j, x, K, back)
+                    turning.take_hold(bends, j, x, K, back, target)
                     _put(x, state, Z)
                     cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[2])
                     turning.make_up(n, bends, j, x, K, back)
@@ -188,7 +189,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
                     _put(x, state, Z)
                     cursor = _derivative(chain, extra, bearing, Z, n, derivative, active, modes, known, t, cursor, K[2])
                     turning.make_up_contact(n, x, K, back)
-            turning.find_sliding(n, bends, x, K, slides)
+            turning.find_sliding(n, bends, Z, x, K, slides)
             turning.keep_sliding(n, slides, K[0])
         if t + h > end:
             h = end - t + 1e-15
@@ -224,7 +225,7 @@ def integrate(chain, extra, bearing, Z, n, states, active, known, times, toleran
             error = max(error, error_sum[lane])
         error = math.sqrt(error / size)
         if any_event and error <= 1.0:
-            cut = turning.first_turn(n, bends, slides, x, y, K, t, h, expected)
+            cut = turning.first_turn(n, bends, slides, Z, x, y, K, t, h, expected)
             if any_play:
                 cut = min(cut, turning.first_contact(n, plays, Z, x, y, K, h))
             if cut < h:

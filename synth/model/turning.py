@@ -6,6 +6,9 @@ So a step ends where a sliding joint's rate passes zero, and the bend is put whe
 not even the whole torque holds it, to sliding the other way. Between such moments the motion is smooth: friction
 keeps its sense through a step, also in those stages that lie beyond the turn at which the step is then cut.
 
+A presliding that is meant, as of gears, stays where the joint turns back: all of it from ``LEAST_GIVE`` on, with which
+every bristle holds, and of less than that a share in proportion.
+
 Where a joint with play meets a flank, the damper behind it makes the force jump: there, too, a step ends.
 
 Lanes that turn, or meet, within ``AT_ONCE`` of the step's end do so there together, each corrected to first order for
@@ -13,9 +16,10 @@ the time by which it is late (the saltation of hybrid systems: Leine & Nijmeijer
 Non-Smooth Mechanical Systems*, 2004, ch. 7). Perturbed copies of one leg so stay smooth functions of what is perturbed.
 
 Arrays are flat, 16 lanes a state: ``x`` the state at a step's start, ``y`` at its end, ``K`` (7, n_state * 16) the
-derivatives. ``bends`` (n_state,): for a bristle, the state whose rate bends it, else -1; states from 2 n on are
-memories, for which ``slides`` and ``due`` have 16 entries each. ``plays`` (n_state, 3): for an output side behind play,
-the joint, and the workspace's rows of the gap and of the spring's rest; else -1.
+derivatives. ``bends`` (n_state, 2): for a bristle, the state whose rate bends it and its presliding's row in the
+workspace ``Z``, else -1. States from 2 n on are memories, for which ``slides`` and ``due`` have 16 entries each.
+``plays`` (n_state, 3): for an output side behind play, the joint, and the rows of the gap and of the spring's rest,
+else -1.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from typing import Any
 
 from numba import njit
 
-from synth.effects.compiled import bend_that_holds
+from synth.effects.compiled import LEAST_GIVE, bend_that_holds, held
 from synth.model.layout import LANES
 
 AT_ONCE = 1e-5  # s
@@ -35,45 +39,61 @@ _options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": T
 
 
 @njit(**_options)
-def slide_from_start(n, bends, x, K):  # type: ignore[no-untyped-def]
-    """Bend each bristle as if its joint had slid as it moves, or into where it is pushed if it rests.
-
-    One that rests then counts as turning back, which finds whether it is held.
-    """
-    for j in range(2 * n, len(bends)):
-        if bends[j] >= 0:
-            for lane in range(LANES):
-                rate, pull = x[bends[j] * LANES + lane], K[0, bends[j] * LANES + lane]
-                x[j * LANES + lane] = 1.0 if rate > 0.0 or (rate == 0.0 and pull < 0.0) else -1.0
+def _give(bends, j, lane, Z):  # type: ignore[no-untyped-def]
+    """How much of the give with which bristle ``j`` holds it also has where it turns back: 0 none, 1 all of it."""
+    return min(Z[bends[j, 1], lane] / LEAST_GIVE, 1.0)
 
 
 @njit(**_options)
-def turn_back(bends, j, x, K, turning):  # type: ignore[no-untyped-def]
-    """Fill ``turning`` (16,) with the sense in which bristle ``j`` slid where its joint turns back now, 0 elsewhere."""
+def slide_from_start(n, bends, Z, x, K):  # type: ignore[no-untyped-def]
+    """Bend each bristle as if its joint had slid as it moves, or into where it is pushed if it rests.
+
+    One that rests then counts as turning back, which finds whether it is held. One that gives as much where it turns
+    as where it holds is straight instead.
+    """
+    for j in range(2 * n, len(bends)):
+        if bends[j, 0] >= 0:
+            for lane in range(LANES):
+                rate, pull = x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
+                if rate == 0.0 and _give(bends, j, lane, Z) >= 1.0:
+                    x[j * LANES + lane] = 0.0
+                else:
+                    x[j * LANES + lane] = 1.0 if rate > 0.0 or (rate == 0.0 and pull < 0.0) else -1.0
+
+
+@njit(**_options)
+def turn_back(bends, j, started, Z, x, K, turning, target):  # type: ignore[no-untyped-def]
+    """Fill ``turning`` (16,) with the sense in which bristle ``j`` slid where its joint turns back now, 0 elsewhere.
+
+    ``target`` (16,): its bend where even its whole torque does not hold the joint. Without any give it slides the other
+    way at once, else it has still to bend there; not ``started``, it had been straight.
+    """
     any_turn = False
     for lane in range(LANES):
-        z, rate, pull = x[j * LANES + lane], x[bends[j] * LANES + lane], K[0, bends[j] * LANES + lane]
-        back = abs(z) >= 1.0 and pull * z < 0.0 and abs(rate) <= AT_ONCE * abs(pull)
+        z, rate, pull = x[j * LANES + lane], x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
+        give = _give(bends, j, lane, Z)
+        back = give < 1.0 and abs(z) >= 1.0 and pull * z < 0.0 and abs(rate) <= AT_ONCE * abs(pull)
         turning[lane] = z if back else 0.0
+        target[lane] = z * (2.0 * give - 1.0) if started else z * (give - 1.0)
         any_turn = any_turn or back
     return any_turn
 
 
 @njit(**_options)
-def take_hold(bends, j, x, K, turning):  # type: ignore[no-untyped-def]
-    """Put the bend where the joint's acceleration is zero, or to the other end.
+def take_hold(bends, j, x, K, turning, target):  # type: ignore[no-untyped-def]
+    """Put the bend where the joint's acceleration is zero, or to the ``target``.
 
     The acceleration is linear in the share of its torque that a bristle gives; ``K[0]`` has it with the share as it
-    was, ``K[1]`` with the opposite one.
+    was, ``K[1]`` with the target's.
     """
     for lane in range(LANES):
         if turning[lane] != 0.0:
-            e = bends[j] * LANES + lane
+            e = bends[j, 0] * LANES + lane
             if K[1, e] * turning[lane] <= 0.0:
-                x[j * LANES + lane] = -turning[lane]
+                x[j * LANES + lane] = target[lane]
             else:
-                share = (K[1, e] + K[0, e]) / (K[1, e] - K[0, e])
-                x[j * LANES + lane] = turning[lane] * bend_that_holds(share)
+                share = turning[lane] + (held(target[lane], 0.0) - turning[lane]) * K[0, e] / (K[0, e] - K[1, e])
+                x[j * LANES + lane] = bend_that_holds(share)
 
 
 @njit(**_options)
@@ -81,7 +101,7 @@ def make_up(n, bends, j, x, K, turning):  # type: ignore[no-untyped-def]
     """Correct the rates for the time since the turn, in which friction had the wrong sense: ``K[0]`` where ``K[2]``."""
     for lane in range(LANES):
         if turning[lane] != 0.0:
-            late = x[bends[j] * LANES + lane] / K[0, bends[j] * LANES + lane]
+            late = x[bends[j, 0] * LANES + lane] / K[0, bends[j, 0] * LANES + lane]
             _as_if_at_once(n, lane, late, x, K)
     for e in range(len(x)):
         K[0, e] = K[2, e]
@@ -97,13 +117,13 @@ def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
 
 
 @njit(**_options)
-def find_sliding(n, bends, x, K, slides):  # type: ignore[no-untyped-def]
+def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
     """Fill ``slides`` with the sense in which each bristle slides through the coming step, 0 where it bends."""
     for j in range(2 * n, len(bends)):
         for lane in range(LANES):
             sense = 0.0
-            if bends[j] >= 0 and abs(x[j * LANES + lane]) >= 1.0:
-                z, rate, pull = x[j * LANES + lane], x[bends[j] * LANES + lane], K[0, bends[j] * LANES + lane]
+            if bends[j, 0] >= 0 and abs(x[j * LANES + lane]) >= 1.0 and _give(bends, j, lane, Z) < 1.0:
+                z, rate, pull = x[j * LANES + lane], x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
                 if rate * z > 0.0 or (abs(rate) <= AT_ONCE * abs(pull) and pull * z > 0.0):
                     sense = z
             slides[(j - 2 * n) * LANES + lane] = sense
@@ -121,7 +141,7 @@ def keep_sliding(n, slides, k):  # type: ignore[no-untyped-def]
 def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
     """Put bends beyond -1..1 back there, and count their error from there."""
     for j in range(2 * n, len(bends)):
-        if bends[j] >= 0:
+        if bends[j, 0] >= 0:
             for e in range(j * LANES, (j + 1) * LANES):
                 kept = max(-1.0, min(1.0, y[e]))
                 error[e] = kept - max(-1.0, min(1.0, y[e] - error[e]))
@@ -129,7 +149,7 @@ def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
 
 
 @njit(**_options)
-def first_turn(n, bends, slides, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
+def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-untyped-def]
     """Where in the step from ``t`` to ``t + h`` the first joint turns back against its sliding bristle.
 
     ``h`` if none does before the step's end, give or take ``AT_ONCE``; ``due`` is filled with the moments of all.
@@ -138,9 +158,9 @@ def first_turn(n, bends, slides, x, y, K, t, h, due):  # type: ignore[no-untyped
     for j in range(2 * n, len(bends)):
         for lane in range(LANES):
             due[(j - 2 * n) * LANES + lane] = NEVER
-            if bends[j] < 0:
+            if bends[j, 0] < 0 or _give(bends, j, lane, Z) >= 1.0:
                 continue
-            d, e = j * LANES + lane, bends[j] * LANES + lane
+            d, e = j * LANES + lane, bends[j, 0] * LANES + lane
             before, after, sense = x[e], y[e], slides[(j - 2 * n) * LANES + lane]
             slid = sense != 0.0
             if not slid:  # it bends, but may come to slide within the step and turn back after that

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
 from fit.simulated_legs import robot
-from synth.effects.coulomb_friction import PRESLIDING
+from synth.effects.compiled import BRISTLE_DAMPING, LEAST_GIVE
 from synth.model.chain import Conditions, compiled_chain, simulate
 from synth.model.lanes import LegLanes
 from synth.model.leg import Damper, Joint, Leg, Spring
@@ -38,19 +38,46 @@ def sliding_swing(start: float, torque: float, times: Array) -> Array:
 
 
 @pytest.mark.parametrize("torque", [0.04, 0.2, 0.5, 1.3])
-@pytest.mark.parametrize("presliding", [PRESLIDING, 1e-3])
-def test_a_swing_loses_four_times_torque_over_rate_a_cycle_and_rests_off_the_middle(
-    torque: float, presliding: float
-) -> None:
-    # 1e-6 rad, whatever the presliding: nothing is smoothed while it slides, and it takes hold where it stops
+def test_a_swing_loses_four_times_torque_over_rate_a_cycle_and_rests_off_the_middle(torque: float) -> None:
+    # 1e-6 rad: nothing is smoothed while it slides, and it takes hold where it stops
     times = np.linspace(0, 4, 2001)
-    effects = {"coulomb_friction": {"torque": torque, "presliding": presliding}}
-    got = swing(leg(effects), 0.5, 0.0, times, 1e-8)[:, 0]
+    got = swing(leg({"coulomb_friction": {"torque": torque}}), 0.5, 0.0, times, 1e-8)[:, 0]
     expected = sliding_swing(0.5, torque, times)
     np.testing.assert_allclose(got, expected, atol=1e-6)
     if torque > 0.04:
         assert np.ptp(got[-500:]) < 1e-8
         assert abs(got[-1]) <= torque / RATE
+
+
+@pytest.mark.parametrize("presliding", [1e-3, 5e-3])
+def test_a_presliding_that_is_meant_stays_where_the_joint_turns_back(presliding: float) -> None:
+    # the bristle as a sum of its own: z' = w / presliding up to |z| = 1, share z (3 - z^2) / 2
+    torque, times = 0.2, np.linspace(0, 0.8, 401)
+
+    def derivative(_: float, state: Array) -> list[float]:
+        q, w, z = state
+        bent = min(max(z, -1.0), 1.0)
+        slides = abs(z) >= 1.0 and w * z > 0.0
+        damped = min(max(bent + (0.0 if slides or abs(z) >= 1.0 else BRISTLE_DAMPING * w / presliding), -1.0), 1.0)
+        return [w, (-RATE * q - torque * damped * (1.5 - 0.5 * damped**2)) / INERTIA, 0.0 if slides else w / presliding]
+
+    expected = solve_ivp(
+        derivative, (0, 0.8), [0.5, 0.0, 0.0], "DOP853", times, rtol=1e-9, atol=1e-10, max_step=2e-4
+    ).y[0]  # fmt: skip
+    got = swing(leg({"coulomb_friction": {"torque": torque, "presliding": presliding}}), 0.5, 0.0, times)[:, 0]
+    assert np.abs(expected - sliding_swing(0.5, torque, times)).max() > 3e-3
+    np.testing.assert_allclose(got, expected, atol=1e-4)
+
+
+def test_a_presliding_goes_over_smoothly_into_none() -> None:
+    times = np.linspace(0, 0.8, 81)
+    swings = [
+        swing(leg({"coulomb_friction": {"torque": 0.2, "presliding": give}}), 0.5, 0.0, times)[:, 0]
+        for give in np.linspace(0, 4e-4, 17)
+    ]
+    moved = np.abs(np.diff(swings, axis=0)).max(axis=1)
+    assert np.abs(swings[-1] - swings[0]).max() > 3e-3
+    assert moved.max() < 1.5e-3
 
 
 @pytest.mark.parametrize("push", [-0.9, 0.3, 0.97])
@@ -82,7 +109,7 @@ def test_pulled_slowly_it_breaks_away_at_its_torque() -> None:
     times = np.linspace(0, 2, 2001)
     ramp = (np.array([0.0, 2.0]), np.array([[0.0], [0.4]]))
     angle = simulate(made, [0.0], [0.0], times, known_torque=ramp, tolerance=1e-9)[:, 0]
-    assert times[np.argmax(angle > PRESLIDING)] == pytest.approx(1.0, abs=0.01)
+    assert times[np.argmax(angle > LEAST_GIVE)] == pytest.approx(1.0, abs=0.01)
     gone = times - 1.0  # from then on I q'' = 0.2 (t - 1)
     late = gone > 0.3
     np.testing.assert_allclose(angle[late], (0.2 / INERTIA * gone**3 / 6)[late], rtol=0.02)
@@ -106,7 +133,7 @@ def test_lanes_that_turn_at_different_times_are_as_when_alone() -> None:
     legs = LegLanes.of(base, 16)
     effect = next(effect for effect in chain.effects if effect.name == "coulomb_friction")
     strengths = np.linspace(0.002, 0.1, 16)
-    legs.put(effect, 1, np.array([strengths, np.full(16, PRESLIDING)]))
+    legs.put(effect, 1, np.array([strengths, np.zeros(16)]))
     lanes = chain.lanes(legs)
     lanes[chain.layout.rows("rotation")] = np.array([[0.3], [-1.0], [0.7]])
     together = chain.run(lanes, times, 1e-8)
@@ -147,7 +174,7 @@ def test_stribeck_holds_to_the_breakaway_torque_and_slides_with_less() -> None:
     made = leg({"stribeck_friction": friction}, rate=None)
     held = (np.array([0.0, 1.0]), np.full((2, 1), 0.29))
     angle = simulate(made, [0.0], [0.0], np.linspace(0, 1, 11), known_torque=held)[:, 0]
-    assert np.abs(angle).max() < PRESLIDING
+    assert np.abs(angle).max() < LEAST_GIVE
     moving = simulate(made, [0.0], [0.5], np.linspace(0, 1, 11), known_torque=held, rates=True)
     # far above the speed over which it falls: acceleration (0.29 - 0.12) / I
     assert moving[-1, 1] - moving[-2, 1] == pytest.approx(0.1 * (0.29 - 0.12) / INERTIA, rel=1e-3)
@@ -221,7 +248,7 @@ def test_friction_grows_with_the_weight_that_the_bearing_carries(tip_mass: float
     times = np.linspace(0, 25, 5001)
     ramp = (np.array([0.0, 25.0]), np.array([[0.0], [0.25]]))
     angle = simulate(made, [0.0], [0.0], times, Conditions(tip_mass=tip_mass), known_torque=ramp, tolerance=1e-9)[:, 0]
-    broke = 0.01 * times[np.argmax(angle > PRESLIDING)]
+    broke = 0.01 * times[np.argmax(angle > LEAST_GIVE)]
     assert broke == pytest.approx(radius * weight, abs=2e-3)
 
 
