@@ -44,5 +44,5 @@ EFFECT = Effect(
         ),
     ),
     strengths=("torque",),
-    shapes=(Shape(("torque", "presliding"), {}),),
+    shapes=(Shape(("torque", "presliding"), {}, ({}, {"presliding": 2e-3})),),
 )

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from synth.model.leg import Array
 
 
+BLOCK = 24  # samples of a filter's recurrence that are summed at once
+
+
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, delay: Array, lag: Array) -> Array:
     """Rotation ``delay`` (n_lane,) s earlier, by cubic Hermite interpolation between the samples.
 
@@ -42,13 +45,20 @@ def _lagged(time: Array, reading: Array, lag: Array) -> Array:
     Exact for a reading that is linear between its samples.
     """
     constant = np.maximum(np.broadcast_to(lag, (reading.shape[1],)), 1e-9)
-    told = np.empty_like(reading)
-    told[0] = reading[0]
-    for k, step in enumerate(np.diff(time)):
-        fade = np.exp(-step / constant)
-        slope = (reading[k + 1] - reading[k]) / step
-        told[k + 1] = reading[k + 1] - slope * constant + fade * (told[k] - reading[k] + slope * constant)
-    return told
+    step = np.diff(time)[:, None]
+    fade = np.exp(-step / constant)
+    drive = (fade - 1.0) * constant * np.diff(reading, axis=0) / step
+    behind = np.zeros_like(reading)  # told less reading: behind[k + 1] = fade[k] behind[k] + drive[k]
+    level = np.cumsum(np.log(fade), axis=0)
+    for first in range(0, len(drive), BLOCK):
+        part = slice(first, first + BLOCK)
+        grown = level[part] - (level[first - 1] if first else 0.0)
+        # within a block: behind[k + 1] = sum_j exp(grown[k] - grown[j]) drive[j] + exp(grown[k]) behind[first]
+        share = np.exp(np.minimum(grown[:, None] - grown[None], 0.0)) * np.tri(len(grown))[:, :, None]
+        behind[first + 1 : first + 1 + len(grown)] = (share * drive[part][None]).sum(axis=1) + np.exp(grown) * behind[
+            first
+        ]
+    return reading + behind
 
 
 def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:

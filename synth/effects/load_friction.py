@@ -48,5 +48,8 @@ EFFECT = Effect(
         ),
     ),
     strengths=("radius", "share"),
-    shapes=(Shape(("radius", "presliding"), {}), Shape(("share", "presliding"), {})),
+    shapes=(
+        Shape(("radius", "presliding"), {}, ({}, {"presliding": 2e-3})),
+        Shape(("share", "presliding"), {}, ({}, {"presliding": 2e-3})),
+    ),
 )

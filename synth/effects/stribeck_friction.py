@@ -67,7 +67,9 @@ EFFECT = Effect(
     strengths=("torque",),
     shapes=(
         Shape(
-            ("torque", "fall", "speed", "presliding"), {}, ({"fall": 0.6, "speed": 0.05}, {"fall": 0.6, "speed": 0.25})
+            ("torque", "fall", "speed", "presliding"),
+            {},
+            ({"fall": 0.6, "speed": 0.05, "presliding": 2e-3}, {"fall": 0.6, "speed": 0.25}),
         ),
     ),
 )

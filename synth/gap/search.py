@@ -10,10 +10,13 @@ import numpy as np
 from synth.gap.candidates import Candidate
 from synth.gap.score import fresh, score
 from synth.gap.solve import Fit, Frame, Normal, Workbench
+from synth.model.chain import Conditions
 from synth.model.leg import Array
 
 BASE_ROUNDS = 5
 SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
+SIFTED = 4  # trials that the first sifting uses
+SIFTING_TOLERANCE = 1e-5
 FRAMES, CONVERGED = 4, 1.0  # times that derivatives are taken anew, until the cost falls by less
 KEPT_SHAPES = 3
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
@@ -81,7 +84,12 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     designed = as_designed(bench)
     nominal = fit_nominal(bench, designed)
     say(f"{len({c.key for c in candidates})} single causes")
-    singles = _screen(bench, candidates, designed, nominal)
+    few = _few(bench)
+    coarser = replace(bench.predictor, tolerance=SIFTING_TOLERANCE)
+    some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i] for i in few))
+    screened = _screen(some, candidates, _part_of(designed, few), _part_of(nominal, few))
+    singles = [_spread(fit, few, designed) for fit in screened]
+    singles = bench.evaluate(singles)
     best = _refine(bench, singles[:REFINED])
     rest = [_assess(bench, fit, designed.frame) for fit in singles[REFINED:]]
     assessed = sorted([*[_assess(bench, f, f.frame) for f in best], *rest], key=lambda a: a.cost)
@@ -91,6 +99,31 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
         say("pairs of causes")
         pairs = _pairs(bench, assessed, singles)
     return Search(none, tuple(assessed), tuple(sorted(pairs, key=lambda a: a.cost)))
+
+
+def _few(bench: Workbench) -> list[int]:
+    """Trials that the first sifting uses: one of each kind, then those that move most."""
+    order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
+    kinds: dict[Conditions, int] = {}
+    for i in order:
+        kinds.setdefault(bench.trials[i].recording.conditions, i)
+    first = sorted(kinds.values(), key=order.index)
+    return sorted([*first, *[i for i in order if i not in first]][:SIFTED])
+
+
+def _part_of(fit: Fit, few: Sequence[int]) -> Fit:
+    """A fit seen by some of the trials."""
+    frame = None if fit.frame is None else Frame(tuple(fit.frame.parts[i] for i in few))
+    chosen = [tuple(items[i] for i in few) for items in (fit.states, fit.residuals, fit.columns)]
+    return replace(fit, states=chosen[0], residuals=chosen[1], columns=chosen[2], frame=frame)
+
+
+def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
+    """A fit to some of the trials with the other trials' states from the leg as designed."""
+    states = list(designed.states)
+    for place, i in enumerate(few):
+        states[i] = fit.states[place]
+    return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
 
 
 def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, nominal: Fit) -> list[Fit]:
@@ -111,8 +144,9 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
     chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
     chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
     chosen.sort(key=lambda fit: fit.cost)
-    gained = PROMISING * (nominal.cost - chosen[0].cost) if chosen else 0.0
-    cut = max(LEAST_KEPT, sum(nominal.cost - fit.cost > gained for fit in chosen))
+    still = bench.cost(sum(float(r @ r) for r in nominal.residuals), nominal.unknowns)
+    gained = PROMISING * (still - chosen[0].cost) if chosen else 0.0
+    cut = max(LEAST_KEPT, sum(still - fit.cost > gained for fit in chosen))
     fits = [*bench.solve(chosen[:cut], designed.frame, SCREEN_ROUNDS[2]), *chosen[cut:]]
     best: dict[tuple[str, str], Fit] = {}
     for fit in fits:
