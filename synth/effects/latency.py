@@ -49,7 +49,7 @@ def _lagged(time: Array, reading: Array, lag: Array) -> Array:
     fade = np.exp(-step / constant)
     drive = (fade - 1.0) * constant * np.diff(reading, axis=0) / step
     behind = np.zeros_like(reading)  # told less reading: behind[k + 1] = fade[k] behind[k] + drive[k]
-    level = np.cumsum(np.log(fade), axis=0)
+    level = np.cumsum(np.maximum(-step / constant, -50.0), axis=0)
     for first in range(0, len(drive), BLOCK):
         part = slice(first, first + BLOCK)
         grown = level[part] - (level[first - 1] if first else 0.0)
