@@ -1,10 +1,12 @@
 # On a fresh machine with python3, python3-venv and make, each target sets up what it needs (see tools/bootstrap.sh).
 PYTHON ?= python3
 WORKERS ?= 2
+SEED ?= 2000
+COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check format example lock clean
+.PHONY: help setup demo test check blind format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -27,6 +29,9 @@ check: $(READY)  ## style and types
 
 test: check  ## style, types and all tests
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED; stopped, it goes on from where it was
+	PYTHONPATH=tests $(BIN)/python -m blind --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
 
 format: $(READY)  ## let ruff mend the style
 	$(BIN)/ruff check --fix .

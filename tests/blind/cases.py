@@ -48,10 +48,20 @@ class Case:
     readings: tuple[Array, ...]
     states: tuple[Array, ...]  # angles (rotations) and speeds at each recording's start, rad and rad/s
     answer: dict[str, Any]
+    truth: Truth
+    sensor: Sensor
+    rest: Array  # (n,) rad, whence the leg was brought to its releases
 
 
-def make_case(seed: int, number: int, kind: str, effect: str | None = None, strength: float | None = None) -> Case:
-    """Case ``number`` of a set; the same arguments give the same case.
+def make_case(
+    seed: int,
+    number: int,
+    kind: str,
+    effect: str | None = None,
+    strength: float | None = None,
+    joints: int | None = None,
+) -> Case:
+    """Case ``number`` of a set; the same arguments give the same case. ``joints`` of the leg: drawn if None.
 
     Raises
     ------
@@ -69,17 +79,24 @@ def make_case(seed: int, number: int, kind: str, effect: str | None = None, stre
         if attempt % 6 == 5 and strength > STRENGTHS[0]:  # this strength may not be had with plausible parameters
             strength = STRENGTHS[STRENGTHS.index(strength) - 1]
         try:
-            return _attempt(rng, [seed, number], kind, effect, strength, tie[1:] if kind == "tie" else None)
+            return _attempt(rng, [seed, number], kind, effect, strength, tie[1:] if kind == "tie" else None, joints)
         except (Unfit, ArithmeticError, np.linalg.LinAlgError):
             continue
     raise Unfit(f"{kind} {effect}: no case in {ATTEMPTS} attempts")
 
 
 def _attempt(
-    rng: np.random.Generator, seed: list[int], kind: str, effect: str, strength: float, tie: tuple[int, Wish] | None
+    rng: np.random.Generator,
+    seed: list[int],
+    kind: str,
+    effect: str,
+    strength: float,
+    tie: tuple[int, Wish] | None,
+    wanted: int | None,
 ) -> Case:
     """One leg drawn; raises if it cannot show what is wanted."""
     joints = int(rng.choice([1, 2, 3], p=[0.1, 0.35, 0.55]))
+    joints = joints if wanted is None else wanted
     side, wish = None, Wish()
     if effect == "joint_stop":
         side = int(rng.integers(0, joints))
@@ -255,7 +272,9 @@ def _record(
         "given_gap_over_floor": round(fitted.rms / ground.floor, 3),
         "seed": note["seed"],
     }
-    return Case(setup, tuple(ground.times), tuple(readings), tuple(states), answer)
+    return Case(
+        setup, tuple(ground.times), tuple(readings), tuple(states), answer, truth, sensor, ground.scale.rest
+    )  # fmt: skip
 
 
 def _rms(parts: list[Array]) -> float:

@@ -1,0 +1,98 @@
+"""Two baselines that fit trajectories with every number of the leg free: what people do before they know better.
+
+They use the program's own engine; what is compared is the method. Free means twenty times the tolerances wide: a mass
+may be off by half, a spring or damper by more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from blind.views import Key, View
+from synth.files.gap_project import GapProject
+from synth.fit.recordings import recordings
+from synth.gap.candidates import candidates, scales
+from synth.gap.data import GapTrial, gap_trial, sensor
+from synth.gap.predict import Predictor
+from synth.gap.score import rms, score
+from synth.gap.search import as_designed, fit_nominal, ratio
+from synth.gap.solve import Fit, Workbench
+from synth.gap.tolerances import QUANTITIES, Tolerances
+
+FREE = 20.0  # times the tolerances
+INTEGRATION = 1e-5
+KEPT = 12  # candidates that get a second step
+NAMES = {  # which effect an all-parameter fit is taken to mean by the number that it changes most: (larger, smaller)
+    "length": ("link_inertia", "link_inertia"),
+    "mass": ("link_mass", "link_mass"),
+    "com": ("link_inertia", "link_inertia"),
+    "inertia": ("link_inertia", "link_inertia"),
+    "spring_rate": ("hardening_spring", "one_sided_spring"),
+    "damper_rate": ("coulomb_friction", "shear_thinning_damping"),
+    "rest": ("spring_preload", "spring_preload"),
+}
+
+
+@dataclass(frozen=True)
+class Freed:
+    """The leg with everything free at its best: ``held`` the trials that score."""
+
+    bench: Workbench
+    fit: Fit
+    given: tuple[GapTrial, ...]
+    held: tuple[GapTrial, ...]
+
+    def after(self, fit: Fit) -> float:
+        """RMS error on held-out trials, deg."""
+        found = score(self.bench, fit, self.held)
+        return math.degrees(rms(self.held, found.predictions))
+
+
+def free_fit(project: GapProject) -> Freed:
+    """Fit all numbers of the leg and the initial states to the given trials."""
+    made = recordings(project.leg, project.trials, ())
+    trials = [gap_trial(r, t.held_out) for r, t in zip(made, project.trials, strict=True)]
+    given = tuple(trial for trial in trials if not trial.held_out)
+    held = tuple(trial for trial in trials if trial.held_out)
+    wide = Tolerances(FREE * Tolerances.of(project.leg, project.tolerance).width)
+    noise = sensor([trial.recording for trial in given]).noise
+    bench = Workbench(Predictor(project.leg, wide, INTEGRATION), given, noise, math.inf)
+    return Freed(bench, fit_nominal(bench, as_designed(bench)), given, held)
+
+
+def least_residual(freed: Freed, project: GapProject) -> View:
+    """Each candidate effect added to the free fit; the one with the smallest residual names the cause."""
+    bench, base = freed.bench, freed.fit
+    starts = [
+        Fit((c,), np.concatenate([base.unknowns, c.starts()[0]]), base.states)
+        for c in candidates(project.leg, freed.given, scales(project.leg, freed.given))
+    ]
+    best: dict[Key, tuple[float, Fit]] = {}
+    fits = sorted(bench.solve(starts, base.frame, 1), key=lambda fit: fit.cost)
+    for fit in [*bench.solve(fits[:KEPT], base.frame, 1), *fits[KEPT:]]:
+        left = ratio(bench, fit) if np.isfinite(fit.cost) else math.inf
+        if fit.keys[0] not in best or left < best[fit.keys[0]][0]:
+            best[fit.keys[0]] = left, fit
+    order = sorted(best, key=lambda key: best[key][0])
+    return _named([(key, math.nan) for key in order], freed.after(best[order[0]][1]))
+
+
+def largest_change(freed: Freed, project: GapProject) -> View:
+    """No effect at all: the number that the free fit moves by most tolerances names one, see ``NAMES``."""
+    names = project.leg.joint_names
+    change = FREE * freed.fit.unknowns.reshape(len(QUANTITIES), len(names))
+    order: list[Key] = []
+    for index in np.argsort(-np.abs(change), axis=None):
+        q, j = np.unravel_index(index, change.shape)
+        key = (NAMES[QUANTITIES[q]][0 if change[q, j] > 0 else 1], names[j])
+        if key not in order:
+            order.append(key)
+    return _named([(key, math.nan) for key in order], freed.after(freed.fit))
+
+
+def _named(ranked: list[tuple[Key, float]], after: float) -> View:
+    """A method that always names; of two causes it is taken to mean its first two."""
+    return View("effect", tuple(ranked), tuple(key for key, _ in ranked[:2]), after=after)
