@@ -6,6 +6,7 @@ from synth.effects.compiled import inlined
 from synth.effects.effect import Effect, Parameter, Prior, Shape, positive
 
 FAR = 1e3  # rad
+PLACES = (0.97, 0.9, 0.8, 0.65, 0.45)  # of half the range of motion, from its middle: where a stop is looked for
 
 
 @inlined
@@ -51,7 +52,7 @@ EFFECT = Effect(
             "upper",
             "rad",
             FAR,
-            Prior(0.6, 0.3),
+            Prior(0.8, 0.3),
             off=FAR,
             anchor="middle",
             meaning="end of travel above, measured angle",
@@ -60,7 +61,7 @@ EFFECT = Effect(
             "lower",
             "rad",
             -FAR,
-            Prior(-0.6, 0.3),
+            Prior(-0.8, 0.3),
             off=-FAR,
             anchor="middle",
             meaning="end of travel below, measured angle",
@@ -71,16 +72,12 @@ EFFECT = Effect(
         Parameter("depth", "rad", 0.05, off=0.05, meaning="penetration at which the stiffness is meant"),
     ),
     strengths=("stiffness",),
-    shapes=(
+    shapes=tuple(
         Shape(
-            ("upper", "stiffness", "damping", "exponent"),
+            (end, "stiffness", "damping", "exponent"),
             {"depth": 0.1},
-            ({"upper": 0.75, "stiffness": 8.0}, {"upper": 0.4, "stiffness": 8.0}),
-        ),
-        Shape(
-            ("lower", "stiffness", "damping", "exponent"),
-            {"depth": 0.1},
-            ({"lower": -0.75, "stiffness": 8.0}, {"lower": -0.4, "stiffness": 8.0}),
-        ),
+            tuple({end: side * place, "stiffness": stiffness} for place in PLACES for stiffness in (8.0, 40.0)),
+        )
+        for end, side in (("upper", 1.0), ("lower", -1.0))
     ),
 )

@@ -18,9 +18,12 @@ SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shape
 SIFTED = 4  # trials that the first sifting uses
 SIFTING_TOLERANCE = 1e-5
 FRAMES, CONVERGED = 4, 1.0  # times that derivatives are taken anew, until the cost falls by less
+TRIED_STARTS = 3  # of each candidate
 KEPT_SHAPES = 3
+KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
+CLOSER = 16  # of those, that are fitted there before the best are refined
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
-REFINED = 8  # single causes that get derivatives of their own
+REFINED = 6  # single causes that get derivatives of their own
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
 STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer
 ANCHORS = 4  # single causes that pairs are built on
@@ -88,8 +91,9 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     coarser = replace(bench.predictor, tolerance=SIFTING_TOLERANCE)
     some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i] for i in few))
     screened = _screen(some, candidates, _part_of(designed, few), _part_of(nominal, few))
-    singles = [_spread(fit, few, designed) for fit in screened]
-    singles = bench.evaluate(singles)
+    spread = bench.evaluate([_spread(fit, few, designed) for fit in screened])
+    closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
+    singles = _best_of_each([*closer, *spread[CLOSER:]])
     best = _refine(bench, singles[:REFINED])
     rest = [_assess(bench, fit, designed.frame) for fit in singles[REFINED:]]
     assessed = sorted([*[_assess(bench, f, f.frame) for f in best], *rest], key=lambda a: a.cost)
@@ -127,7 +131,7 @@ def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
 
 
 def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, nominal: Fit) -> list[Fit]:
-    """Every candidate from every start; the best shape of each cause, in order of cost.
+    """Every candidate from every start; of each cause its best shapes, in order of cost.
 
     From the leg as designed, not from its best fit: where a cause is missing the best fit lies many tolerances off, and
     from there the way to cause and true leg is long and bent.
@@ -148,6 +152,18 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
     gained = PROMISING * (still - chosen[0].cost) if chosen else 0.0
     cut = max(LEAST_KEPT, sum(still - fit.cost > gained for fit in chosen))
     fits = [*bench.solve(chosen[:cut], designed.frame, SCREEN_ROUNDS[2]), *chosen[cut:]]
+    fits.sort(key=lambda fit: fit.cost)
+    seen: dict[tuple[str, str], int] = {}
+    best = []
+    for fit in fits:
+        seen[fit.keys[0]] = seen.get(fit.keys[0], 0) + 1
+        if np.isfinite(fit.cost) and seen[fit.keys[0]] <= KEPT_STARTS:
+            best.append(fit)
+    return best
+
+
+def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """The best fit of each cause, in order of cost."""
     best: dict[tuple[str, str], Fit] = {}
     for fit in fits:
         if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
@@ -156,18 +172,21 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
 
 
 def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[Fit]:
-    """For each start the strength, of a ladder of them, with which least would be left once tolerances are fitted too.
+    """Of each candidate's starts, and for each the strength of a ladder, those that promise to leave least.
 
     A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
     """
     p = bench.n_tolerance
     ladders = [_ladder(start, p) for start in starts]
     left = bench.prospects([fit for ladder in ladders for fit in ladder], designed)
-    chosen, place = [], 0
-    for ladder in ladders:
-        chosen.append(ladder[int(np.argmin(left[place : place + len(ladder)]))])
+    best: dict[int, list[tuple[float, Fit]]] = {}
+    place = 0
+    for start, ladder in zip(starts, ladders, strict=True):
+        rung = int(np.argmin(left[place : place + len(ladder)]))
+        best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
         place += len(ladder)
-    return bench.evaluate(chosen)
+    chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
+    return bench.evaluate([fit for found in chosen for _, fit in found])
 
 
 def _ladder(fit: Fit, first: int) -> list[Fit]:
