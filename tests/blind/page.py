@@ -99,17 +99,18 @@ def _rows(methods: Sequence[Method]) -> list[dict[str, Any]]:
             if mine is None or not mine.count:
                 cells.append({"value": "–", "interval": ""})
                 continue
-            ends = " … ".join(shown(end, mine.unit) for end in mine.interval)
-            cells.append({"value": shown(mine.value, mine.unit), "interval": f"[{ends}]"})
-        level = "" if score.level is None else _levels(score.level, score.unit)
-        rows.append(
-            {"what": score.what, "count": score.count, "level": level, "reached": score.reached, "cells": cells}
-        )
+            low, high = (shown(end, mine.unit).removesuffix(" %") for end in mine.interval)
+            cells.append({"value": shown(mine.value, mine.unit), "interval": f"{low} … {high}"})
+        level, reached = "", ""
+        if score.level is not None:
+            level = _levels(score.level, score.unit)
+            reached = (score.reached or f"under {score.level.least}") * bool(score.count)
+        rows.append({"what": score.what, "count": score.count, "level": level, "reached": reached, "cells": cells})
     return rows
 
 
 def _levels(level: Level, unit: str) -> str:
-    return " / ".join(shown(value, unit) for value in (level.plain, level.strong, level.goal))
+    return " / ".join(shown(value, unit).removesuffix(" %") for value in (level.plain, level.strong, level.goal))
 
 
 def _strengths(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list[dict[str, str]]:

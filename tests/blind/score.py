@@ -27,6 +27,11 @@ class Level:
     goal: float
     most: bool = False
 
+    @property
+    def least(self) -> str:
+        """The lowest level that there is."""
+        return next(name for name in ("plain", "strong", "goal") if math.isfinite(getattr(self, name)))
+
     def reached(self, value: float) -> str:
         """The highest level that the value keeps."""
         met = ""

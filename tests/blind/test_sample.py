@@ -1,0 +1,76 @@
+"""Twenty small cases of every kind, made and diagnosed anew: at least what chance leaves of a diagnosis that works.
+
+The whole check is ``make blind``. Here legs have one or two joints, so that it takes a minute, and more is alike than
+with three: the limits are far under what the whole check shows. One test, so that the cases are made once.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from blind.cases import make_case
+from blind.page import Method, write_page
+from blind.score import confusion, scores
+from blind.views import View, from_gap
+from blind.writing import write_case
+from page_reader import Page
+from synth.files.gap_project import read_gap_project
+from synth.gap.diagnose import diagnose
+
+SEED = 31
+CASES: tuple[tuple[str, str | None, float | None, int], ...] = (
+    ("single", "coulomb_friction", 6.0, 2),
+    ("single", "quadratic_damping", 6.0, 2),
+    ("single", "shear_thinning_damping", 12.0, 1),
+    ("single", "hardening_spring", 6.0, 2),
+    ("single", "one_sided_spring", 12.0, 1),
+    ("single", "backlash", 12.0, 1),
+    ("single", "joint_stop", 12.0, 2),
+    ("single", "spring_preload", 6.0, 2),
+    ("single", "link_mass", 6.0, 2),
+    ("single", "encoder_scale", 6.0, 2),
+    ("single", "encoder_quantisation", 6.0, 1),
+    ("single", "latency", 6.0, 2),
+    ("single", "base_tilt", 3.0, 2),
+    ("none", None, None, 1),
+    ("none", None, None, 2),
+    ("none", None, None, 2),
+    ("two", "coulomb_friction", 6.0, 2),
+    ("unknown", "cogging", 6.0, 1),
+    ("unknown", "loose_spring", 12.0, 1),
+    ("tie", None, None, 1),
+)
+
+
+def diagnosed(folder: Path) -> View:
+    """What the program says of a case's folder."""
+    project = read_gap_project(folder / "gap.yaml")
+    return from_gap(diagnose(project.leg, project.trials, project.tolerance).as_json())
+
+
+def test_twenty_cases_whose_effect_was_withheld(tmp_path: Path) -> None:
+    answers: dict[str, dict[str, Any]] = {}
+    views: dict[str, View] = {}
+    for number, (kind, effect, strength, joints) in enumerate(CASES):
+        case, name = make_case(SEED, number, kind, effect, strength, joints), f"case{number:02d}"
+        write_case(case, tmp_path / name, name)
+        answers[name], views[name] = case.answer, diagnosed(tmp_path / name)
+    found = {score.key: score for score in scores(answers, views)}
+    told = [(n, a["kind"], a["effects"], views[n].verdict, views[n].ranked[:2]) for n, a in answers.items()]
+    assert found["top1"].count >= 9, told
+    assert found["top1"].value >= 0.6, told
+    assert found["top3"].value >= 0.75, told
+    assert found["joint"].value >= 0.6, told
+    assert found["false_alarm"].value <= 1 / 3, told
+    assert found["shrink_median"].value >= 0.6, told
+    assert found["calibration"].value <= 0.35, told
+
+    page = write_page(tmp_path, answers, [Method("synth gap", views, list(found.values()))], "here").read_text()
+    Page(page)  # tags in balance
+    assert "http" not in page
+    written = json.loads((tmp_path / "blind.json").read_text())
+    assert set(written["list"]) == set(answers)
+    assert written["scores"]["synth gap"]["top1"]["value"] == found["top1"].value
+    assert sum(number for *_, number in written["confusion"]) == sum(confusion(answers, views).values())
