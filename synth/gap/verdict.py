@@ -18,22 +18,25 @@ Key = tuple[str, str]
 
 @dataclass(frozen=True)
 class Calibration:
-    """What turns costs into probabilities; tuned on simulated cases, see ``tests/blind``.
+    """What turns costs into probabilities; tuned on simulated cases (``tests/blind``, seed 1000).
 
-    ``temperature`` : of the softmax over costs. ``per_parameter`` : cost of an unknown more. ``pair`` : of a second
-    cause. ``misfit`` : how fast the probability of an unknown cause grows with the logarithm of what the best
-    explanation leaves of the gap, even at ``left`` (share of the squared gap). ``certain`` : odds below which the two
-    best causes are said to be tied.
+    ``temperature`` : of the softmax over costs, for forms that do not get their cause quite right. ``per_parameter`` :
+    what an unknown more must earn. ``none``, ``single``, ``pair`` : prior probabilities that nothing, one cause or two
+    are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the best explanation may
+    leave for an unknown cause to be as likely as not, ``misfit`` how fast that probability grows with its logarithm;
+    ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` : odds below which
+    explanations are said to be tied.
     """
 
-    temperature: float = 10.0
-    per_parameter: float = 3.0
-    pair: float = 10.0
-    none: float = 6.0
+    temperature: float = 4.0
+    per_parameter: float = 2.0
+    none: float = 0.3
+    single: float = 0.5
+    pair: float = 0.2
     misfit: float = 1.5
-    left: float = 0.15
-    clean: float = 1.12
-    tie_odds: float = 3.0
+    left: float = 0.06
+    clean: float = 1.25
+    tie_odds: float = 4.0
 
 
 CALIBRATED = Calibration()
@@ -61,11 +64,16 @@ class Judged:
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
-def penalised(found: Assessed, calibration: Calibration) -> float:
-    """Cost with what its unknowns and its second cause must earn."""
-    causes = len(found.fit.hypothesis)
-    unknowns = sum(candidate.size for candidate in found.fit.hypothesis)
-    return found.cost + calibration.per_parameter * unknowns + calibration.pair * max(causes - 1, 0)
+def weigh(hypotheses: Sequence[Assessed], calibration: Calibration) -> Array:
+    """(n,) posterior weights: prior times exp(-cost / temperature), costs with what their unknowns must earn."""
+    counts = np.array([len(h.fit.hypothesis) for h in hypotheses])
+    unknowns = np.array([sum(candidate.size for candidate in h.fit.hypothesis) for h in hypotheses])
+    singles = max(int(np.sum(counts == 1)), 1)
+    shares = {0: calibration.none, 1: calibration.single / singles, 2: calibration.pair / (0.5 * singles**2)}
+    prior = np.array([shares[int(count)] for count in counts])
+    cost = np.array([h.cost for h in hypotheses]) + calibration.per_parameter * unknowns
+    weights = prior * np.exp(-(cost - cost.min()) / calibration.temperature)
+    return np.asarray(weights / weights.sum())
 
 
 def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
@@ -74,11 +82,8 @@ def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
     Each cause's weight is that of itself alone and of every pair it is part of, shared by what each of the two does.
     """
     hypotheses = [search.none, *search.singles, *search.pairs]
-    costs = np.array([penalised(h, calibration) for h in hypotheses])
-    costs[0] -= calibration.none
-    weights = np.exp(-(costs - costs.min()) / calibration.temperature)
-    weights /= weights.sum()
-    best = hypotheses[int(np.argmin(costs))]
+    weights = weigh(hypotheses, calibration)
+    best = hypotheses[int(np.argmax(weights))]
     unknown = _unknown(search.none, best, calibration)
     by_key: dict[Key, float] = {}
     alone = {single.keys[0]: single.cost for single in search.singles}
