@@ -119,8 +119,8 @@ def _strengths(answers: Mapping[str, Answer], views: Mapping[str, View]) -> list
     groups: dict[str, list[str]] = {}
     for size in sorted({strength(answer) for answer in single.values()}):
         groups[f"{size:g}"] = [name for name, answer in single.items() if strength(answer) == size]
-    for effect in sorted({true_keys(answer)[0][0] for answer in single.values()}):
-        groups[effect.replace("_", " ")] = [n for n, a in single.items() if true_keys(a)[0][0] == effect]
+    for true in sorted({true_keys(answer)[0][0] for answer in single.values()}):
+        groups[true.replace("_", " ")] = [n for n, a in single.items() if true_keys(a)[0][0] == true]
     rows = []
     for what, names in groups.items():
         effect = sum(views[n].first[0][0] == true_keys(single[n])[0][0] for n in names)
