@@ -195,14 +195,7 @@ def _extended(
             if (other.effect.name, other.joint) == place:
                 wide[:, part] = values
         made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
-        new = _inserted(legs, made)
-        full = np.insert(full, new, 0.0, axis=0)
-        full[new] = candidate.effect.function("start")(made, made.own[candidate.joint], full)
+        full = np.insert(full, made.newest, 0.0, axis=0)
+        full[made.newest] = candidate.effect.function("start")(made, made.own[candidate.joint], full)
         legs = made
     return legs, full
-
-
-def _inserted(before: LegLanes, after: LegLanes) -> int:
-    """Where the one new link stands."""
-    shifted = [j for a, j in zip(before.own, after.own, strict=True) if a != j]
-    return shifted[0] - 1 if shifted else after.n - 1

@@ -216,14 +216,13 @@ def simulate(
     ------
     ArithmeticError : the motion diverged or needs more steps than allowed.
     """
-    legs = LegLanes.whole(leg)
+    legs, held = LegLanes.held(leg, np.asarray(rotation, dtype=float)[:, None])
     chain = compiled_chain(legs.n)
     lanes = chain.lanes(legs, conditions)
     n, own = len(leg.joints), list(legs.own)
-    rotations, turning = np.zeros(legs.n), np.zeros(legs.n)
-    rotations[own] = rotation
+    turning = np.zeros(legs.n)
     turning[own] = [0.0 if j in conditions.locked else value for j, value in enumerate(np.asarray(rate, dtype=float))]
-    lanes[chain.layout.rows("rotation")] = rotations[:, None]
+    lanes[chain.layout.rows("rotation")] = held
     lanes[chain.layout.rows("rate")] = turning[:, None]
     if legs.n > n and known_torque is not None:
         wide = np.zeros((len(known_torque[0]), legs.n))

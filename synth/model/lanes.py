@@ -43,6 +43,7 @@ class LegLanes:
     curves: list[tuple[Array, Array] | None]
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # where the leg's own joints are in the chain
+    newest: int = -1  # where the link that was put in last stands
 
     @property
     def n(self) -> int:
@@ -86,7 +87,13 @@ class LegLanes:
     @classmethod
     def whole(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
         """As ``of``, with the further links of a moving base and of bending links."""
-        legs = cls.of(leg, n_lane)
+        return cls.held(leg, np.zeros((len(leg.joints), n_lane)))[0]
+
+    @classmethod
+    def held(cls, leg: Leg, rotation: Array) -> tuple[LegLanes, Array]:
+        """As ``whole``, and rotations (n_link, n_lane) of the leg held at ``rotation`` (n, n_lane), new links bent."""
+        n_lane = rotation.shape[1]
+        legs, full = cls.of(leg, n_lane), np.array(rotation, dtype=float)
         held = [
             (e, j, joint.effects[e.name])
             for e in registered()
@@ -98,7 +105,9 @@ class LegLanes:
             if effect.way == "structure":
                 values = [np.full(n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
                 legs = effect.function()(legs, legs.own[joint], *values)
-        return legs
+                full = np.insert(full, legs.newest, 0.0, axis=0)
+                full[legs.newest] = effect.function("start")(legs, legs.own[joint], full)
+        return legs, full
 
     def put(self, effect: Effect, joint: int, values: Array | list[float]) -> None:
         """Give one joint a torque effect: parameters (n_parameter,) or (n_parameter, n_lane), in the sense of q."""
@@ -123,7 +132,14 @@ class LegLanes:
         curves = [*self.curves[:before], None, *self.curves[before:]]
         own = tuple(i + (i >= before) for i in self.own)
         return replace(
-            self, **changed, weightless=weightless, curves=curves, torques=torques, own=own, tilt=self.tilt.copy()
+            self,
+            **changed,
+            weightless=weightless,
+            curves=curves,
+            torques=torques,
+            own=own,
+            newest=before,
+            tilt=self.tilt.copy(),
         )
 
     def write(self, layout: Layout, locked: tuple[int, ...] = (), tip_mass: float = 0.0, tilt: float = 0.0) -> Array:
