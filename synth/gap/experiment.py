@@ -31,7 +31,7 @@ class Choice:
     trial: Mapping[str, object]
     conditions: Conditions
     release: Array
-    ramp: tuple[int, float] | None = None  # joint and final torque, N m on q
+    ramp: tuple[int, float] | None = None  # joint and final torque, N m in the measured sense
 
 
 def menu(leg: Leg, trials: Sequence[GapTrial]) -> list[Choice]:
@@ -134,6 +134,7 @@ def next_experiment(
         {name: float(angle) for name, angle in zip(names, release, strict=True)},
         bits[order[0]],
         tuple((choices[i].what, bits[i]) for i in order),
+        None if best.ramp is None else (names[best.ramp[0]], best.ramp[1], LENGTH),
     )
 
 
@@ -149,7 +150,7 @@ def _imagined(bench: Workbench, choice: Choice) -> GapTrial:
     if choice.ramp is not None:
         joint, torque = choice.ramp
         applied = np.zeros((2, n))
-        applied[1, joint] = torque
+        applied[1, joint] = bench.predictor.leg.joints[joint].sign * torque
         known = (np.array([0.0, LENGTH]), applied)
     recording = Recording("next", time, held, counts, choice.conditions, smoothed, known)
     return GapTrial(recording, time, held, counts, held_out=False)

@@ -94,7 +94,8 @@ class Experiment:
     """The trial that would best separate what is open: why, as a ``trials:`` entry, and the release to use.
 
     ``trial`` : keys of a ``trials:`` entry beside ``file``; ``release`` joint name -> measured angle, rad;
-    ``information`` : expected information in bits; ``menu`` : the other trials considered and theirs.
+    ``information`` : expected information in bits; ``menu`` : the trials considered and theirs; ``ramp`` : joint, final
+    torque (N m, in the measured angle's positive sense) and rise time (s) where a torque is to rise slowly.
     """
 
     why: str
@@ -102,15 +103,18 @@ class Experiment:
     release: Mapping[str, float]
     information: float
     menu: tuple[tuple[str, float], ...] = ()
+    ramp: tuple[str, float, float] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The entry ``next_experiment``."""
         release = {name: quantity(angle, "deg") for name, angle in self.release.items()}
         menu = [{"what": what, "information": quantity(bits, "bit")} for what, bits in self.menu]
         information = quantity(self.information, "bit")
-        return {
-            "why": self.why, "trial": dict(self.trial), "release": release, "information": information, "menu": menu
-        }  # fmt: skip
+        written: dict[str, Any] = {"why": self.why, "trial": dict(self.trial), "release": release}
+        if self.ramp is not None:
+            joint, torque, time = self.ramp
+            written["torque"] = {"joint": joint, "rises_to": quantity(torque, "N*m"), "in": quantity(time, "s")}
+        return written | {"information": information, "menu": menu}
 
 
 @dataclass(frozen=True)

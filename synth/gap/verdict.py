@@ -36,7 +36,7 @@ class Calibration:
     misfit: float = 1.5
     left: float = 0.06
     clean: float = 1.25
-    tie_odds: float = 4.0
+    tie_odds: float = 6.0
 
 
 CALIBRATED = Calibration()
