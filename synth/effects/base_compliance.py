@@ -1,4 +1,9 @@
-"""The mount moves: it rocks about the first joint's place, or slides, on a spring and a damper."""
+"""The mount moves: it rocks about the first joint's place, or slides, on a spring and a damper.
+
+A sliding mount is the end of a link of ``LEVER`` leg lengths: its frequencies are within 0.2 % of those of one that
+goes straight (``tests/effects/test_structure.py``). Gravity does no work on the mount's own turn: what the leg weighs
+on it at rest is part of where it stands.
+"""
 
 from __future__ import annotations
 

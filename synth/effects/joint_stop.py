@@ -1,4 +1,8 @@
-"""Contact at the end of travel."""
+"""Contact at the end of travel.
+
+The contact begins without a step in torque, so no event is looked for; measured at a tolerance of 1e-6, a bounce is
+within 2e-5 rad of one whose contacts are located (``tests/effects``).
+"""
 
 from __future__ import annotations
 

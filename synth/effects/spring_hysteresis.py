@@ -1,4 +1,8 @@
-"""Loading and unloading follow different curves: slip inside the spring, or a slow relaxing part."""
+"""Loading and unloading follow different curves: slip inside the spring, or a slow relaxing part.
+
+The law has a kink where the motion turns back; measured at a tolerance of 1e-6 the error is within 5e-5 rad
+(``tests/effects``).
+"""
 
 from __future__ import annotations
 
