@@ -10,6 +10,7 @@ import numpy as np
 
 from synth.effects import Effect, Shape, registered
 from synth.gap.data import GapTrial
+from synth.model.lanes import has_direction, in_rotation
 from synth.model.layout import MOST_LINKS
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import coefficients
@@ -144,6 +145,8 @@ class Candidate:
     def in_rotation(self, x: Array) -> Array:
         """As ``values``, turned to the sense of q where direction matters."""
         values = self.values(x)
+        if not has_direction(self.effect):
+            return values
         joint = self.leg.joints[self.joint]
         turned = [in_lane_order(self.effect, joint.sign, joint.zero, values[:, lane]) for lane in range(x.shape[1])]
         return np.array(turned).T
@@ -161,8 +164,6 @@ class Candidate:
 
 def in_lane_order(effect: Effect, sign: int, zero: float, values: Array) -> Array:
     """One lane's parameters turned to the sense of q."""
-    from synth.model.lanes import in_rotation
-
     given: Mapping[str, Any] = {p.name: float(v) for p, v in zip(effect.parameters, values, strict=True)}
     return np.array(in_rotation(effect, sign, zero, given))
 

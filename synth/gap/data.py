@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -31,6 +31,11 @@ class GapTrial:
     def free(self) -> list[int]:
         """Joints that are not locked."""
         return self.recording.free
+
+    def thinner(self, samples: int) -> GapTrial:
+        """At most about ``samples`` of the samples, evenly taken."""
+        every = max(1, round(len(self.time) / samples))
+        return replace(self, time=self.time[::every], measured=self.measured[::every], counts=self.counts[::every])
 
 
 def gap_trial(recording: Recording, held_out: bool) -> GapTrial:

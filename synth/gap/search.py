@@ -15,10 +15,11 @@ from synth.model.leg import Array
 
 BASE_ROUNDS = 5
 SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
-SIFTED = 4  # trials that the first sifting uses
+SIFTED, SIFTED_SAMPLES = 4, 300  # trials that the first sifting uses, and samples of each
 SIFTING_TOLERANCE = 1e-5
 FRAMES, CONVERGED = 4, 1.0  # times that derivatives are taken anew, until the cost falls by less
 TRIED_STARTS = 3  # of each candidate
+LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # cost that a start must promise to take away, and number tried in any case
 KEPT_SHAPES = 3
 KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
 CLOSER = 16  # of those, that are fitted there before the best are refined
@@ -27,8 +28,8 @@ REFINED = 6  # single causes that get derivatives of their own
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
 STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer
 ANCHORS = 4  # single causes that pairs are built on
-PAIRS = 8  # pairs that are tried, of those that promise most
-REFINED_PAIRS = 3
+PAIRS = 6  # pairs that are tried, of those that promise most
+REFINED_PAIRS = 2
 SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
 
 
@@ -89,8 +90,9 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     say(f"{len({c.key for c in candidates})} single causes")
     few = _few(bench)
     coarser = replace(bench.predictor, tolerance=SIFTING_TOLERANCE)
-    some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i] for i in few))
-    screened = _screen(some, candidates, _part_of(designed, few), _part_of(nominal, few))
+    some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few))
+    there = Fit((), nominal.unknowns, tuple(nominal.states[i] for i in few))
+    screened = _screen(some, candidates, as_designed(some), some.evaluate([there])[0].cost)
     spread = bench.evaluate([_spread(fit, few, designed) for fit in screened])
     closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
     singles = _best_of_each([*closer, *spread[CLOSER:]])
@@ -115,13 +117,6 @@ def _few(bench: Workbench) -> list[int]:
     return sorted([*first, *[i for i in order if i not in first]][:SIFTED])
 
 
-def _part_of(fit: Fit, few: Sequence[int]) -> Fit:
-    """A fit seen by some of the trials."""
-    frame = None if fit.frame is None else Frame(tuple(fit.frame.parts[i] for i in few))
-    chosen = [tuple(items[i] for i in few) for items in (fit.states, fit.residuals, fit.columns)]
-    return replace(fit, states=chosen[0], residuals=chosen[1], columns=chosen[2], frame=frame)
-
-
 def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
     """A fit to some of the trials with the other trials' states from the leg as designed."""
     states = list(designed.states)
@@ -130,11 +125,11 @@ def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
     return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
 
 
-def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, nominal: Fit) -> list[Fit]:
+def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, still: float) -> list[Fit]:
     """Every candidate from every start; of each cause its best shapes, in order of cost.
 
-    From the leg as designed, not from its best fit: where a cause is missing the best fit lies many tolerances off, and
-    from there the way to cause and true leg is long and bent.
+    ``still`` : cost of the nominal leg at its best there. From the leg as designed, not from its best fit: where a
+    cause is missing the best fit lies many tolerances off, and from there the way to cause and true leg is long.
     """
     starts = [
         Fit((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
@@ -142,16 +137,14 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
         for start in candidate.starts()
     ]
     fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
+    fits = _gaining(fits, still, 0.3 * PROMISING, 2 * LEAST_KEPT)[0]
     kept: dict[tuple[str, str], list[Fit]] = {}
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
     chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
     chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
-    chosen.sort(key=lambda fit: fit.cost)
-    still = bench.cost(sum(float(r @ r) for r in nominal.residuals), nominal.unknowns)
-    gained = PROMISING * (still - chosen[0].cost) if chosen else 0.0
-    cut = max(LEAST_KEPT, sum(still - fit.cost > gained for fit in chosen))
-    fits = [*bench.solve(chosen[:cut], designed.frame, SCREEN_ROUNDS[2]), *chosen[cut:]]
+    going, rest = _gaining(chosen, still, PROMISING, LEAST_KEPT)
+    fits = [*bench.solve(going, designed.frame, SCREEN_ROUNDS[2]), *rest]
     fits.sort(key=lambda fit: fit.cost)
     seen: dict[tuple[str, str], int] = {}
     best = []
@@ -160,6 +153,14 @@ def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, no
         if np.isfinite(fit.cost) and seen[fit.keys[0]] <= KEPT_STARTS:
             best.append(fit)
     return best
+
+
+def _gaining(fits: Sequence[Fit], still: float, share: float, least: int) -> tuple[list[Fit], list[Fit]]:
+    """Fits that have gained at least a share of what the best has, ``least`` in any case; and the rest."""
+    order = sorted(fits, key=lambda fit: fit.cost)
+    wanted = share * (still - order[0].cost) if order else 0.0
+    cut = max(least, sum(still - fit.cost > wanted for fit in order))
+    return order[:cut], order[cut:]
 
 
 def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
@@ -185,8 +186,11 @@ def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[F
         rung = int(np.argmin(left[place : place + len(ladder)]))
         best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
         place += len(ladder)
+    (alone,) = bench.prospects([Fit((), designed.unknowns, designed.states)], designed)
     chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
-    return bench.evaluate([fit for found in chosen for _, fit in found])
+    tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
+    worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
+    return bench.evaluate([fit for _, fit in tried[:worth]])
 
 
 def _ladder(fit: Fit, first: int) -> list[Fit]:
@@ -245,9 +249,11 @@ def _pairs(bench: Workbench, singles: Sequence[Assessed], screened: Sequence[Fit
 
 
 def _compatible(first: Candidate, second: Candidate) -> bool:
-    """Two structures at one place would be one link twice."""
+    """Two structures at one place would be one link twice, two dry frictions at one joint one friction."""
+    if first.joint != second.joint:
+        return True
     both = first.effect.way == second.effect.way == "structure"
-    return not (both and first.joint == second.joint)
+    return not both and not (first.effect.kin and first.effect.kin == second.effect.kin)
 
 
 def _promise(bench: Workbench, anchor: Fit, other: Fit, frame: Frame) -> tuple[float, Fit]:
