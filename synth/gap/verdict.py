@@ -29,7 +29,7 @@ class Calibration:
     """
 
     temperature: float = 4.0
-    per_parameter: float = 2.0
+    per_parameter: float = 4.0
     none: float = 0.3
     single: float = 0.5
     pair: float = 0.2
