@@ -28,7 +28,7 @@ class Calibration:
     explanations are said to be tied.
     """
 
-    temperature: float = 4.0
+    temperature: float = 5.0
     per_parameter: float = 4.0
     none: float = 0.3
     single: float = 0.5
