@@ -7,10 +7,12 @@ import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba.core.types import WrapperAddressProtocol
 
 from synth.effects import Effect, effect_named, registered
 from synth.model import generate
@@ -31,6 +33,24 @@ class Conditions:
     tilt: float = 0.0  # rad, added to the leg's own
 
 
+class Compiled(WrapperAddressProtocol):
+    """A compiled function as an argument of another; numba would look a plain one's address up at every call."""
+
+    def __init__(self, function: Any) -> None:
+        self._function = function  # keeps the code alive
+        self._signature = function.nopython_signatures[0]
+        compiled = function.get_compile_result(self._signature)
+        self._address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
+
+    def __wrapper_address__(self) -> int:
+        """Where the code lies."""
+        return int(self._address)
+
+    def signature(self) -> Any:
+        """What it takes and gives."""
+        return self._signature
+
+
 @dataclass(frozen=True)
 class Chain:
     """The compiled functions for one number of links; obtain it from ``compiled_chain``."""
@@ -49,15 +69,36 @@ class Chain:
     def lanes(self, legs: LegLanes, conditions: Conditions = Conditions()) -> Array:
         """(n_row, n_lane) lanes for columns of legs; ``conditions.locked`` counts in the leg's own joints."""
         locked = tuple(legs.own[j] for j in conditions.locked)
-        return legs.write(self.layout, locked, conditions.tip_mass, conditions.tilt)
+        return legs.write(self.layout, locked, conditions.tip_mass, conditions.tilt, self._off)
+
+    @cached_property
+    def _functions(self) -> tuple[Compiled, ...]:
+        return tuple(Compiled(f) for f in (self.right_hand_side, self.extra_torques, self.bearing_forces))
+
+    @cached_property
+    def _off(self) -> Array:
+        """(n_row,) a lane in which every effect is off and all else zero."""
+        column = np.zeros(self.layout.n_row)
+        for effect in self.effects:
+            for p, parameter in enumerate(effect.parameters):
+                column[self.layout.parameter_rows(effect.name, p)] = parameter.off
+        return column
+
+    @cached_property
+    def _switches(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Rows that switch a torque on when they are not zero, curves' and each effect's, and where each begins."""
+        layout = self.layout
+        groups = [list(range(layout.n_row)[layout.rows("curve_slope")])]
+        for effect in self.effects:
+            blocks = [layout.parameter_rows(effect.name, effect.index(name)) for name in effect.strengths]
+            groups.append([row for block in blocks for row in range(layout.n_row)[block]])
+        starts = np.cumsum([0, *[len(group) for group in groups[:-1]]])
+        return np.array([row for group in groups for row in group]), starts
 
     def active(self, lanes: Array) -> np.ndarray[Any, np.dtype[np.int64]]:
         """(2, 1 + n_law) which extra torques any column of ``lanes`` (n_row, n_lane) switches on, as ``integrate``."""
-        layout = self.layout
-        switches = [bool(np.any(lanes[layout.rows("curve_slope")] != 0.0))]
-        for effect in self.effects:
-            rows = [layout.parameter_rows(effect.name, effect.index(name)) for name in effect.strengths]
-            switches.append(any(np.any(lanes[row] != 0.0) for row in rows))
+        rows, starts = self._switches
+        switches = np.logical_or.reduceat(np.any(lanes[rows] != 0.0, axis=1), starts)
         both = np.array([switches, switches], dtype=np.int64)
         both[0, 1:] *= [not effect.uses_load for effect in self.effects]
         return both
@@ -133,8 +174,7 @@ class Chain:
             workspace[:, width:] = group[:, :1]
             states = self._states(active, workspace)
             self.integrate(
-                self.right_hand_side, self.extra_torques, self.bearing_forces, workspace, n, states, active, known,
-                times, both, 1e-3, max_steps, flat,
+                *self._functions, workspace, n, states, active, known, times, both, 1e-3, max_steps, flat,
             )  # fmt: skip
             result[:, :, first : first + width] = out[:, :, :width]
         return result

@@ -6,6 +6,7 @@ more than their simulation, so each quantity is one array with a column a leg.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -142,13 +143,13 @@ class LegLanes:
             tilt=self.tilt.copy(),
         )
 
-    def write(self, layout: Layout, locked: tuple[int, ...] = (), tip_mass: float = 0.0, tilt: float = 0.0) -> Array:
+    def write(self, layout: Layout, locked: tuple[int, ...], tip_mass: float, tilt: float, off: Array) -> Array:
         """(n_row, n_lane) the chain's lanes, state rows zero; ``locked`` counts in the chain's own joints.
 
-        Coefficients as in ``mechanics.coefficients``.
+        ``off`` (n_row,): a lane whose effects are off. Coefficients as in ``mechanics.coefficients``.
         """
         n = self.n
-        lanes = np.zeros((layout.n_row, self.n_lane))
+        lanes = np.repeat(off[:, None], self.n_lane, axis=1)
         carried = np.cumsum(self.mass[::-1], axis=0)[::-1] + tip_mass
         outboard = np.concatenate([carried[1:], np.full((1, self.n_lane), tip_mass)])
         moment = self.mass * self.com + outboard * self.length
@@ -173,21 +174,25 @@ class LegLanes:
                 rows = slice(j * CURVE_POINTS, (j + 1) * CURVE_POINTS)
                 lanes[layout.rows("curve_speed")][rows] = curve[0][:, None]
                 lanes[layout.rows("curve_slope")][rows] = curve[1][:, None]
-        for law in layout.laws:
-            given = self.torques.get(law.name)
-            for p, parameter in enumerate(effect_named(law.name).parameters):
-                lanes[layout.parameter_rows(law.name, p)] = parameter.off if given is None else given[p]
         if not self.torques.keys() <= {law.name for law in layout.laws}:
             raise KeyError(
                 f"not in the compiled chain: {sorted(self.torques.keys() - {law.name for law in layout.laws})}"
             )
+        for name, given in self.torques.items():
+            for p, values in enumerate(given):
+                lanes[layout.parameter_rows(name, p)] = values
         return lanes
+
+
+def has_direction(effect: Effect) -> bool:
+    """Whether some parameter is meant in measured angle and must be turned to the sense of q."""
+    return hasattr(importlib.import_module(effect.module), "to_rotation")
 
 
 def in_rotation(effect: Effect, sign: int, zero: float, given: Mapping[str, float]) -> list[float]:
     """Parameters of a torque effect in order, defaults filled in, turned to the sense of q where direction matters."""
     values = [given.get(p.name, effect.defaults[p.name]) for p in effect.parameters]
-    if not hasattr(__import__(effect.module, fromlist=["torque"]), "to_rotation"):
+    if not has_direction(effect):
         return values
     turn = effect.function("to_rotation")
     taken = turn.__code__.co_argcount - 2
