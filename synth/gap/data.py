@@ -14,6 +14,7 @@ from synth.motion.smoothing import Mask
 
 SAMPLES = 700  # a trial: enough for the fastest joint, few enough to be fast
 ORDER = 6  # of the differences that leave noise alone: a sixth difference of a smooth motion is next to nothing
+LATER = 40  # samples after another's start at which a copy may begin
 SAME = 0.2  # joints whose noise differs by less than this share are taken to have the same sensor
 
 
@@ -47,23 +48,35 @@ def gap_trial(recording: Recording, held_out: bool) -> GapTrial:
 def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:
     """Pairs (copy, original) of recordings that hold the same samples: they are one measurement.
 
-    Also where one is a copy cut short or saved with fewer digits: the shared samples agree to 1e-3 of their range. The
+    Also where one is cut short, begins a few samples later, or is saved with fewer digits: the shared samples agree to
+    1e-3 of their range. The
     copy is the later one, or the one that is held out, since what was learnt from cannot score.
     """
     found = []
     order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
     for place, later in enumerate(order):
         for earlier in order[:place]:
-            a, b = recordings[later], recordings[earlier]
-            count = min(len(a.time), len(b.time))
-            if a.rotation.shape[1] != b.rotation.shape[1] or count < 12:
-                continue
-            same_time = np.allclose(a.time[:count], b.time[:count], atol=1e-6)
-            reach = np.ptp(b.rotation[:count], axis=0).max()
-            if same_time and np.abs(a.rotation[:count] - b.rotation[:count]).max() <= 1e-3 * reach:
+            if _same(recordings[later], recordings[earlier]):
                 found.append((later, earlier))
                 break
     return found
+
+
+def _same(a: Recording, b: Recording) -> bool:
+    """Whether one recording's samples are the other's, from up to ``LATER`` samples after its start on."""
+    if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions:
+        return False
+    reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
+    for first, second in ((a, b), (b, a)):
+        for offset in range(LATER):
+            count = min(len(first.time), len(second.time) - offset)
+            if count < 12:
+                break
+            shifted = second.time[offset : offset + count] - second.time[offset]
+            apart = np.abs(first.rotation[:count] - second.rotation[offset : offset + count])
+            if apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4):
+                return True
+    return False
 
 
 @dataclass(frozen=True)

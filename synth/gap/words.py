@@ -70,9 +70,12 @@ def sentence(
             f"{angle(before)} off on {on.rstrip(',')}, the readings' noise being {angle(floor)}."
         )
     if verdict == "unknown":
+        nearest = f"the best explanation leaves {angle(after)}, "
+        if after.value >= before.value:
+            nearest = "no explanation helps there, "
         return (
             f"Something is missing that no effect in the library explains: the error on {on} is {angle(before)}, "
-            f"the best explanation leaves {angle(after)}, the noise is {angle(floor)}."
+            f"{nearest}the noise is {angle(floor)}."
         )
     text = " and ".join(cause_text(cause) for cause in causes)
     if verdict == "tie":

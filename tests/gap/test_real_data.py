@@ -117,9 +117,6 @@ def test_small_swings_of_the_pendulum_that_took_no_part_are_predicted_better(tmp
     assert result.before.value < np.radians(0.2)  # the authors' model is a good one
 
 
-@pytest.mark.xfail(
-    strict=True, reason="copies are compared from their first sample on; these begin a few samples apart"
-)
 def test_repeats_with_samples_more_before_the_release_are_copies(tmp_path: Path) -> None:
     """hip_7 … hip_12 are hip_1 … hip_6 with one to six samples more: learnt from and held out, they leak."""
     project = leg_project(tmp_path, "hip")
