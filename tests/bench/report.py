@@ -58,8 +58,7 @@ def measured(name: str) -> Section:
     say(f"{name} ...")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "section.json"
-        environment = {**os.environ, "OPENBLAS_NUM_THREADS": os.environ.get("OPENBLAS_NUM_THREADS", "1")}
-        subprocess.run([sys.executable, "-m", f"bench.bench_{name}", str(file)], check=True, env=environment)
+        subprocess.run([sys.executable, "-m", f"bench.bench_{name}", str(file)], check=True)
         return Section.from_json(json.loads(file.read_text(encoding="utf-8")))
 
 
