@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import comb
 
 import numpy as np
@@ -32,6 +33,11 @@ class GapTrial:
     def free(self) -> list[int]:
         """Joints that are not locked."""
         return self.recording.free
+
+    @cached_property
+    def counted(self) -> Array:
+        """(n,) number of samples that count."""
+        return np.asarray(self.counts.sum(axis=0), dtype=float)
 
     def thinner(self, samples: int) -> GapTrial:
         """At most about ``samples`` of the samples, evenly taken."""

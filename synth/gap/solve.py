@@ -118,8 +118,7 @@ class Workbench:
 
     def sigma(self, trial: GapTrial) -> Array:
         """(n,) rad."""
-        count = np.maximum(trial.counts.sum(axis=0), 1)
-        return np.asarray(self.noise * np.sqrt(np.maximum(count / self.effective, 1.0)))
+        return np.asarray(self.noise * np.sqrt(np.maximum(trial.counted / self.effective, 1.0)))
 
     def residual(self, trial: GapTrial, prediction: Array, state: Array) -> Array:
         """(M,) whitened residual of one trial; inf where the motion diverged."""
