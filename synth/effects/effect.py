@@ -9,7 +9,7 @@ An effect acts in exactly one of four ways, each a function of its module that `
     memory, ``start(deflection, *parameters)`` gives its value at the release (arrays). Where a parameter is meant in
     measured angle, ``to_rotation(sign, zero, *parameters)`` turns all of them to the sense of q.
 ``leg``
-    ``change(legs, joint, *parameters)`` changes the columns of a ``LegLanes`` in place.
+    ``change(legs, joint, sign, *parameters)`` changes the columns of a ``LegLanes`` in place.
 ``reading``
     ``read(time, rotation, rate, sign, zero, *parameters)`` gives the rotation as the encoder tells it; arrays
     (n_time, n_lane), parameters (n_lane,).
@@ -101,8 +101,8 @@ class Parameter:
 
     ``default``: the value where a file gives none; None: it must. ``off``: the value with which a joint without the
     effect is computed. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
-    unit; else in the joint's natural size (see ``gap.scales``). ``anchor``
-    "middle": its prior counts from the middle of the joint's motion, in half its range.
+    unit; else in the joint's natural size (see ``gap.candidates.Scales``). ``anchor`` "middle": its prior counts from
+    the middle of the joint's motion, in half its range.
     """
 
     name: str
@@ -119,9 +119,8 @@ class Parameter:
 class Shape:
     """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
 
-    ``free`` : names; the others keep their default, or the value in ``held``
-    (in units of the natural size too). ``starts`` : each name -> natural value
-    in units of the natural size (as ``Prior.centre``); strengths left out start small.
+    ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> value; what is
+    left out starts small. Both in units of the natural size, as ``Prior.centre``.
     """
 
     free: tuple[str, ...]
@@ -138,7 +137,8 @@ class Effect:
     presliding of ``compiled.bristle``, its memory, which the integrator keeps in -1..1 and turns over with the joint.
     ``play`` : the parameter that is the width of a gap, its memory being the deflection of what lies behind it; the
     integrator finds the contacts. ``linear`` : its torque is a sum of its strengths, each times what does not depend
-    on any (see ``along``).
+    on any (see ``along``). ``kin`` : effects that share this word turn over at the same moments at a joint, so that
+    legs with the one and with the other may step together; and one joint has no two of them.
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
     """
 

@@ -55,8 +55,7 @@ def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tu
     """Pairs (copy, original) of recordings that hold the same samples: they are one measurement.
 
     Also where one is cut short, begins a few samples later, or is saved with fewer digits: the shared samples agree to
-    1e-3 of their range. The
-    copy is the later one, or the one that is held out, since what was learnt from cannot score.
+    1e-3 of their range. The copy is the later one, or the one that is held out: what was learnt from cannot score.
     """
     found = []
     order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
@@ -105,7 +104,6 @@ def sensor(recordings: Sequence[Recording]) -> Sensor:
     n = recordings[0].rotation.shape[1]
     norm = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
     squares: list[list[float]] = [[] for _ in range(n)]
-    weights: list[list[int]] = [[] for _ in range(n)]
     step = np.full(n, np.inf)
     for recording in recordings:
         for j in recording.free:
@@ -117,7 +115,6 @@ def sensor(recordings: Sequence[Recording]) -> Sensor:
             robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
             kept = difference[np.abs(difference) < 3.0 * robust]
             squares[j].append(float(np.mean(kept**2)) / norm**2 / 0.9733)  # variance of a normal cut off at 3
-            weights[j].append(len(kept))
             gaps = np.diff(np.unique(np.round(value[good], 12)))
             step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
     # The median over trials: a trial that knocks or rests is not the sensor.

@@ -81,9 +81,7 @@ def diagnose(
     judged = with_counts(judge(found), scene.coarse)
     say("how far it shrinks")
     shown = [item for item, _ in judged.singles[:RANKED]]
-    gap = measure(
-        bench, scene.scored, found, judged.accepted, shown, scene.coarse, scene.usual, held_out, seed
-    )  # fmt: skip
+    gap = measure(bench, scene.scored, found, judged.accepted, shown, scene.coarse, scene.usual, held_out, seed)
     explained = judged.verdict in ("effect", "tie")
     causes = (*_causes(bench, judged.accepted), *_counts(scene)) if explained else ()
     tied = tuple(_causes(bench, rival) for rival in judged.tied)
@@ -94,9 +92,8 @@ def diagnose(
     missing = [missing_torque(bare, trial) for trial in scene.scored]
     say("what next")
     best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
-    text = sentence(
-        judged.verdict, causes, tied, best, gap.figure("before"), gap.figure("after"), gap.floor, held_out
-    )  # fmt: skip
+    before, after = gap.figure("before"), gap.figure("after")
+    text = sentence(judged.verdict, causes, tied, best, before, after, gap.floor, held_out)
     best_possible = min((gap.figure(name) for name in gap.explanations), key=lambda estimate: estimate.value)
     return GapResult(
         leg=leg,
@@ -108,8 +105,8 @@ def diagnose(
         probability_unknown=judged.unknown,
         where=where(nominal, scene.scored, gap.before, scene.usual, missing, _blamed(judged, leg)),
         as_designed=gap.figure("as_designed"),
-        before=gap.figure("before"),
-        after=gap.figure("after"),
+        before=before,
+        after=after,
         noise_floor=gap.floor,
         shrink=gap.shrink(),
         best_possible=best_possible,

@@ -86,9 +86,7 @@ def _rms(squares: Array, counts: Array, pick: Picks | None) -> float:
 
 def predictions(bench: Workbench, found: Assessed, trials: Sequence[GapTrial], held_out: bool) -> tuple[Array, ...]:
     """(m, n) rad a trial: of trials that took no part, or else of each trial by a fit without it."""
-    if held_out:
-        return score(bench, found.fit, trials).predictions
-    if len(trials) == 1:
+    if held_out or len(trials) == 1:
         return score(bench, found.fit, trials).predictions
     frame = found.fit.frame or bench.frame(found.fit)
     normal = Normal.of(bench, found.fit, frame)
@@ -120,20 +118,19 @@ def measure(
     designed = Fit((), np.zeros(bench.n_tolerance), ())
     as_designed = score(bench, designed, trials).predictions
     before = predictions(bench, found.none, trials, held_out)
-    same = accepted is found.none
-    after = before if same else predictions(bench, accepted, trials, held_out)
-    after = tuple(rounded(leg, t, p, coarse) for t, p in zip(trials, after, strict=True))
+
+    def told(predicted: Sequence[Array]) -> tuple[Array, ...]:
+        return tuple(rounded(leg, trial, p, coarse) for trial, p in zip(trials, predicted, strict=True))
+
+    after = told(before if accepted is found.none else predictions(bench, accepted, trials, held_out))
     squares = {
         "as_designed": _squares(trials, as_designed),
         "before": _squares(trials, before),
         "after": _squares(trials, after),
     }
     for other in others:
-        told = squares["after"] if other is accepted else None
-        if told is None:
-            told = _squares(trials, [rounded(leg, t, p, coarse) for t, p in zip(
-                trials, predictions(bench, other, trials, held_out), strict=True)])  # fmt: skip
-        squares[label(other.keys)] = told
+        alone = after if other is accepted else told(predictions(bench, other, trials, held_out))
+        squares[label(other.keys)] = _squares(trials, alone)
     counts = _squares(trials, [np.ones_like(t.measured) + t.measured for t in trials])
     noise = _squares(trials, [t.measured + usual for t in trials])
     return Gap(tuple(trials), as_designed, before, after, squares, counts, noise, seed)

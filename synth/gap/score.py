@@ -74,23 +74,6 @@ def _one(bench: Workbench, fit: Fit, trial: GapTrial) -> tuple[Array, Array]:
     return best[1], best[2]
 
 
-def misses(trials: Sequence[GapTrial], predictions: Sequence[Array]) -> Array:
-    """(n_trial, n) mean squared miss in rad^2 over the samples that count, nan for locked joints."""
-    squares = []
-    for trial, prediction in zip(trials, predictions, strict=True):
-        away = np.where(trial.counts, prediction - trial.measured, np.nan)
-        away = np.where(np.isfinite(prediction), away, 10.0)
-        count = trial.counts.sum(axis=0)
-        total = np.nansum(away**2, axis=0)
-        squares.append(np.where(count > 0, total / np.maximum(count, 1), np.nan))
-    return np.array(squares)
-
-
-def rms(trials: Sequence[GapTrial], predictions: Sequence[Array]) -> float:
-    """Rad, over all samples of free joints of all trials."""
-    return float(np.sqrt(np.nanmean(misses(trials, predictions))))
-
-
 def fresh(fit: Fit) -> Fit:
     """The fit to go on from where it is, as if never stopped."""
     return replace(fit, damping=1e-3, done=False)

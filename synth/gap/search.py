@@ -35,17 +35,11 @@ SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
 
 @dataclass(frozen=True)
 class Assessed:
-    """A hypothesis at its best.
-
-    ``cost`` of the trials it was fitted to; ``left_out`` the same with each trial predicted by the others; ``ratio``
-    RMS over the noise floor; ``strain`` |x|^2 of the tolerances, about their number where they do no more than vary.
-    """
+    """A hypothesis at its best: ``cost`` of the trials it was fitted to, ``ratio`` their RMS over the noise floor."""
 
     fit: Fit
     cost: float
-    left_out: float
     ratio: float
-    strain: float
 
     @property
     def keys(self) -> tuple[tuple[str, str], ...]:
@@ -97,9 +91,8 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
     singles = _best_of_each([*closer, *spread[CLOSER:]])
     best = _refine(bench, singles[:REFINED])
-    rest = [_assess(bench, fit, designed.frame) for fit in singles[REFINED:]]
-    assessed = sorted([*[_assess(bench, f, f.frame) for f in best], *rest], key=lambda a: a.cost)
-    none = _assess(bench, nominal, nominal.frame)
+    assessed = sorted((_assess(bench, fit) for fit in [*best, *singles[REFINED:]]), key=lambda a: a.cost)
+    none = _assess(bench, nominal)
     pairs: list[Assessed] = []
     if assessed and assessed[0].ratio > SATISFIED and none.ratio > SATISFIED:
         say("pairs of causes")
@@ -245,7 +238,7 @@ def _pairs(bench: Workbench, singles: Sequence[Assessed], screened: Sequence[Fit
     fits.sort(key=lambda fit: fit.cost)
     refined = _refine(bench, [fit for fit in fits[:REFINED_PAIRS] if np.isfinite(fit.cost)])
     rest = [fit for fit in fits[REFINED_PAIRS:] if np.isfinite(fit.cost)]
-    return [_assess(bench, fit, fit.frame) for fit in [*refined, *rest]]
+    return [_assess(bench, fit) for fit in [*refined, *rest]]
 
 
 def _compatible(first: Candidate, second: Candidate) -> bool:
@@ -261,7 +254,6 @@ def _promise(bench: Workbench, anchor: Fit, other: Fit, frame: Frame) -> tuple[f
     p = bench.n_tolerance
     columns = tuple(np.concatenate([a, b], axis=1) for a, b in zip(anchor.columns, other.columns, strict=True))
     size = other.columns[0].shape[1]
-    start = other.unknowns[p:].copy()
     held = Fit(
         (*anchor.hypothesis, *other.hypothesis), np.concatenate([anchor.unknowns, np.zeros(size)]), anchor.states
     )
@@ -273,22 +265,12 @@ def _promise(bench: Workbench, anchor: Fit, other: Fit, frame: Frame) -> tuple[f
         squares += 2.0 * float(gradient @ step) + float(step @ matrix @ step)
     cost = bench.cost(max(squares, 0.0), joint.unknowns + step)
     strengths = [name in other.hypothesis[0].effect.strengths for name in other.hypothesis[0].shape.free]
-    share = np.where(strengths, 0.5, 1.0)
-    start = start * share
+    start = other.unknowns[p:] * np.where(strengths, 0.5, 1.0)
     return cost, replace(held, unknowns=np.concatenate([anchor.unknowns, start]))
 
 
-def _assess(bench: Workbench, fit: Fit, frame: Frame | None) -> Assessed:
-    assert frame is not None
-    left_out = Normal.of(bench, fit, frame).left_out()
-    tolerances = fit.unknowns[: bench.n_tolerance]
-    return Assessed(
-        fit,
-        fit.cost,
-        bench.cost(float(left_out.sum()), fit.unknowns),
-        ratio(bench, fit),
-        float(tolerances @ tolerances),
-    )
+def _assess(bench: Workbench, fit: Fit) -> Assessed:
+    return Assessed(fit, fit.cost, ratio(bench, fit))
 
 
 def ratio(bench: Workbench, fit: Fit) -> float:

@@ -14,6 +14,7 @@ from synth.gap.solve import Fit
 from synth.model.leg import Array
 
 Key = tuple[str, str]
+COUNTS_ALONE, COUNTS_BESIDE = 0.95, 0.5  # probability of coarse counts that show, alone or beside a cause; not tuned
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,8 @@ def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
     """
     hypotheses = [search.none, *search.singles, *search.pairs]
     weights = weigh(hypotheses, calibration)
-    best = hypotheses[int(np.argmax(weights))]
+    heaviest = int(np.argmax(weights))
+    best = hypotheses[heaviest]
     unknown = _unknown(search.none, best, calibration)
     by_key: dict[Key, float] = {}
     alone = {single.keys[0]: single.cost for single in search.singles}
@@ -95,7 +97,7 @@ def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
         key=lambda item: (-item[1], item[0].cost),
     )
     none = float(weights[0]) * (1.0 - unknown)
-    verdict, tied = _verdict(hypotheses, weights, best, unknown, calibration)
+    verdict, tied = _verdict(hypotheses, weights, heaviest, unknown, calibration)
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
     return Judged(verdict, best, tied, tuple(singles), none, unknown, tuple(weighed))
 
@@ -114,7 +116,7 @@ def with_counts(judged: Judged, coarse: Sequence[Coarse]) -> Judged:
     """The verdict with coarse counts as a cause: they are seen in the readings themselves."""
     if not coarse:
         return judged
-    share = 0.95 if judged.verdict == "none" else 0.5
+    share = COUNTS_ALONE if judged.verdict == "none" else COUNTS_BESIDE
     singles = tuple((item, probability * (1.0 - share)) for item, probability in judged.singles)
     verdict: Verdict = "effect" if judged.verdict == "none" else judged.verdict
     none, unknown = judged.none * (1.0 - share), judged.unknown * (1.0 - share)
@@ -138,14 +140,14 @@ def _unknown(none: Assessed, best: Assessed, calibration: Calibration) -> float:
 
 
 def _verdict(
-    hypotheses: Sequence[Assessed], weights: Array, best: Assessed, unknown: float, calibration: Calibration
+    hypotheses: Sequence[Assessed], weights: Array, heaviest: int, unknown: float, calibration: Calibration
 ) -> tuple[Verdict, tuple[Assessed, ...]]:
     if unknown > 0.5:
         return "unknown", ()
+    best = hypotheses[heaviest]
     if not best.keys:
         return "none", ()
     size = len(best.keys)
     rivals = [(h, w) for h, w in zip(hypotheses, weights, strict=True) if h is not best and len(h.keys) == size]
-    top = float(weights[hypotheses.index(best)])
-    tied = tuple(h for h, w in rivals if w * calibration.tie_odds > top)
+    tied = tuple(h for h, w in rivals if w * calibration.tie_odds > weights[heaviest])
     return ("tie" if tied else "effect"), tied

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
     conditions = trial.recording.conditions
     found = coefficients(leg, conditions.tip_mass)
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
-    known = force + _joint_torques(leg, smoothed.time, smoothed.angle, smoothed.rate)
+    known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
     if trial.recording.known_torque is not None:
         times, torques = trial.recording.known_torque
         known = known + np.stack([np.interp(smoothed.time, times, t) for t in torques.T], axis=1)
@@ -61,19 +61,17 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
     return Missing(smoothed.time[starts + support // 2], torque)
 
 
-def _joint_torques(leg: Leg, time: Array, angle: Array, rate: Array) -> Array:
-    """(n_time, n) N m of springs, dampers and torque effects along a motion."""
+def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
+    """(n_time, n) N m of springs and dampers along a motion; effects that the leg's file holds are not among them."""
     torque = np.zeros_like(angle)
     for j, joint in enumerate(leg.joints):
         spring = joint.spring.rate if joint.spring else 0.0
         rest = joint.sign * (joint.spring.free_angle - joint.zero) if joint.spring else 0.0
         torque[:, j] -= spring * (angle[:, j] - rest)
-        damping = 0.0
         if joint.damper is not None and joint.damper.curve is not None:
             torque[:, j] -= torque_at(joint.damper.curve, rate[:, j])
         elif joint.damper is not None:
-            damping = joint.damper.rate or 0.0
-            torque[:, j] -= damping * rate[:, j]
+            torque[:, j] -= (joint.damper.rate or 0.0) * rate[:, j]
     return torque
 
 
@@ -164,7 +162,7 @@ def _thirds(leg: Leg, trial: GapTrial) -> dict[str, NDArray[np.int64]]:
     rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
     speed = np.abs(smoothed.rate[nearest])
     position = np.abs(smoothed.angle[nearest] - rest)
-    load = np.abs(_joint_torques(leg, smoothed.time, smoothed.angle, smoothed.rate)[nearest])
+    load = np.abs(_joint_torques(leg, smoothed.angle, smoothed.rate)[nearest])
     time = np.repeat(trial.time[:, None], len(leg.joints), axis=1)
     sized = {"speed": speed, "position": position, "load": load, "time": time}
     return {
@@ -193,13 +191,9 @@ def _torque_shares(leg: Leg, trials: Sequence[GapTrial], missing: Sequence[Missi
 
 def _torque_noise(leg: Leg, trial: GapTrial, noise: Array) -> Array:
     """(n,) RMS of the missing torque that the readings' noise alone makes, by adding as much again."""
-    from dataclasses import replace
-
     generator = np.random.default_rng(0)
     recording = trial.recording
     shaken = recording.rotation + noise * generator.standard_normal(recording.rotation.shape)
-    if not _smoothable(trial):
-        return np.zeros(len(noise))
     locked = list(recording.conditions.locked)
     lost = ~recording.counts | ~np.isfinite(shaken)
     lost[:, locked] = False  # a locked joint's samples do not count, but it is held where the recording has it
@@ -209,7 +203,3 @@ def _torque_noise(leg: Leg, trial: GapTrial, noise: Array) -> Array:
     more = replace(trial, recording=replace(recording, smoothed=again))
     difference = missing_torque(leg, more).torque - missing_torque(leg, trial).torque
     return np.asarray(np.sqrt(np.mean(np.nan_to_num(difference) ** 2, axis=0)))
-
-
-def _smoothable(trial: GapTrial) -> bool:
-    return bool(all(trial.recording.counts[:, j].sum() >= 7 for j in trial.free))
