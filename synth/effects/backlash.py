@@ -46,6 +46,7 @@ def start(deflection, gap):  # type: ignore[no-untyped-def]
 EFFECT = Effect(
     name="backlash",
     meaning="a dead zone between the joint and its spring and damper",
+    phrase="has backlash",
     formula="play of width gap between the joint and the massless side that holds spring and damper",
     source="Nordin & Gutman, Automatica 38 (2002) 1633, the physical model with a massless shaft",
     way="torque",

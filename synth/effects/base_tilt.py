@@ -19,6 +19,7 @@ def change(legs: LegLanes, joint: int, sign: int, tilt: Array) -> None:
 EFFECT = Effect(
     name="base_tilt",
     meaning="the mount is not level",
+    phrase="is not level",
     formula="tilt of the leg + tilt",
     source="definition",
     way="leg",

@@ -24,6 +24,7 @@ def start(deflection, friction, presliding):  # type: ignore[no-untyped-def]
 EFFECT = Effect(
     name="coulomb_friction",
     meaning="dry friction, constant in speed",
+    phrase="lacks dry friction",
     formula="-torque z (3 - z^2) / 2, dz/dt = w / presliding up to |z| = 1",
     source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
     way="torque",

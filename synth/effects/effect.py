@@ -139,6 +139,7 @@ class Effect:
     integrator finds the contacts. ``linear`` : its torque is a sum of its strengths, each times what does not depend
     on any (see ``along``). ``kin`` : effects that share this word turn over at the same moments at a joint, so that
     legs with the one and with the other may step together; and one joint has no two of them.
+    ``phrase`` : what a diagnosis says of the joint that has it, "lacks dry friction".
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
     """
 
@@ -158,6 +159,7 @@ class Effect:
     linear: bool = False
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
+    phrase: str = ""
     module: str = ""
 
     @cached_property

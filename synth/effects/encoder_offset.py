@@ -18,6 +18,7 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, offs
 EFFECT = Effect(
     name="encoder_offset",
     meaning="a joint's reading is shifted",
+    phrase="has an encoder that is shifted",
     formula="reading = angle + offset",
     source="definition",
     way="reading",

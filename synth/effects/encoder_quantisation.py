@@ -22,6 +22,7 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, step
 EFFECT = Effect(
     name="encoder_quantisation",
     meaning="coarse counts",
+    phrase="has an encoder with coarse counts",
     formula="reading = step round(angle / step)",
     source="Widrow & Kollar, Quantization Noise (2008), ch. 1: error step / sqrt(12)",
     way="reading",

@@ -18,6 +18,7 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, erro
 EFFECT = Effect(
     name="encoder_scale",
     meaning="a joint's reading is scaled about its zero reading (0 deg)",
+    phrase="has an encoder with a wrong scale",
     formula="reading = angle (1 + error)",
     source="definition",
     way="reading",

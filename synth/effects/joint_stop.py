@@ -48,6 +48,7 @@ def to_rotation(sign: int, zero: float, upper: float, lower: float) -> tuple[flo
 EFFECT = Effect(
     name="joint_stop",
     meaning="contact at the end of travel",
+    phrase="meets a stop",
     formula="-stiffness depth (x / depth)^exponent max(0, 1 + damping dx/dt) at depth x, mirrored at the other end",
     source="Hunt & Crossley, J. Applied Mechanics 42 (1975) 440",
     way="torque",

@@ -72,6 +72,7 @@ def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:
 EFFECT = Effect(
     name="latency",
     meaning="one channel late against the others",
+    phrase="is read late",
     formula="reading(t) = angle(t - delay), then behind a first-order filter: lag dr/dt = angle - r",
     source="definition",
     way="reading",

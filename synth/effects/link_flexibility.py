@@ -58,6 +58,7 @@ def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
 EFFECT = Effect(
     name="link_flexibility",
     meaning="a link, or its coupling to the joint, bends",
+    phrase="carries a link that bends",
     formula="the link cut at place (share of its length), its parts joined by stiffness and a light damper",
     source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
     way="structure",

@@ -20,6 +20,7 @@ def change(legs: LegLanes, joint: int, sign: int, com: Array, inertia: Array) ->
 EFFECT = Effect(
     name="link_inertia",
     meaning="mass distribution: centre of mass or inertia off",
+    phrase="carries a link whose mass lies elsewhere",
     formula="com (1 + com share), inertia about it (1 + inertia share)",
     source="definition",
     way="leg",

@@ -20,6 +20,7 @@ def change(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
 EFFECT = Effect(
     name="link_mass",
     meaning="a link heavier or lighter than the design says, its inertia in proportion",
+    phrase="carries a link of another mass",
     formula="mass (1 + share), inertia (1 + share)",
     source="definition",
     way="leg",

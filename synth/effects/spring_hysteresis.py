@@ -41,6 +41,7 @@ def start(deflection, stiffness, slip, relaxation, knee):  # type: ignore[no-unt
 EFFECT = Effect(
     name="spring_hysteresis",
     meaning="loading and unloading follow different curves",
+    phrase="has a spring with hysteresis",
     formula="-stiffness z, dz/dt = w (1 - |z / slip|^knee while it loads) - z / relaxation",
     source="slip: Wen, J. Eng. Mech. 102 (1976) 249, with beta = gamma, n = knee; relaxation: Maxwell's element",
     way="torque",

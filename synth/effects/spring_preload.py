@@ -19,6 +19,7 @@ def change(legs: LegLanes, joint: int, sign: int, shift: Array) -> None:
 EFFECT = Effect(
     name="spring_preload",
     meaning="the free angle is not where the design has it",
+    phrase="has its free angle elsewhere",
     formula="free angle + shift",
     source="definition",
     way="leg",

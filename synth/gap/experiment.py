@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from synth.fit.recordings import Recording
 from synth.gap.data import GapTrial
-from synth.gap.predict import Block
 from synth.gap.result import Experiment
-from synth.gap.solve import RATE_STEP, STEP, Fit, Normal, Workbench, by_trial
+from synth.gap.solve import Fit, Normal, Workbench, by_trial
 from synth.model.chain import Conditions
-from synth.model.layout import LANES
 from synth.model.leg import Array, Leg
 from synth.motion.smoothing import Smoothed
 from synth.units import write
@@ -109,8 +107,9 @@ def next_experiment(
 
     def information(index: int) -> float:
         trial = _imagined(bench, choices[index])
-        predicted = [_predict(bench, fit, trial, choices[index]) for fit, _ in kept]
-        if any(p is None for p in predicted):
+        told = [_predict(bench, fit, trial, choices[index]) for fit, _ in kept]
+        predicted = [found for found in told if found is not None]
+        if len(predicted) < len(kept):
             return 0.0
         overlap = np.eye(len(kept))
         for a in range(len(kept)):
@@ -165,42 +164,23 @@ class _Predicted:
 
 def _predict(bench: Workbench, fit: Fit, trial: GapTrial, choice: Choice) -> _Predicted | None:
     """Prediction and its derivatives by initial state and unknowns, whitened by the noise; None where it diverges."""
-    n = len(choice.release)
-    state = np.concatenate([choice.release, np.zeros(n)])
-    free = trial.free
-    rows = [*free, *[n + j for j in free]]
-    moves = [(True, k, STEP) for k in range(len(fit.unknowns))]
-    moves += [(False, row, STEP * (1.0 if row < n else RATE_STEP)) for row in rows]
-    blocks = []
-    for first in range(0, len(moves), LANES - 1):
-        chunk = moves[first : first + LANES - 1]
-        unknowns = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
-        states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
-        for column, (common, index, step) in enumerate(chunk, start=1):
-            (unknowns if common else states)[index, column] += step
-        blocks.append(Block(fit.hypothesis, unknowns, states))
-    found = bench.predictor.predict(trial, blocks)
-    if not all(np.all(np.isfinite(out)) for out in found):
+    state = np.concatenate([choice.release, np.zeros(len(choice.release))])
+    count = len(fit.unknowns)
+    prediction, slopes = bench.slopes(trial, fit, state, range(count))
+    if not (np.all(np.isfinite(prediction)) and np.all(np.isfinite(slopes))):
         return None
-    widths = np.array([step for _, _, step in moves])
-    slopes = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
-    sigma = bench.sigma(trial)
-    white = (slopes / sigma[:, None])[trial.counts]
-    mean = (found[0][:, :, 0] / sigma)[trial.counts]
-    return _Predicted(mean, white[:, len(fit.unknowns) :], white[:, : len(fit.unknowns)])
+    mean = (prediction / bench.sigma(trial))[trial.counts]
+    return _Predicted(mean, slopes[:, count:], slopes[:, :count])
 
 
 def _covariance(bench: Workbench, fit: Fit) -> Array:
     """(n_unknown, n_unknown) of what the trials so far leave open."""
     frame = fit.frame or bench.frame(fit)
-    return np.asarray(np.linalg.inv(Normal.of(bench, replace(fit, frame=frame), frame).matrix))
+    return np.asarray(np.linalg.inv(Normal.of(bench, fit, frame).matrix))
 
 
-def _distance(a: _Predicted | None, b: _Predicted | None, at: _Predicted | None, covariance: Array) -> float:
+def _distance(a: _Predicted, b: _Predicted, at: _Predicted, covariance: Array) -> float:
     """Squared Mahalanobis distance of two predictions; states are free, unknowns as uncertain as they are left."""
-    assert a is not None
-    assert b is not None
-    assert at is not None
     q, _ = np.linalg.qr(at.state)
     apart = a.mean - b.mean
     apart = apart - q @ (q.T @ apart)

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.gap.data import GapTrial
-from synth.gap.predict import Block
-from synth.gap.solve import RATE_STEP, STEP, Fit, Workbench, by_trial
+from synth.gap.solve import Fit, Workbench, by_trial
 from synth.model.leg import Array
 
 ROUNDS = 8
@@ -37,30 +36,21 @@ def score(bench: Workbench, fit: Fit, trials: Sequence[GapTrial]) -> Scored:
 
 def _one(bench: Workbench, fit: Fit, trial: GapTrial) -> tuple[Array, Array]:
     """Gauss-Newton in the trial's initial state, halving steps that do not help."""
-    state, n = first_state(trial), len(first_state(trial)) // 2
-    free = trial.free
-    rows = [*free, *[n + j for j in free]]
-    deviation = trial.recording.initial_rate[1]
+    state = first_state(trial)
+    n = len(state) // 2
+    rows = [*trial.free, *[n + j for j in trial.free]]
+    below = bench.rate_prior(trial)
     best: tuple[float, Array, Array] | None = None
     step = np.zeros(len(rows))
     for _ in range(ROUNDS):
-        states = np.repeat(state[:, None], len(rows) + 1, axis=1)
-        widths = np.array([STEP * (1.0 if row < n else RATE_STEP) for row in rows])
-        for column, row in enumerate(rows, start=1):
-            states[row, column] += widths[column - 1]
-        unknowns = np.repeat(fit.unknowns[:, None], len(rows) + 1, axis=1)
-        out = bench.predictor.predict(trial, [Block(fit.hypothesis, unknowns, states)])[0]
-        residual = bench.residual(trial, out[:, :, 0], state)
+        prediction, slopes = bench.slopes(trial, fit, state, ())
+        residual = bench.residual(trial, prediction, state)
         cost = 0.5 * float(residual @ residual)
         if best is None or cost < best[0]:
             gain = np.inf if best is None else best[0] - cost
-            best = cost, out[:, :, 0], state.copy()
+            best = cost, prediction, state.copy()
             if gain < 0.05:
                 break
-            slopes = ((out[:, :, 1:] - out[:, :, :1]) / widths / bench.sigma(trial)[:, None])[trial.counts]
-            below = np.zeros((len(rows), len(rows)))
-            for k, j in enumerate(free):
-                below[len(free) + k, len(free) + k] = 1.0 / deviation[j]
             matrix = np.concatenate([slopes, below])
             if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(residual)):
                 break

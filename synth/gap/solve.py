@@ -136,33 +136,41 @@ class Workbench:
         return Frame(tuple(by_trial(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials))))
 
     def _part(self, trial: GapTrial, fit: Fit, state: Array) -> Part:
-        p, free, n = self.n_tolerance, trial.free, len(state) // 2
         alive = np.flatnonzero(self.predictor.tolerances.width.reshape(-1) > 0.0)
-        rows = [*free, *[n + j for j in free]]
-        moves = [("unknown", int(k), STEP) for k in alive]
-        moves += [("state", row, STEP * (1.0 if row < n else RATE_STEP)) for row in rows]
+        _, slopes = self.slopes(trial, fit, state, alive.tolist())
+        below = self.rate_prior(trial)
+        count, extra = len(slopes), len(below)
+        tolerance = np.zeros((count + extra, self.n_tolerance))
+        tolerance[:count, alive] = slopes[:, : len(alive)]
+        q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
+        return Part(tolerance, q, r)
+
+    def slopes(self, trial: GapTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+        """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + 2 n_free).
+
+        By these ``unknowns``, then by the free joints' initial rotations and rates.
+        """
+        free, n = trial.free, len(state) // 2
+        moves = [(True, k, STEP) for k in unknowns]
+        moves += [(False, j, STEP) for j in free] + [(False, n + j, STEP * RATE_STEP) for j in free]
         blocks = []
         for first in range(0, len(moves), LANES - 1):
             chunk = moves[first : first + LANES - 1]
-            unknowns = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
+            values = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
             states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
-            for column, (kind, index, step) in enumerate(chunk, start=1):
-                (unknowns if kind == "unknown" else states)[index, column] += step
-            blocks.append(Block(fit.hypothesis, unknowns, states))
+            for column, (common, index, step) in enumerate(chunk, start=1):
+                (values if common else states)[index, column] += step
+            blocks.append(Block(fit.hypothesis, values, states))
         found = self.predictor.predict(trial, blocks)
         widths = np.array([step for _, _, step in moves])
-        slopes = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
-        white = (slopes / self.sigma(trial)[:, None])[trial.counts]
-        extra = len(rows)
-        tolerance = np.zeros((len(white) + extra, p))
-        tolerance[: len(white), alive] = white[:, : len(alive)]
-        own = np.zeros((len(white) + extra, extra))
-        own[: len(white)] = white[:, len(alive) :]
-        deviation = trial.recording.initial_rate[1]
-        for k, j in enumerate(free):
-            own[len(white) + len(free) + k, len(free) + k] = 1.0 / deviation[j]
-        q, r = np.linalg.qr(own)
-        return Part(tolerance, q, r)
+        change = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
+        return found[0][:, :, 0], (change / self.sigma(trial)[:, None])[trial.counts]
+
+    @staticmethod
+    def rate_prior(trial: GapTrial) -> Array:
+        """(2 n_free, 2 n_free) rows of the weak prior of the initial rates, below the derivatives by the state."""
+        free, deviation = trial.free, trial.recording.initial_rate[1]
+        return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free]]))
 
     def evaluate(self, fits: Sequence[Fit]) -> list[Fit]:
         """Residuals and the effects' columns of many fits at their points, packed into common lanes."""

@@ -9,29 +9,6 @@ from synth.effects import effect_named
 from synth.fit.result import Estimate
 from synth.gap.result import Cause, Verdict
 
-PHRASES = {
-    "coulomb_friction": "lacks dry friction",
-    "stribeck_friction": "lacks dry friction that falls with speed",
-    "load_friction": "lacks dry friction that grows with load",
-    "shear_thinning_damping": "has a damper that is weaker at speed",
-    "quadratic_damping": "lacks drag that grows faster than speed",
-    "hardening_spring": "has a spring whose rate changes with deflection",
-    "one_sided_spring": "has a spring with two rates",
-    "spring_hysteresis": "has a spring with hysteresis",
-    "backlash": "has backlash",
-    "spring_preload": "has its free angle elsewhere",
-    "link_mass": "carries a link of another mass",
-    "link_inertia": "carries a link whose mass lies elsewhere",
-    "encoder_offset": "has an encoder that is shifted",
-    "encoder_scale": "has an encoder with a wrong scale",
-    "encoder_quantisation": "has an encoder with coarse counts",
-    "latency": "is read late",
-    "joint_stop": "meets a stop",
-    "base_compliance": "moves",
-    "base_tilt": "is not level",
-    "link_flexibility": "carries a link that bends",
-}
-
 
 def angle(value: Estimate) -> str:
     """An angle in degrees to two digits."""
@@ -41,7 +18,8 @@ def angle(value: Estimate) -> str:
 def cause_text(cause: Cause) -> str:
     """The knee lacks dry friction (torque 0.052 N·m)."""
     place = "base" if cause.joint == "base" else cause.joint
-    phrase = PHRASES.get(cause.effect) or f"shows {effect_named(cause.effect).meaning}"
+    effect = effect_named(cause.effect)
+    phrase = effect.phrase or f"shows {effect.meaning}"
     values = ", ".join(f"{name.replace('_', ' ')} {_shown(estimate)}" for name, estimate in cause.parameters.items())
     return f"the {place} {phrase}" + (f" ({values})" if values else "")
 

@@ -17,7 +17,7 @@ from synth.fit.recordings import recordings
 from synth.gap.candidates import candidates, scales
 from synth.gap.data import GapTrial, gap_trial, sensor
 from synth.gap.predict import Predictor
-from synth.gap.score import rms, score
+from synth.gap.score import score
 from synth.gap.search import as_designed, fit_nominal, ratio
 from synth.gap.solve import Fit, Workbench
 from synth.gap.tolerances import QUANTITIES, Tolerances
@@ -48,7 +48,12 @@ class Freed:
     def after(self, fit: Fit) -> float:
         """RMS error on held-out trials, deg."""
         found = score(self.bench, fit, self.held)
-        return math.degrees(rms(self.held, found.predictions))
+        means = []
+        for trial, prediction in zip(self.held, found.predictions, strict=True):
+            away = np.where(trial.counts, prediction - trial.measured, 0.0)
+            count = trial.counts.sum(axis=0)
+            means.append(np.sum(away**2, axis=0)[count > 0] / count[count > 0])
+        return math.degrees(math.sqrt(float(np.concatenate(means).mean())))
 
 
 def free_fit(project: GapProject) -> Freed:
