@@ -1,7 +1,8 @@
 """What a leg may do beyond linear springs and dampers: one file an effect, found by looking, listed nowhere.
 
 Each module of this package but those in ``_NOT_EFFECTS`` holds one ``EFFECT``. Others come from installed packages by
-the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the user names.
+the entry point group ``synth.effects`` (a module with an ``EFFECT``), or from a file that the user names. Those of the
+jumping leg with motors have a folder of their own, ``motor_leg``.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _from_files: dict[str, Effect] = {}
 
 @lru_cache(maxsize=1)
 def _installed() -> dict[str, Effect]:
-    names = sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name not in _NOT_EFFECTS)
+    names = sorted(m.name for m in pkgutil.iter_modules(__path__) if not m.ispkg and m.name not in _NOT_EFFECTS)
     modules = [importlib.import_module(f"{__name__}.{name}") for name in names]
     modules += [point.load() for point in sorted(entry_points(group="synth.effects"), key=lambda p: p.name)]
     found: dict[str, Effect] = {}

@@ -172,8 +172,10 @@ def read_plate_jumps(path: str | Path) -> PlateJumps:
                       tuple(reader.inputs))  # fmt: skip
 
 
-def read_recording(path: Path, name: str, wanted: Mapping[str, str]) -> HopperRecording:
-    """Read a CSV with the wanted columns (name -> SI unit), whatever their units of the same kind.
+def read_recording(
+    path: Path, name: str, wanted: Mapping[str, str], optional: Mapping[str, str] | None = None
+) -> HopperRecording:
+    """Read a CSV with the wanted columns (name -> SI unit) and such optional ones as it has; units of the same kind.
 
     Raises
     ------
@@ -186,7 +188,8 @@ def read_recording(path: Path, name: str, wanted: Mapping[str, str]) -> HopperRe
     if missing:
         raise UserError(Problem(f"has no column {', '.join(missing)}", name, 1))
     found: dict[str, Array] = {}
-    for title, unit in wanted.items():
+    there = {title: unit for title, unit in (optional or {}).items() if title in columns}
+    for title, unit in (dict(wanted) | there).items():
         index = list(columns).index(title)
         try:
             scale = factor(columns[title].unit, unit)

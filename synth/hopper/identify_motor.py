@@ -38,7 +38,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class MotorEstimate:
-    """Constants at the rotor, SI; ``voltage_error`` V and ``torque_error`` N m: what the two fits leave, rms."""
+    """Constants at the rotor, SI."""
 
     resistance: Estimate
     inductance: Estimate
@@ -46,8 +46,6 @@ class MotorEstimate:
     friction: Estimate
     viscous: Estimate
     rotor_inertia: Estimate
-    voltage_error: float
-    torque_error: float
     windows: int
 
 
@@ -70,16 +68,16 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
     weight = np.concatenate(scale)
     if len(weight) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
-    e, sigma_e, left_e = _solve(np.vstack(electric), np.concatenate(voltage), weight, "R from K_v: vary the voltage")
+    e, sigma_e = _solve(np.vstack(electric), np.concatenate(voltage), weight, "R from K_v: vary the voltage")
     back_emf = e[1]
     right = back_emf * np.concatenate(current)
-    m, sigma_m, left_m = _solve(np.vstack(mechanic), right, weight, "friction from its viscous part: vary the voltage")
+    m, sigma_m = _solve(np.vstack(mechanic), right, weight, "friction from its viscous part: vary the voltage")
     # What is unknown of K_v is unknown of every torque.
     relative = sigma_e[1] / back_emf
     spread = np.hypot(sigma_m, relative * np.abs(m))
     return MotorEstimate(
         Estimate(e[0], sigma_e[0]), Estimate(e[2], sigma_e[2]), Estimate(back_emf, sigma_e[1]),
-        Estimate(m[0], spread[0]), Estimate(m[1], spread[1]), Estimate(m[2], spread[2]), left_e, left_m, len(weight),
+        Estimate(m[0], spread[0]), Estimate(m[1], spread[1]), Estimate(m[2], spread[2]), len(weight),
     )  # fmt: skip
 
 
@@ -109,8 +107,8 @@ def _windows(run: HopperRecording, ratio: float, width: float) -> Array:
     return np.array(rows).reshape(-1, 7)
 
 
-def _solve(matrix: Array, right: Array, weight: Array, remedy: str) -> tuple[Array, Array, float]:
-    """Weighted least squares: values, standard deviations with overlapping windows counted once, rms left."""
+def _solve(matrix: Array, right: Array, weight: Array, remedy: str) -> tuple[Array, Array]:
+    """Weighted least squares: values, standard deviations with overlapping windows counted once."""
     a, y = matrix * weight[:, None], right * weight
     size = np.linalg.norm(a, axis=0)
     if np.any(size == 0.0) or np.linalg.cond(a / size) > 1e6:
@@ -119,4 +117,4 @@ def _solve(matrix: Array, right: Array, weight: Array, remedy: str) -> tuple[Arr
     left = y - (a / size) @ found
     variance = float(left @ left) / max(1, len(y) - 3) * OVERLAP
     covariance = np.linalg.inv((a / size).T @ (a / size)) * variance
-    return found / size, np.sqrt(np.diag(covariance)) / size, float(np.sqrt(np.mean(left**2)))
+    return found / size, np.sqrt(np.diag(covariance)) / size

@@ -8,7 +8,7 @@ point under the body's middle, which is the closure ``spacing/2 + upper sin a = 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import asin, cos, pi, sin, sqrt
+from math import asin, cos, pi, sin
 from typing import Literal
 
 import numpy as np
@@ -244,8 +244,3 @@ def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
     lengths = [leg.length / halves[0]] * halves[0] + [leg.lower_length / halves[1]] * halves[1]
     masses = [upper / halves[0]] * halves[0] + [lower / halves[1]] * halves[1]
     return lengths, masses, halves[0]
-
-
-def takeoff_speed_for(height: float, gravity: float = 9.81) -> float:
-    """Speed that rises to this height, m/s: sqrt(2 g h)."""
-    return sqrt(2.0 * gravity * height)

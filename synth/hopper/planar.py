@@ -25,8 +25,9 @@ import numpy as np
 from numba import njit
 
 from synth.hopper.jump import DURATION, FALL, LIMITS, TOLERANCE, Outcome
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor, segments
-from synth.hopper.models import Model, lane, layout_of
+from synth.hopper.jump_lanes import JumpLanes
+from synth.hopper.leg import Array, Contact, HopperLeg, Motor
+from synth.hopper.models import Model, columns
 
 BAUMGARTE = 300.0  # 1/s
 _options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "cache": True}
@@ -289,13 +290,60 @@ def planar_jump(
     duration: float = DURATION,
 ) -> PlanarJump:
     """One jump by the planar form, from the crouch leaning by ``pitch`` rad."""
-    layout = layout_of(leg)
-    parameters = lane(leg, motor, contact, model)
+    jumps = columns(leg, motor, contact, model, np.array([leg.length]))
+    run = _run(jumps, leg.body_inertia, contact.slip_speed, pitch, tolerance, duration)
+    aside = run.aside
+    outcome = _outcome(run.trace, aside, run.n, run.status, run.arguments, float(jumps.total_mass[0]))
+    return PlanarJump(outcome, _slip(aside), float(run.trace[-1, 3]), run.trace)
+
+
+def planar_record(
+    jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, times: Array, tolerance: float
+) -> dict[str, Array]:
+    """What sensors see of a jump that leans by ``pitch`` rad, (n_time,) each at ``times`` s; before 0 at rest.
+
+    ``angle`` : the right upper link's, from the body; ``normal`` N; ``current`` of both motors, A; ``pitch`` rad;
+    ``slide`` : the foot's way along the ground, m.
+    """
+    run = _run(jumps, body_inertia, slip_speed, pitch, tolerance, float(times[-1]), fall=np.inf)
+    t, x, aside = run.trace[:, 0], run.trace[:, 1 : 1 + 2 * run.n + 3], run.aside
+    rows = {
+        "angle": x[:, 3] - x[:, 2],
+        "normal": aside[:, 0],
+        "current": aside[:, 7],
+        "pitch": x[:, 2],
+        "slide": aside[:, 2] - aside[0, 2],
+    }
+    reached = times <= t[-1] + 1e-9
+    return {name: np.where(reached, np.interp(times, t, row), np.nan) for name, row in rows.items()}
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Rows of ``trace``: time, state, asides."""
+
+    trace: Array
+    n: int
+    status: int
+    arguments: Any
+
+    @property
+    def aside(self) -> Array:
+        return self.trace[:, 1 + 2 * self.n + 3 :]
+
+
+def _run(
+    jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, tolerance: float, duration: float,
+    fall: float = FALL,
+) -> _Run:  # fmt: skip
+    """Integrate the first lane."""
+    layout = jumps.layout
+    parameters = jumps.workspace()[:, 0]
     scalars = np.array([parameters[layout.row(name)] for name in SCALARS])
-    lengths, masses, knee = segments(leg)
+    lengths = parameters[layout.block("length")]
+    masses = jumps.mass_per_length[0] * lengths
     count = len(lengths)
     n = 3 + 2 * count
-    beams = parameters[layout.block("beam")]
     angles = parameters[layout.block("angle")]
     x = np.zeros(2 * n + 3)
     height = parameters[layout.row("height")]
@@ -303,15 +351,15 @@ def planar_jump(
     x[2] = pitch
     x[0], x[1] = -height * np.sin(pitch), height * np.cos(pitch)
     weight = np.concatenate([np.ones(n), np.full(n, 1 / 30.0), np.full(2, 0.3), np.zeros(1)])
-    body = np.array([leg.structure_mass + 2 * motor.mass, leg.body_inertia])
-    ground = np.array([contact.friction, contact.slip_speed, float(knee)])
-    arguments = (np.array(lengths), np.array(masses), beams, body, ground, scalars, leg.foot_mass)
+    body = np.array([jumps.body_mass[0], body_inertia])
+    ground = np.array([jumps.ground_friction[0], slip_speed, float(layout.knee)])
+    foot_mass = float(jumps.foot_mass[0])
+    arguments = (lengths, masses, parameters[layout.block("beam")], body, ground, scalars, foot_mass)
     trace = np.empty((60_000, 1 + len(x) + 8))
-    mass = leg.total_mass(motor)
-    rows, status = _integrate(x, n, arguments, weight, tolerance, duration, FALL, mass, 60_000, trace)
-    trace = trace[:rows]
-    aside = trace[:, 1 + len(x) :]
-    return PlanarJump(_outcome(trace, aside, n, status, arguments, mass), _slip(aside), float(trace[-1, 3]), trace)
+    rows, status = _integrate(
+        x, n, arguments, weight, tolerance, duration, fall, float(jumps.total_mass[0]), 60_000, trace
+    )
+    return _Run(trace[:rows], n, status, arguments)
 
 
 def _slip(aside: Array) -> float:

@@ -1,0 +1,221 @@
+"""The project file of ``synth gap`` where its leg is a jumping one: ``leg:`` names a ``kind: hopper-design``.
+
+A recording with a column ``hip torque`` is an inverted pull-up, any other a jump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from synth.errors import UserError
+from synth.files.hopper_project import HopperProject, read_hopper_project
+from synth.files.hopper_recordings import HopperRecording, read_recording
+from synth.files.paths import inside, matching
+from synth.files.reading import InputFile, ProjectReader
+from synth.files.schema import Because, Default, read_section
+from synth.files.table import read_table
+from synth.files.validate import FileModel, Quantity, check_kind, check_part, gathering
+from synth.files.yaml_lines import load
+from synth.hopper.leg import Array
+
+PULL_UP = "hip torque"  # the column that makes a recording one
+JUMP_COLUMNS = {"time": "s", "upper link": "rad"}
+PULL_UP_COLUMNS = {**JUMP_COLUMNS, PULL_UP: "N*m"}
+OPTIONAL = {"ground force": "N", "current": "A", "supply": "V", "pitch": "rad", "foot slide": "m"}
+MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
+
+Length = Annotated[float, Quantity("m", above=0, most=10)]
+Share = Annotated[float, Quantity("1", least=0, most=MOST)]
+_RUN_UPS = "usual after the motor's run-ups (synth hopper, kind hopper-motor)"
+_BUILT = "usual for a leg that was measured after it was built"
+
+
+@dataclass(frozen=True)
+class JumpTolerance:
+    """What manufacturing and measuring leave open of the design: one standard deviation each, shares of the value.
+
+    The motor's (``motor`` its torque constant) hold for each motor on its own. Zero: known exactly, so that any error
+    of it counts as an effect.
+    """
+
+    length: Annotated[Share, Because(_BUILT)] = 0.005
+    mass: Annotated[Share, Because(_BUILT)] = 0.01
+    spring: Annotated[Share, Because("what is left after a flexure's rate was measured")] = 0.05
+    damper: Annotated[Share, Because("what is left after pull-ups (synth hopper, kind hopper-pull-ups)")] = 0.15
+    motor: Annotated[Share, Because(_RUN_UPS)] = 0.02
+    resistance: Annotated[Share, Because(_RUN_UPS)] = 0.02
+    inductance: Annotated[Share, Because(_RUN_UPS)] = 0.2
+    friction: Annotated[Share, Because(_RUN_UPS)] = 0.15
+    rotor_inertia: Annotated[Share, Because(_RUN_UPS)] = 0.05
+    efficiency: Annotated[Share, Because("of the gear; the maker's line tells it so far")] = 0.03
+    supply: Annotated[Share, Because("a voltmeter's")] = 0.005
+    ground: Annotated[Share, Because("the contact's stiffness is an assumption")] = 0.3
+    force: Annotated[Share, Because("a force plate's scale")] = 0.01
+    angle: Annotated[
+        float, Quantity("rad", least=0, most=radians(30)), Because("the encoder's zero")
+    ] = radians(0.3)  # fmt: skip
+    stop: Annotated[
+        float, Quantity("rad", least=0, most=radians(30)), Because("where the leg's stop is")
+    ] = radians(1.0)  # fmt: skip
+    crouch: Annotated[
+        float, Quantity("rad", least=0, most=radians(30)), Because("each jump's start about the design's crouch")
+    ] = radians(3.0)  # fmt: skip
+    start: Annotated[
+        float, Quantity("s", least=0, most=0.1), Because("when the motors are switched on, after time 0")
+    ] = 0.0005  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class JumpTrial:
+    """One recording of a jump or a pull-up: columns (n_time,) in SI, and under what conditions it was made.
+
+    ``payload`` kg on the body; ``supply`` V or None for the motor's own; ``lean`` rad from upright at the start.
+    """
+
+    name: str
+    columns: Mapping[str, Array]
+    kind: Literal["jump", "pull-up"]
+    motor: str
+    length: float
+    payload: float = 0.0
+    supply: float | None = None
+    lean: float = 0.0
+    held_out: bool = False
+    sha256: str = ""
+
+
+class _Entry(FileModel):
+    """One item under ``trials:``; ``file`` may be a glob."""
+
+    file: Annotated[str, Field(min_length=1, examples=["jumps/*.csv"])]
+    motor: str | None = None
+    length: Length | None = None
+    payload: Annotated[float, Quantity("kg", least=0, most=100)] = 0.0
+    supply: Annotated[float | None, Quantity("V", above=0, most=1000)] = None
+    lean: Annotated[float, Quantity("rad", least=-radians(45), most=radians(45))] = 0.0
+    held_out: bool = False
+
+
+@dataclass(frozen=True)
+class _GapFile:
+    kind: str
+    leg: Annotated[str, Field(examples=["hopper.yaml"])]
+    trials: Annotated[list[Any], Field(min_length=1, examples=["[jumps/*.csv]"])]
+    motor: str | None = None
+    length: Length | None = None
+    tolerance: Any = None
+    name: str | None = None
+    seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+
+
+@dataclass(frozen=True, eq=False)
+class HopperGapProject:
+    """What ``synth gap`` is to do with a jumping leg: the ``design`` against ``trials`` of what was built."""
+
+    path: Path
+    name: str
+    design: HopperProject
+    trials: tuple[JumpTrial, ...]
+    tolerance: JumpTolerance
+    seed: int
+    defaults: tuple[Default, ...]
+    inputs: tuple[InputFile, ...]
+
+
+def is_hopper_gap(path: str | Path) -> bool:
+    """Whether a project of kind ``gap`` names a jumping leg; of what cannot be read the other reader says why."""
+    try:
+        document = load(path)
+        name = document.value.get("leg")
+        if document.value.get("kind") != "gap" or not isinstance(name, str):
+            return False
+        return bool(load(inside(document.path.parent, name)).value.get("kind") == "hopper-design")
+    except UserError:
+        return False
+
+
+def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
+    """Read the project with its design and recordings.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, the design and the recordings.
+    """
+    document = load(path)
+    check_kind(document, "gap")
+    reader = ProjectReader(document)
+    file = read_section(_GapFile, document, (), reader.problems, reader.defaults, document.value)
+    written = document.value
+    tolerance = read_section(
+        JumpTolerance, document, ("tolerance",), reader.problems, reader.defaults, written.get("tolerance")
+    )
+    design = _design(reader, str(written.get("leg")))
+    trials = _trials(reader, file) if file is not None else ()
+    if file is not None and trials and all(trial.held_out for trial in trials):
+        reader.refuse("every trial is held out; at least one must be there to learn from", ("trials",))
+    reader.finish()
+    assert file is not None
+    assert tolerance is not None
+    assert design is not None
+    return HopperGapProject(
+        document.path, file.name or document.path.stem, design, trials, tolerance, file.seed,
+        tuple(reader.defaults), tuple(reader.inputs),
+    )  # fmt: skip
+
+
+def _design(reader: ProjectReader, name: str) -> HopperProject | None:
+    with gathering(reader.problems, reader.document, ("leg",)):
+        path = inside(reader.folder, name)
+        reader.note(path)
+        found = read_hopper_project(path)
+        if found.model == "point_mass":
+            reader.refuse("its model is point_mass, which has no motion to compare; choose another", ("leg",))
+        return found
+    return None
+
+
+def _trials(reader: ProjectReader, file: _GapFile) -> tuple[JumpTrial, ...]:
+    found: list[JumpTrial] = []
+    for index, raw in enumerate(file.trials):
+        key = ("trials", index)
+        value = {"file": raw} if isinstance(raw, str) else raw
+        entry = check_part(_Entry, reader.document, value, key, reader.problems)
+        if entry is None:
+            continue
+        motor, length = entry.motor or file.motor, entry.length or file.length
+        missing = [f'"{name}"' for name, given in (("motor", motor), ("length", length)) if given is None]
+        if motor is None or length is None:
+            reader.refuse(f"{' and '.join(missing)} missing: give it here, or for all trials beside them", key)
+            continue
+        with gathering(reader.problems, reader.document, key):
+            for path in matching(reader.folder, entry.file):
+                name = path.relative_to(reader.folder).as_posix()
+                if any(trial.name == name for trial in found):
+                    reader.refuse(f'"{name}" is listed twice; name it once', key)
+                    continue
+                found.append(_trial(reader, path, name, entry, motor, length))
+    return tuple(found)
+
+
+def _trial(reader: ProjectReader, path: Path, name: str, entry: _Entry, motor: str, length: float) -> JumpTrial:
+    recording = _recording(path, name)
+    reader.note(path)
+    sha256 = next(item.sha256 for item in reader.inputs if item.name == name)
+    return JumpTrial(
+        name, recording.columns, "pull-up" if PULL_UP in recording.columns else "jump", motor, length, entry.payload,
+        entry.supply, entry.lean, entry.held_out, sha256,
+    )  # fmt: skip
+
+
+def _recording(path: Path, name: str) -> HopperRecording:
+    titles = {column.name for column in read_table(path, name).columns}
+    if PULL_UP in titles:
+        return read_recording(path, name, PULL_UP_COLUMNS)
+    return read_recording(path, name, JUMP_COLUMNS, OPTIONAL)

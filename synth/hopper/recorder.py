@@ -1,0 +1,134 @@
+"""Sixteen jumps abreast as an encoder and a force plate would record them: chosen rows at given times.
+
+The same pair as in ``synth.hopper.integrator`` and for the same reasons. Angles and heights are read between steps by
+cubic Hermite interpolation, what the right-hand side tells beside by straight lines; no step is longer than
+``LONGEST``. Lanes share every step, so differences between them are smooth however coarse it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import float64, int64, njit, types
+
+from synth.hopper.layout import LANES
+
+LONGEST = 1e-3  # s
+_rhs = types.FunctionType(types.void(float64[:, ::1]))
+_signature = int64(
+    _rhs, float64[:, ::1], int64[::1], int64[::1], float64[:, ::1], float64, float64, int64, float64[:, :, ::1]
+)
+_options: dict[str, Any] = {"fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"}, "error_model": "numpy",
+                            "nogil": True, "cache": True}  # fmt: skip
+
+
+@njit(_signature, **_options)
+def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
+    """Integrate from the crouch to the last time of all lanes.
+
+    Parameters
+    ----------
+    rhs : the compiled right-hand side.
+    Z : (n_row, 16) workspace with initial state and parameters.
+    where : rows: n_state, derivative, alive, normal.
+    rows : (m,) rows to record.
+    times : (n, 16) s, rising; before 0 the leg is at rest.
+    tolerance : as in ``integrator.jump``.
+    max_steps : accepted and rejected; what then is not reached stays nan.
+    out : (n, m, 16) filled in.
+
+    Returns
+    -------
+    Number of steps.
+    """
+    n, d, alive = where[0], where[1], where[2]
+    m = len(rows)
+    n_time = times.shape[0]
+    x = np.empty((n, LANES))
+    K = np.empty((4, n, LANES))
+    old = np.empty((m, LANES))
+    error_sum = np.empty(LANES)
+    weight = np.empty(n)
+    following = np.zeros(LANES, dtype=np.int64)
+    n_angle = (n - 3) // 2
+    for j in range(n):
+        weight[j] = 1.0 if j <= n_angle else (1.0 / 30.0 if j < n - 2 else (0.3 if j == n - 2 else 0.0))
+    for lane in range(LANES):
+        Z[alive, lane] = 1.0
+        for j in range(n):
+            x[j, lane] = Z[j, lane]
+    out[:] = np.nan
+    rhs(Z)
+    last = 0.0
+    for lane in range(LANES):
+        last = max(last, times[n_time - 1, lane])
+        for j in range(n):
+            K[0, j, lane] = Z[d + j, lane]
+        for r in range(m):
+            old[r, lane] = Z[rows[r], lane]
+        while following[lane] < n_time and times[following[lane], lane] <= 0.0:
+            for r in range(m):
+                out[following[lane], r, lane] = Z[rows[r], lane]
+            following[lane] += 1
+    t, h, steps = 0.0, first_step, 0
+    while t < last and steps < max_steps and h > 1e-10:
+        for j in range(n):
+            for lane in range(LANES):
+                Z[j, lane] = x[j, lane] + 0.5 * h * K[0, j, lane]
+        rhs(Z)
+        for j in range(n):
+            for lane in range(LANES):
+                K[1, j, lane] = Z[d + j, lane]
+                Z[j, lane] = x[j, lane] + 0.75 * h * K[1, j, lane]
+        rhs(Z)
+        for j in range(n):
+            for lane in range(LANES):
+                K[2, j, lane] = Z[d + j, lane]
+                Z[j, lane] = x[j, lane] + h * (2.0 * K[0, j, lane] + 3.0 * K[1, j, lane] + 4.0 * K[2, j, lane]) / 9.0
+        rhs(Z)
+        steps += 1
+        for lane in range(LANES):
+            error_sum[lane] = 0.0
+        for j in range(n):
+            w = h * weight[j] / tolerance
+            for lane in range(LANES):
+                K[3, j, lane] = Z[d + j, lane]
+                v = -5.0 / 72.0 * K[0, j, lane] + K[1, j, lane] / 12.0 + K[2, j, lane] / 9.0 - K[3, j, lane] / 8.0
+                v *= w
+                error_sum[lane] += v * v
+        error = 1e-30
+        for lane in range(LANES):
+            if not (error_sum[lane] <= error):  # also when it is not a number
+                error = error_sum[lane]
+        error = math.sqrt(error / n)
+        if error <= 1.0:
+            for lane in range(LANES):
+                while following[lane] < n_time and times[following[lane], lane] <= t + h:
+                    u = (times[following[lane], lane] - t) / h
+                    for r in range(m):
+                        row = rows[r]
+                        if row < n:
+                            a, b = x[row, lane], Z[row, lane]
+                            out[following[lane], r, lane] = (
+                                a + u * u * (3.0 - 2.0 * u) * (b - a)
+                                + h * u * (1.0 - u) * ((1.0 - u) * K[0, row, lane] - u * K[3, row, lane])
+                            )  # fmt: skip
+                        else:
+                            out[following[lane], r, lane] = old[r, lane] + u * (Z[row, lane] - old[r, lane])
+                    following[lane] += 1
+            t += h
+            for lane in range(LANES):
+                for r in range(m):
+                    old[r, lane] = Z[rows[r], lane]
+                for j in range(n):
+                    x[j, lane] = Z[j, lane]
+                    K[0, j, lane] = K[3, j, lane]
+        factor = 0.9 * error ** (-1.0 / 3.0)
+        if not (factor > 0.2):
+            factor = 0.2
+        if error > 1.0 and factor > 1.0:
+            factor = 1.0
+        h = min(h * min(4.0, factor), LONGEST)
+    return steps
