@@ -22,12 +22,20 @@ def arm_shaft_volume(diameter: float, length: float) -> float:
     return math.pi * diameter**2 / 4 * length
 
 
-def build_d_shaft(diameter: float, bottom: float, flat_top: float, top: float) -> Any:
-    """The hinge shaft on the z axis: D-shaped from ``bottom`` to ``flat_top``, round from there to ``top``."""
+def build_d_shaft(
+    diameter: float, bottom: float, flat_top: float, top: float, pocket: tuple[float, float] = (0.0, 0.0)
+) -> Any:
+    """The hinge shaft on the z axis: D-shaped from ``bottom`` to ``flat_top``, round from there to ``top``.
+
+    ``pocket``: diameter and depth of a magnet's pocket in the upper end; a depth of zero: none.
+    """
     import cadquery as cq
 
     round_shaft = cq.Solid.makeCylinder(diameter / 2, top - bottom, cq.Vector(0, 0, bottom))
-    return round_shaft.cut(_beyond_flat(diameter, 0.0, bottom, flat_top)).Solids()[0]
+    cuts = [_beyond_flat(diameter, 0.0, bottom, flat_top)]
+    if pocket[1] > 0.0:
+        cuts.append(cq.Solid.makeCylinder(pocket[0] / 2, pocket[1] + 1.0, cq.Vector(0, 0, top - pocket[1])))
+    return round_shaft.cut(*cuts).Solids()[0]
 
 
 def build_d_bore(diameter: float, fit: float, bottom: float, top: float) -> Any:
@@ -53,6 +61,9 @@ def d_section_area(diameter: float, fit: float = 0.0) -> float:
     return math.pi * radius**2 - radius**2 * (half_angle - math.sin(half_angle) * math.cos(half_angle))
 
 
-def d_shaft_volume(diameter: float, flat_length: float, round_length: float) -> float:
-    """Volume (mm^3) of a shaft that is D-shaped over ``flat_length`` and round over ``round_length``."""
-    return d_section_area(diameter) * flat_length + math.pi * diameter**2 / 4 * round_length
+def d_shaft_volume(
+    diameter: float, flat_length: float, round_length: float, pocket: tuple[float, float] = (0.0, 0.0)
+) -> float:
+    """Volume (mm^3) of a shaft that is D-shaped over ``flat_length`` and round over ``round_length``, less a pocket."""
+    full = d_section_area(diameter) * flat_length + math.pi * diameter**2 / 4 * round_length
+    return full - math.pi * pocket[0] ** 2 / 4 * pocket[1]

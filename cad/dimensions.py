@@ -10,6 +10,7 @@ import math
 import re
 from dataclasses import MISSING, dataclass, field
 
+from cad.fittings import AdapterDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
 from cad.limits import DimensionError, DimensionProblem, dimension, range_problems
 
 COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
@@ -123,10 +124,13 @@ class DamperDimensions:
     bolt_circle: float = dimension(50.0, 9.0, 200.0, "mm", "screw centres, outside the body")
     bolt_count: int = dimension(4, 2, 12, "", "two screws at least hold a torque")
     bolt_diameter: float = dimension(3.4, 1.6, 9.0, "mm", "clearance hole, M3 unless told")
+    adapter: AdapterDimensions | None = None
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every reason why this damper cannot be mounted."""
         found = range_problems(self, prefix)
+        if self.adapter is not None:
+            found += self.adapter.problems(prefix + "adapter.")
         if not found and not isinstance(self.bolt_count, int):
             found.append(DimensionProblem(prefix + "bolt_count", self.bolt_count, "a whole number", "it counts"))
         if not found:
@@ -168,12 +172,29 @@ class JointDimensions:
     fit: float = dimension(0.1, 0.0, 0.5, "mm", "per side of a part that is pushed in and stays; printed holes shrink")
     wall: float = dimension(3.0, 1.2, 12.0, "mm", "printed wall; under 1.2 it is two lines wide")
     plate: float = dimension(6.0, 2.0, 25.0, "mm", "ears and floor plate; two walls, so the shaft has a seat")
+    floor: float | None = dimension(
+        None, 2.0, 60.0, "mm", "the lower half's floor, in which the D-shaft is keyed; left out it is a plate"
+    )
     keeper_gap: float = dimension(
         0.1, 0.0, 2.0, "mm", "arm to the shaft on its other side, which makes the spring work both ways"
     )
     upper_arm_angle: float = dimension(
         0.0, -360.0, 360.0, "deg", "measured-angle direction of the upper arm; 0: where the angle is measured from"
     )
+    loads: LoadDimensions = field(default_factory=LoadDimensions)
+    encoder: EncoderDimensions | None = None
+    mount: MountDimensions | None = None
+
+    @property
+    def floor_thickness(self) -> float:
+        """The lower half's floor, mm."""
+        return self.plate if self.floor is None else self.floor
+
+    @property
+    def spring_torque(self) -> float:
+        """The spring's largest torque over the travel, N*m; 0 where its rate is not known."""
+        turned = max(abs(angle - self.free_angle) for angle in self.range)
+        return self.loads.spring_rate * math.radians(turned)
 
     @property
     def arm_offset(self) -> float:
@@ -195,6 +216,9 @@ class JointDimensions:
         if self.sign not in (1, -1):
             found.append(DimensionProblem(prefix + "sign", self.sign, "+1 or -1", "the sense of the measured angle"))
         found += self.spring.problems(prefix + "spring.") + self.damper.problems(prefix + "damper.")
+        found += range_problems(self.loads, prefix + "loads.")
+        found += self.encoder.problems(prefix + "encoder.") if self.encoder is not None else []
+        found += self.mount.problems(prefix + "mount.") if self.mount is not None else []
         low, high = self.range
         if not (math.isfinite(low) and math.isfinite(high) and low < high <= low + 300.0):
             found.append(
@@ -235,10 +259,11 @@ class LegDimensions:
     name: str
     joints: tuple[JointDimensions, ...]
     tilt: float = dimension(0.0, -360.0, 360.0, "deg", "rotation of the whole base, counter-clockwise positive")
+    printing: PrintDimensions = field(default_factory=PrintDimensions)
 
     def problems(self) -> list[DimensionProblem]:
         """Every range that is broken in any joint, and names that repeat."""
-        found = range_problems(self)
+        found = range_problems(self) + self.printing.problems("printing.")
         if not 1 <= len(self.joints) <= 6:
             found.append(DimensionProblem("joints", len(self.joints), "1 to 6", "a leg is a chain of 1 to 6 links"))
         names = [joint.name for joint in self.joints]
@@ -246,6 +271,11 @@ class LegDimensions:
             found.append(DimensionProblem("name", name, "a name used once", "each joint's files carry its name"))
         for joint in self.joints:
             found += joint.problems()
+        found += [
+            DimensionProblem(f"{joint.name}.mount", "a flange", "none", "only the first joint hangs from the body")
+            for joint in self.joints[1:]
+            if joint.mount is not None
+        ]
         return found
 
 

@@ -8,11 +8,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cad.checks import CheckResult, check_leg, require
+from cad.checks import check_leg
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
 from cad.parts import BuiltPart, Mesh, file_name
 from cad.preview import Camera, Colour, PreviewError
+from cad.results import CheckResult, require
 from cad.step_text import normalised_step
 
 Kind = Literal["step", "stl", "png"]

@@ -13,7 +13,9 @@ from typing import Any
 from cad.arm_shaft import build_d_bore
 from cad.damper_bracket import PILOT, screw_centres
 from cad.dimensions import JointDimensions
+from cad.fitting_layout import seat_screws
 from cad.layout import ArmLayout, JointLayout, Point
+from cad.mount import build_flange, flange_volume
 from cad.outline import Disc, Hull, hull_of
 
 THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot
@@ -63,7 +65,7 @@ def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull
     side = layout.socket_outer - radius
     corners = [Disc(x, layout.upper_bottom - radius, radius) for x in (-side, side)]
     ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius)), *corners])
-    ear_b = hull_of([Disc(0.0, 0.0, hub), *corners, *_lobes(dimensions, layout.upper)])
+    ear_b = hull_of([Disc(0.0, 0.0, max(hub, layout.seat_radius)), *corners, *_lobes(dimensions, layout.upper)])
     return ear_a, ear_b
 
 
@@ -79,13 +81,19 @@ def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     gap, outside = layout.gap, layout.gap + dimensions.plate
     ear_a, ear_b = ear_outlines(dimensions, layout)
     web = _web_outline(layout).extrude(-gap, gap)
-    socket, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
+    if dimensions.mount is None:
+        end, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
+    else:
+        end, cuts = build_flange(dimensions, layout)
     cuts.append(_cylinder(bore_radius(dimensions), -outside - 1, outside + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
     cuts += [_cylinder(pin, gap, outside + 1, at) for at in (layout.upper.bearing, layout.upper.keeper)]
     pilot = PILOT * dimensions.damper.bolt_diameter / 2
     cuts += [_cylinder(pilot, -outside - 1, -gap, at) for at in screw_centres(dimensions.damper)]
-    body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, socket)
+    if dimensions.encoder is not None:
+        pilot = PILOT * dimensions.encoder.bolt_diameter / 2
+        cuts += [_cylinder(pilot, gap, outside + 1, at) for at in seat_screws(dimensions.encoder, layout.upper)]
+    body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, end)
     return body.cut(*cuts)
 
 
@@ -178,9 +186,13 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     bore = math.pi * bore_radius(dimensions) ** 2
     pins = 2 * math.pi * (dimensions.pin_diameter / 2 + dimensions.fit) ** 2
     pilots = damper.bolt_count * math.pi * (PILOT * damper.bolt_diameter / 2) ** 2
-    ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - pins) * plate
-    outer = layout.socket_outer
+    encoder = dimensions.encoder
+    seat = 0.0 if encoder is None else encoder.bolt_count * math.pi * (PILOT * encoder.bolt_diameter / 2) ** 2
+    ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - pins - seat) * plate
     web = 2 * layout.gap * _web_outline(layout).area
+    if dimensions.mount is not None:
+        return ears + web + flange_volume(dimensions, layout)
+    outer = layout.socket_outer
     inner = dimensions.link_width / 2 + dimensions.fit
     socket = math.pi * (outer**2 - inner**2) * layout.socket_depth
     return ears + web + socket - _cross_hole(outer, inner)

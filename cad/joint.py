@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from cad import arm_shaft, damper_bracket, hinge, torsion_spring
+from cad import arm_shaft, damper_adapter, damper_bracket, encoder_seat, hinge, torsion_spring
 from cad.dimensions import JointDimensions
+from cad.fitting_layout import adapter_radius
 from cad.layout import JointLayout, lay_out
 from cad.parts import BuiltPart, Group, Mesh, file_name, mesh_of
 from cad.pose import SpringPose, pose_spring
@@ -65,6 +66,8 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
         _printed(f"{name}_damper_bracket", "damper_bracket", "upper", dimensions, layout),
         _damper(f"{name}_damper", dimensions, layout),
         _shaft(f"{name}_shaft", dimensions, layout),
+        *_adapter(name, dimensions, layout),
+        *_encoder(name, dimensions, layout),
         *_arm_shafts(name, dimensions, layout),
         _spring(f"{name}_spring", dimensions, layout),
     ]
@@ -124,12 +127,50 @@ def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> Buil
     return _part(name, "damper", "upper", solid, layout, exact, printed=False, made="buy (envelope only)")
 
 
+def shaft_bottom(dimensions: JointDimensions, layout: JointLayout) -> float:
+    """Z (mm) of the shaft's lower end: in the damper's bore, or in the adapter."""
+    damper, outside = dimensions.damper, layout.gap + dimensions.plate
+    if damper.adapter is None:
+        return damper_bracket.rotor_bottom(damper, layout.bracket_height) - outside
+    return -outside - dimensions.wall - dimensions.clearance - damper.adapter.shaft_grip
+
+
 def _shaft(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
-    outside = layout.gap + dimensions.plate
-    bottom = damper_bracket.rotor_bottom(dimensions.damper, layout.bracket_height) - outside
-    solid = arm_shaft.build_d_shaft(dimensions.shaft_diameter, bottom, layout.half_width, outside)
-    exact = arm_shaft.d_shaft_volume(dimensions.shaft_diameter, layout.half_width - bottom, outside - layout.half_width)
+    diameter, encoder = dimensions.shaft_diameter, dimensions.encoder
+    outside, bottom = layout.gap + dimensions.plate, shaft_bottom(dimensions, layout)
+    pocket = (0.0, 0.0) if encoder is None else (encoder.magnet_diameter, encoder.magnet_depth)
+    solid = arm_shaft.build_d_shaft(diameter, bottom, layout.half_width, outside, pocket)
+    exact = arm_shaft.d_shaft_volume(diameter, layout.half_width - bottom, outside - layout.half_width, pocket)
     return _part(name, "shaft", "lower", solid, layout, exact, printed=False, made="cut from a ground D-shaft")
+
+
+def _adapter(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+    """The damper's adapter on the shaft's end, where the damper has a shaft of its own."""
+    adapter = dimensions.damper.adapter
+    if adapter is None:
+        return []
+    arguments = (adapter, adapter_radius(dimensions), dimensions.shaft_diameter, dimensions.fit)
+    top = -layout.gap - dimensions.plate - dimensions.wall - dimensions.clearance
+    solid = damper_adapter.build_adapter(*arguments).translate((0, 0, top))
+    exact = damper_adapter.adapter_volume(*arguments)
+    title = f"{name}_damper_adapter"
+    return [_part(title, "damper_adapter", "lower", solid, layout, exact, printed=True, made="print")]
+
+
+def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+    """The encoder's seat on ear B and the encoder in it, where there is one."""
+    encoder = dimensions.encoder
+    if encoder is None:
+        return []
+    shift = (0, 0, layout.gap + dimensions.plate)
+    seat = encoder_seat.build_seat(dimensions, layout).translate(shift)
+    body = encoder_seat.build_encoder(encoder).translate(shift)
+    exact, envelope = encoder_seat.seat_volume(dimensions, layout), encoder_seat.encoder_volume(encoder)
+    bought = "buy (envelope only)"
+    return [
+        _part(f"{name}_encoder_seat", "encoder_seat", "upper", seat, layout, exact, printed=True, made="print"),
+        _part(f"{name}_encoder", "encoder", "upper", body, layout, envelope, printed=False, made=bought),
+    ]
 
 
 def _arm_shafts(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
@@ -160,11 +201,14 @@ def spring_placement(dimensions: JointDimensions, layout: JointLayout, pose: Spr
     return wanted - torsion_spring.bottom_arm_direction(pose.spring), -layout.coil_start - height
 
 
-def spring_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float) -> Mesh:
-    """The spring's mesh in the joint's frame at the measured ``angle``, deg."""
+def spring_mesh_at(
+    dimensions: JointDimensions, layout: JointLayout, angle: float, fineness: tuple[int, int] | None = None
+) -> Mesh:
+    """The spring's mesh in the joint's frame at the measured ``angle``, deg; ``fineness``: sides, steps a turn."""
     pose = pose_spring(dimensions, layout, angle)
     turn, height = spring_placement(dimensions, layout, pose)
-    vertices, faces = torsion_spring.spring_mesh(pose.spring, layout.arm_length)
+    sides, steps = fineness or (torsion_spring.SIDES, torsion_spring.STEPS_PER_TURN)
+    vertices, faces = torsion_spring.spring_mesh(pose.spring, layout.arm_length, sides, steps)
     return Mesh(vertices, faces).turned(turn, (0.0, 0.0, height))
 
 

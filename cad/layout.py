@@ -21,6 +21,7 @@ import math
 from dataclasses import dataclass
 
 from cad.dimensions import JointDimensions
+from cad.fitting_layout import fitting_problems, seat_radius
 from cad.limits import DimensionError, DimensionProblem
 
 Point = tuple[float, float]
@@ -68,6 +69,7 @@ class JointLayout:
     socket_radius: float  # the lower half's socket starts here
     bracket_radius: float
     bracket_height: float
+    seat_radius: float  # of the encoder's seat on ear B; 0: none
     socket_outer: float  # radius of the sockets' outside
     socket_depth: float
     web_thickness: float
@@ -118,7 +120,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     drift, wire_radius = slope * reach, spring.wire_diameter / 2
     height = spring.drawn_coils * spring.drawn_pitch
     above = drift + wire_radius + space.growth + clear
-    below = drift + wire_radius + clear + dimensions.plate
+    below = drift + wire_radius + clear + dimensions.floor_thickness
     half_width = (height + above + below) / 2
     start = below - half_width
     gap = half_width + clear
@@ -130,9 +132,14 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     tip = math.hypot(space.radius_open + wire_radius, reach)
     seat = max(upper.pin_radius, lower.pin_radius) + wall
     damper = dimensions.damper
+    adapter = damper.adapter.length + clear if damper.adapter is not None else 0.0
     bracket_radius = damper.bolt_circle / 2 + damper.bolt_diameter / 2 + wall
     # The bracket must not reach the upper socket, all that turns must pass under the web.
-    web_radius = max(max(tip, seat, space.tongue_radius) + 2 * clear, bracket_radius + clear - 2 * wall)
+    web_radius = max(
+        max(tip, seat, space.tongue_radius) + 2 * clear,
+        bracket_radius + clear - 2 * wall,
+        seat_radius(dimensions) + clear - 2 * wall,
+    )
     notch_bottom = upper.bottom - clear
     layout = JointLayout(
         arm_length=arm_length,
@@ -148,11 +155,12 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         arbor_radius=space.arbor_radius,
         radius_closed=space.radius_closed,
         radius_open=space.radius_open,
-        floor_top=dimensions.plate - half_width,
+        floor_top=dimensions.floor_thickness - half_width,
         web_radius=web_radius,
         socket_radius=max(web_radius, bracket_radius + clear),
         bracket_radius=bracket_radius,
-        bracket_height=wall + damper.body_length + clear,
+        bracket_height=wall + damper.body_length + clear + adapter,
+        seat_radius=seat_radius(dimensions),
         socket_outer=dimensions.link_width / 2 + dimensions.fit + wall,
         socket_depth=1.2 * dimensions.link_width,
         web_thickness=2 * wall,
@@ -162,7 +170,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         lower=lower,
         flips=(dimensions.sign, dimensions.sign * spring.hand_sign),
     )
-    problems += _travel_problems(dimensions, layout)
+    problems += _travel_problems(dimensions, layout) + fitting_problems(dimensions, layout)
     if problems:
         raise DimensionError(problems)
     return layout

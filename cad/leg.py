@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cad.dimensions import JointDimensions, LegDimensions
@@ -96,17 +97,31 @@ def lay_out_leg(dimensions: LegDimensions) -> tuple[JointLayout, ...]:
         if index + 1 < len(layouts):
             shortest += layouts[index + 1].upper_bottom + layouts[index + 1].socket_depth
         if joint.link_length < shortest:
-            found.append(
-                DimensionProblem(
-                    f"{joint.name}.link_length",
-                    joint.link_length,
-                    f"at least {shortest:.4g} mm",
-                    "the sockets of its two hinges would meet; smaller springs or dampers make them shorter",
-                )
-            )
+            found.append(_short_link(dimensions, layouts, index, shortest))
     if found:
         raise DimensionError(found)
     return tuple(layouts)
+
+
+def _short_link(
+    dimensions: LegDimensions, layouts: Sequence[JointLayout], index: int, shortest: float
+) -> DimensionProblem:
+    """A link too short for its hinges, by the name of what is to blame: a damper as large as the link, or itself."""
+    joint = dimensions.joints[index]
+    widest = max(range(index, min(index + 2, len(layouts))), key=lambda k: layouts[k].bracket_radius)
+    damper = layouts[widest].bracket_radius
+    if damper >= layouts[widest].socket_radius - joint.clearance - 1e-9:
+        name, spare = dimensions.joints[widest].name, (shortest - joint.link_length) / 2
+        circle = dimensions.joints[widest].damper.bolt_circle
+        allowed = f"about {max(0.0, circle - 2 * spare):.3g} mm, or a link_length of {joint.name} of {shortest:.4g} mm"
+        reason = f"the damper's bracket is too wide for the link of {joint.link_length:g} mm beside it"
+        return DimensionProblem(f"{name}.damper.bolt_circle", circle, allowed, reason)
+    return DimensionProblem(
+        f"{joint.name}.link_length",
+        joint.link_length,
+        f"at least {shortest:.4g} mm",
+        "the sockets of its two hinges would meet; smaller springs or dampers make them shorter",
+    )
 
 
 def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], index: int) -> float:

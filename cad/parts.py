@@ -25,6 +25,9 @@ COLOURS: dict[str, tuple[float, float, float]] = {
     "shaft": (0.55, 0.56, 0.60),
     "arm_shaft": (0.80, 0.30, 0.30),
     "link": (0.86, 0.86, 0.84),
+    "damper_adapter": (0.55, 0.35, 0.65),
+    "encoder_seat": (0.45, 0.70, 0.70),
+    "encoder": (0.15, 0.35, 0.25),
 }
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from cad.dimensions import SpringDimensions
 
 Array = NDArray[np.float64]
-_SIDES = 20  # of the mesh's tube
-_STEPS_PER_TURN = 48
+SIDES = 20  # of the mesh's tube
+STEPS_PER_TURN = 48
 
 
 def coil_length(spring: SpringDimensions) -> float:
@@ -96,9 +96,9 @@ def build_spring(spring: SpringDimensions, arm_length: float) -> Any:
     return solids[0] if len(solids) == 1 else cq.Compound.makeCompound(solids)
 
 
-def centre_line(spring: SpringDimensions, arm_length: float) -> Array:
+def centre_line(spring: SpringDimensions, arm_length: float, steps_per_turn: int = STEPS_PER_TURN) -> Array:
     """Points (n, 3) mm on the wire's centre line, from free end to free end, no two alike."""
-    steps = max(8, math.ceil(_STEPS_PER_TURN * spring.drawn_coils))
+    steps = max(8, math.ceil(steps_per_turn * spring.drawn_coils))
     angle = np.linspace(0.0, 2 * math.pi * spring.drawn_coils, steps + 1)
     coil = np.column_stack(
         [
@@ -111,14 +111,16 @@ def centre_line(spring: SpringDimensions, arm_length: float) -> Array:
     return np.vstack([free, coil, far])
 
 
-def spring_mesh(spring: SpringDimensions, arm_length: float) -> tuple[Array, NDArray[np.int64]]:
+def spring_mesh(
+    spring: SpringDimensions, arm_length: float, sides: int = SIDES, steps_per_turn: int = STEPS_PER_TURN
+) -> tuple[Array, NDArray[np.int64]]:
     """Closed tube mesh in the spring's own frame: vertices (n, 3) mm and faces (m, 3), outward.
 
     The section is a polygon of the wire's area (circumradius enlarged by ``sqrt(pi / (n/2 sin(2 pi/n)))``),
     so the volume is right to 4e-3 where a tessellated sweep of the same size is 2 % short.
     Rings stand square to the curve: radial and binormal of the helix.
     """
-    points = centre_line(spring, arm_length)
+    points = centre_line(spring, arm_length, steps_per_turn)
     tangents = np.gradient(points, axis=0)
     turned = 2 * math.pi * spring.drawn_coils
     tangents[:2], tangents[-2:] = _tangent(spring, 0.0), _tangent(spring, turned)
@@ -129,26 +131,26 @@ def spring_mesh(spring: SpringDimensions, arm_length: float) -> tuple[Array, NDA
     radial -= tangents * np.sum(radial * tangents, axis=1, keepdims=True)
     radial /= np.linalg.norm(radial, axis=1, keepdims=True)
     binormal = np.cross(tangents, radial)
-    around = 2 * math.pi * np.arange(_SIDES) / _SIDES
-    size = spring.wire_diameter / 2 * math.sqrt(math.pi / (_SIDES / 2 * math.sin(2 * math.pi / _SIDES)))
+    around = 2 * math.pi * np.arange(sides) / sides
+    size = spring.wire_diameter / 2 * math.sqrt(math.pi / (sides / 2 * math.sin(2 * math.pi / sides)))
     ring = size * (
         np.cos(around)[None, :, None] * radial[:, None, :] + np.sin(around)[None, :, None] * binormal[:, None, :]
     )
     vertices = np.vstack([(points[:, None, :] + ring).reshape(-1, 3), points[:1], points[-1:]])
-    return vertices, _tube_faces(len(points))
+    return vertices, _tube_faces(len(points), sides)
 
 
-def _tube_faces(rings: int) -> NDArray[np.int64]:
-    """Faces (m, 3) of a tube of ``rings`` rings whose two end centres are the last two vertices."""
-    here = np.arange(_SIDES)
-    after = (here + 1) % _SIDES
+def _tube_faces(rings: int, sides: int) -> NDArray[np.int64]:
+    """Faces (m, 3) of a tube of ``rings`` rings of ``sides`` points whose two end centres are the last two vertices."""
+    here = np.arange(sides)
+    after = (here + 1) % sides
     faces = []
-    base = _SIDES * np.arange(rings - 1)[:, None]
-    a, b, c, d = base + here, base + after, base + _SIDES + here, base + _SIDES + after
+    base = sides * np.arange(rings - 1)[:, None]
+    a, b, c, d = base + here, base + after, base + sides + here, base + sides + after
     faces.append(np.stack([a, b, d], axis=-1).reshape(-1, 3))
     faces.append(np.stack([a, d, c], axis=-1).reshape(-1, 3))
-    first, last = rings * _SIDES, rings * _SIDES + 1
-    final = (rings - 1) * _SIDES
-    faces.append(np.column_stack([np.full(_SIDES, first), after, here]))
-    faces.append(np.column_stack([np.full(_SIDES, last), final + here, final + after]))
+    first, last = rings * sides, rings * sides + 1
+    final = (rings - 1) * sides
+    faces.append(np.column_stack([np.full(sides, first), after, here]))
+    faces.append(np.column_stack([np.full(sides, last), final + here, final + after]))
     return np.vstack(faces).astype(np.int64)

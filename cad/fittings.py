@@ -1,0 +1,106 @@
+"""What may be added to a joint, what loads it, and how it is printed: dimensions in mm, N*m and MPa.
+
+Vendors' drawings of dampers and encoders are not in our catalogues, so each default is our own choice or has its
+source beside it; measure what you bought.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cad.limits import DimensionProblem, dimension, range_problems
+
+
+@dataclass(frozen=True)
+class LoadDimensions:
+    """What a joint's parts must bear; zero: not known, and not checked."""
+
+    spring_rate: float = dimension(0.0, 0.0, 500.0, "N*m/rad", "of the spring as built")
+    damper_torque: float = dimension(0.0, 0.0, 200.0, "N*m", "the damper's largest, which goes through the shaft's key")
+
+
+@dataclass(frozen=True)
+class PrintDimensions:
+    """Printer, print material and what is asked of it. The material is Markforged's Onyx unless told.
+
+    ``strength`` is Onyx' tensile yield (Markforged composites data sheet). What is left of it from layer to layer
+    no sheet says; 0.5 is our assumption, and users print along the layers what must hold.
+    """
+
+    bed: tuple[float, float, float] = (320.0, 132.0, 154.0)
+    strength: float = dimension(36.0, 1.0, 500.0, "MPa", "tensile yield along the layers")
+    between_layers: float = dimension(0.5, 0.05, 1.0, "", "share of the strength that holds layer to layer")
+    density: float = dimension(1.2, 0.3, 9.0, "g/cm^3", "solid material; Onyx 1.2")
+    safety: float = dimension(1.5, 1.0, 10.0, "", "of stress against strength; 1.5 where loads are known")
+    overhang: float = dimension(45.0, 10.0, 80.0, "deg", "from the vertical, that prints without support")
+    thinnest: float = dimension(1.2, 0.2, 5.0, "mm", "wall that prints: two lines of 0.4 mm and their join")
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every number that is out of range."""
+        found = range_problems(self, prefix)
+        sizes = self.bed if isinstance(self.bed, tuple) else ()
+        if len(sizes) != 3 or not all(isinstance(size, (int, float)) and 10.0 <= size <= 2000.0 for size in sizes):
+            found.append(DimensionProblem(prefix + "bed", self.bed, "three lengths of 10 to 2000 mm", "the bed's room"))
+        return found
+
+
+@dataclass(frozen=True)
+class EncoderDimensions:
+    """A magnetic angle sensor on ear B, over the shaft's end: round body, screws on a circle outside it."""
+
+    body_diameter: float = dimension(22.0, 6.0, 80.0, "mm", "round housing; 22 is that of small ones (RLS RM22)")
+    body_depth: float = dimension(5.0, 1.0, 40.0, "mm", "of the recess that it lies in")
+    bolt_circle: float = dimension(27.0, 8.0, 100.0, "mm", "screw centres, outside the body")
+    bolt_count: int = dimension(2, 2, 8, "", "two screws at least hold it from turning")
+    bolt_diameter: float = dimension(2.4, 1.6, 6.0, "mm", "clearance hole, M2 unless told")
+    magnet_diameter: float = dimension(
+        4.0, 1.0, 20.0, "mm", "diametric magnet in the shaft's end; 4 x 4 and 6 x 2.5 are sold"
+    )
+    magnet_depth: float = dimension(2.5, 0.5, 10.0, "mm", "of its pocket in the shaft's end")
+    air_gap: float = dimension(1.0, 0.3, 5.0, "mm", "magnet to sensor; makers ask for 0.5 to 3")
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every reason why this encoder cannot be mounted."""
+        found = range_problems(self, prefix)
+        smallest = 0.0 if found else self.body_diameter + self.bolt_diameter + 2.0
+        if not found and self.bolt_circle < smallest:
+            reason = "the screws pass outside the encoder's body with 1 mm between"
+            found.append(
+                DimensionProblem(prefix + "bolt_circle", self.bolt_circle, f"at least {smallest:.4g} mm", reason)
+            )
+        return found
+
+
+@dataclass(frozen=True)
+class AdapterDimensions:
+    """A coupling between the joint's D-shaft and a damper that has a D-shaft of its own instead of a bore."""
+
+    output_diameter: float = dimension(6.0, 2.0, 30.0, "mm", "of the damper's shaft")
+    output_grip: float = dimension(12.0, 2.0, 80.0, "mm", "how far it goes in; twice its diameter holds")
+    shaft_grip: float = dimension(16.0, 2.0, 120.0, "mm", "how far the joint's shaft goes in")
+    web: float = dimension(2.0, 1.0, 20.0, "mm", "between the two, so that neither pushes the other")
+
+    @property
+    def length(self) -> float:
+        """Along the shaft, mm."""
+        return self.output_grip + self.web + self.shaft_grip
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every number that is out of range."""
+        return range_problems(self, prefix)
+
+
+@dataclass(frozen=True)
+class MountDimensions:
+    """A flange in place of the upper half's tube socket, by which the first joint hangs from the body."""
+
+    thickness: float = dimension(8.0, 3.0, 30.0, "mm", "of the flange; twice a screw's diameter holds its head")
+    bolt_diameter: float = dimension(4.5, 2.0, 13.0, "mm", "clearance hole, M4 unless told")
+    spacing_along: float = dimension(24.0, 6.0, 200.0, "mm", "of the four screws, along the hinge axis")
+    spacing_across: float | None = dimension(
+        None, 10.0, 400.0, "mm", "of the four screws, across it; left out their heads just pass the ears"
+    )
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every number that is out of range."""
+        return range_problems(self, prefix)

@@ -1,0 +1,55 @@
+"""The flange by which the first upper half hangs from the body, in place of a tube's socket.
+
+A plate across the end of ears and web, square to the link's line, with four screws that pass the ears on both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cad.dimensions import JointDimensions
+from cad.fitting_layout import mount_across
+from cad.layout import JointLayout, Point
+
+
+def mount_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Point]:
+    """The four screws' axes (mm) in the flange: across the ears (x) and along the hinge axis (z)."""
+    mount = dimensions.mount
+    assert mount is not None
+    across = mount.spacing_across if mount.spacing_across is not None else mount_across(dimensions, layout)
+    return [(x * across / 2, z * mount.spacing_along / 2) for x in (-1, 1) for z in (-1, 1)]
+
+
+def flange_size(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
+    """Across and along (mm): over the screws' rims, and at least over the ears."""
+    mount = dimensions.mount
+    assert mount is not None
+    rim = mount.bolt_diameter + 2 * dimensions.wall
+    (x, z) = mount_screws(dimensions, layout)[-1]
+    return 2 * x + rim, max(2 * z + rim, 2 * (layout.gap + dimensions.plate))
+
+
+def build_flange(dimensions: JointDimensions, layout: JointLayout) -> tuple[Any, list[Any]]:
+    """The flange (cadquery Solid) in the joint's frame, and the screws' holes to cut from it."""
+    import cadquery as cq
+
+    mount = dimensions.mount
+    assert mount is not None
+    across, along = flange_size(dimensions, layout)
+    start = layout.upper_bottom
+    plate = cq.Solid.makeBox(across, mount.thickness, along, cq.Vector(-across / 2, start, -along / 2))
+    up = cq.Vector(0, 1, 0)
+    holes = [
+        cq.Solid.makeCylinder(mount.bolt_diameter / 2, mount.thickness + 2, cq.Vector(x, start - 1, z), up)
+        for x, z in mount_screws(dimensions, layout)
+    ]
+    return plate, holes
+
+
+def flange_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
+    """Volume of the flange less its screw holes, mm^3."""
+    mount = dimensions.mount
+    assert mount is not None
+    across, along = flange_size(dimensions, layout)
+    return (across * along - 4 * math.pi * mount.bolt_diameter**2 / 4) * mount.thickness

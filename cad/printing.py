@@ -1,0 +1,133 @@
+"""Can it be printed: wall thickness, the best way up, what needs support then, and the bed's room."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cad.fittings import PrintDimensions
+from cad.joint import BuiltJoint
+from cad.parts import BuiltPart, Mesh
+from cad.results import CheckResult, at_least, at_most
+from cad.strength import Axis, check_strength
+from cad.travel import manifold
+
+Array = NDArray[np.float64]
+SAMPLES = 1000  # points on a part's surface at which its thickness is measured
+PERCENTILE = 1.0  # of those; the smallest alone is an edge that two faces share
+OPPOSED = 0.7  # cosine between the faces of a wall; a ray that leaves through a slanted face measures a corner
+BASE_LAYER = 0.3  # mm, of what lies on the bed
+MOST_SUPPORT = 0.3  # of the surface; over this a part is better drawn otherwise
+WAYS_UP: dict[str, Axis] = {
+    "+z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+    "+y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+}
+
+
+@dataclass(frozen=True)
+class PrintPlan:
+    """The way up that a part is best printed, in its own file's frame, and what that takes."""
+
+    part: str
+    up: str  # key of WAYS_UP
+    overhang: float  # mm^2 that needs support
+    share: float  # of the surface
+    size: tuple[float, float, float]  # mm, on the bed (two) and high
+    fits: bool
+    strong: bool
+
+
+def _triangles(mesh: Mesh) -> tuple[Array, Array, Array]:
+    """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of the triangles that have any."""
+    corners = mesh.vertices[mesh.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(cross, axis=1)
+    kept = length > 1e-12
+    return corners[kept], cross[kept] / length[kept, None], length[kept] / 2
+
+
+def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> Array:
+    """Thickness (mm) at points spread over the surface by area: inwards along the normal to the opposite face.
+
+    Rays that leave through a face that is not nearly opposed are left out: they cut a corner, no wall.
+    """
+    corners, normals, areas = _triangles(mesh)
+    random = np.random.default_rng(seed)
+    chosen = random.choice(len(areas), samples, p=areas / areas.sum())
+    first, second = np.sqrt(random.random(samples)), random.random(samples)
+    weights = np.column_stack([1 - first, first * (1 - second), first * second])
+    points = np.einsum("nk,nkj->nj", weights, corners[chosen])
+    far = 2 * float(np.ptp(mesh.vertices, axis=0).sum())
+    solid, found = manifold(mesh), []
+    for point, normal in zip(points, normals[chosen], strict=True):
+        hits: list[Any] = solid.ray_cast(point - 1e-4 * normal, point - far * normal)
+        if hits and float(np.dot(hits[0].normal, normal)) < -OPPOSED:
+            found.append(float(np.linalg.norm(np.array(hits[0].position) - point)))
+    return np.array(found)
+
+
+def overhang(mesh: Mesh, up: Axis, angle: float) -> float:
+    """Area (mm^2) that leans out by more than ``angle`` deg from the vertical, what lies on the bed left out."""
+    corners, normals, areas = _triangles(mesh)
+    height = corners @ np.array(up)
+    hanging = (normals @ np.array(up) < -math.sin(math.radians(angle))) & (
+        height.max(axis=1) > height.min() + BASE_LAYER
+    )
+    return float(areas[hanging].sum())
+
+
+def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple[float, float, float], bool]:
+    """Size (mm) as it lies, two on the bed and the height, and whether that fits, turned by a quarter or not."""
+    size = np.ptp(mesh.vertices, axis=0)
+    axis = int(np.argmax(np.abs(up)))
+    flat = sorted((float(size[i]) for i in range(3) if i != axis), reverse=True)
+    room = sorted(bed[:2], reverse=True)
+    fits = flat[0] <= room[0] and flat[1] <= room[1] and float(size[axis]) <= bed[2]
+    return (flat[0], flat[1], float(size[axis])), fits
+
+
+def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
+    """The best way up: first what fits the bed and bears its load, then what needs least support, then the lowest."""
+    surface = float(_triangles(part.mesh)[2].sum())
+    plans = []
+    for name, up in WAYS_UP.items():
+        size, fits = on_bed(part.mesh, up, printing.bed)
+        checks = check_strength(joint.dimensions, joint.layout, printing, {part.name: up})
+        strong = all(check.passed for check in checks if check.part == part.name)
+        area = overhang(part.mesh, up, printing.overhang)
+        plans.append(PrintPlan(part.name, name, area, area / surface, size, fits, strong))
+    return min(plans, key=lambda plan: (not plan.fits, not plan.strong, round(plan.overhang), round(plan.size[2], 3)))
+
+
+def plan_joint(joint: BuiltJoint, printing: PrintDimensions) -> tuple[PrintPlan, ...]:
+    """The plan of every printed part."""
+    return tuple(plan_part(joint, part, printing) for part in joint.parts if part.printed)
+
+
+def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckResult]:
+    """Walls, bed, support and strength of the printed parts, each in its best way up; strength of the steel ones."""
+    results: list[CheckResult] = []
+    plans = plan_joint(joint, printing)
+    for plan in plans:
+        part = next(part for part in joint.parts if part.name == plan.part)
+        wall = float(np.percentile(wall_thickness(part.mesh), PERCENTILE))
+        text = f"{PERCENTILE:g} % of the surface is thinner"
+        results.append(at_least("print: wall", part.name, wall, printing.thinnest, "mm", text))
+        long, wide, high = plan.size
+        room = " x ".join(f"{size:g}" for size in printing.bed)
+        results.append(
+            CheckResult("print: bed", part.name, plan.fits, max(plan.size), max(printing.bed), "mm",
+                        f"{long:.1f} x {wide:.1f} x {high:.1f} mm with {plan.up} up, bed {room} mm")
+        )  # fmt: skip
+        text = f"of the surface ({plan.overhang:.0f} mm^2) needs support with {plan.up} up"
+        results.append(at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))
+    layers = {plan.part: WAYS_UP[plan.up] for plan in plans}
+    return results + check_strength(joint.dimensions, joint.layout, printing, layers)

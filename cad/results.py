@@ -1,0 +1,56 @@
+"""The result of one gate, and the error that stops an export."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """One gate: what was measured, against which limit, and whether it holds.
+
+    ``angle``: the measured joint angle (deg) at which the worst was found, where there is one, for a picture of it.
+    """
+
+    name: str
+    part: str
+    passed: bool
+    value: float
+    limit: float
+    unit: str
+    text: str
+    angle: float | None = None
+
+    def __str__(self) -> str:
+        verdict = "passed" if self.passed else "FAILED"
+        return (
+            f"{verdict}: {self.part}: {self.name}: {self.value:.6g} (limit {self.limit:.6g}) {self.unit}; {self.text}"
+        )
+
+
+class GateError(RuntimeError):
+    """One or more gates failed; ``results`` holds all of them, passed and failed."""
+
+    def __init__(self, results: tuple[CheckResult, ...]) -> None:
+        self.results = results
+        super().__init__("\n".join(str(result) for result in results if not result.passed))
+
+
+def at_most(
+    name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
+) -> CheckResult:
+    """A gate that holds when ``value`` does not exceed ``limit``."""
+    return CheckResult(name, part, bool(value <= limit), float(value), float(limit), unit, text, angle)
+
+
+def at_least(
+    name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
+) -> CheckResult:
+    """A gate that holds when ``value`` reaches ``limit``."""
+    return CheckResult(name, part, bool(value >= limit), float(value), float(limit), unit, text, angle)
+
+
+def require(results: tuple[CheckResult, ...]) -> None:
+    """Raise :class:`GateError` when any gate failed."""
+    if not all(result.passed for result in results):
+        raise GateError(results)

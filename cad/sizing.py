@@ -1,0 +1,96 @@
+"""Dimensions made larger until the parts bear their loads, where the user left them open."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from cad.dimensions import JointDimensions
+from cad.fittings import PrintDimensions
+from cad.layout import clear_upper_arm_angle, lay_out
+from cad.limits import DimensionError
+from cad.strength import ALL_AROUND, Stress, stresses
+
+STOCK: dict[str, tuple[float, ...]] = {  # mm, as dowels and ground shafts are sold
+    "pin_diameter": (2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0),
+    "shaft_diameter": (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0),
+}
+SIZED = ("pin_diameter", "plate", "floor", "adapter.shaft_grip", "adapter.output_grip")
+WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
+
+
+def overload(stress: Stress, printing: PrintDimensions) -> float:
+    """Stress over what is allowed in the way of printing that suits it best; at most 1 where it holds."""
+    return min(stress.value / stress.allowed(printing, layers) for layers in WORST_LAYERS)
+
+
+def sized(
+    dimensions: JointDimensions, printing: PrintDimensions, open_to_change: Collection[str] = SIZED
+) -> JointDimensions:
+    """The joint with the smallest steps of its open dimensions that let everything bear its load.
+
+    A dimension whose next step does not fit the joint is left as it is; what then still fails, the gates will name.
+
+    Raises
+    ------
+    DimensionError
+        when the joint does not fit even as it stands.
+    """
+    lay_out(dimensions)
+    while True:
+        failing = [s for s in stresses(dimensions, lay_out(dimensions), printing) if overload(s, printing) > 1.0]
+        steps = {n: larger for s in failing for n in s.helped_by if n in open_to_change
+                 if (larger := _larger(dimensions, n)) is not None}  # fmt: skip
+        if not steps:
+            return dimensions
+        dimensions = min(steps.values(), key=lambda tried: _cost(dimensions, tried, printing))
+
+
+def _cost(now: JointDimensions, tried: JointDimensions, printing: PrintDimensions) -> float:
+    """Printed and steel volume (relative, roughly) that a step adds for the overload that it takes away."""
+    added = sum(
+        weight * (after - before)
+        for weight, before, after in (
+            (2.0, now.plate, tried.plate),
+            (1.0, now.floor_thickness, tried.floor_thickness),
+            (2.0, now.pin_diameter, tried.pin_diameter),
+            (1.0, now.shaft_diameter, tried.shaft_diameter),
+        )
+    )
+    return max(added, 0.5) / max(_excess(now, printing) - _excess(tried, printing), 1e-6)
+
+
+def _excess(dimensions: JointDimensions, printing: PrintDimensions) -> float:
+    """Summed overload beyond 1."""
+    found = (overload(stress, printing) for stress in stresses(dimensions, lay_out(dimensions), printing))
+    return sum(max(0.0, value - 1.0) for value in found)
+
+
+def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
+    """The joint with one dimension a step larger; None where that is not sold, not allowed or does not fit."""
+    adapter = dimensions.damper.adapter
+    if name.startswith("adapter."):
+        if adapter is None:
+            return None
+        key = name.removeprefix("adapter.")
+        grown = replace(adapter, **{key: getattr(adapter, key) + 1.0})
+        tried = replace(dimensions, damper=replace(dimensions.damper, adapter=grown))
+    else:
+        now = dimensions.floor_thickness if name == "floor" else getattr(dimensions, name)
+        larger = [size for size in STOCK.get(name, (now + 1.0,)) if size > now]
+        if not larger:
+            return None
+        tried = replace(dimensions, **{name: larger[0]})
+    try:
+        return replace(tried, upper_arm_angle=_arm_angle(tried))
+    except DimensionError:
+        return None
+
+
+def _arm_angle(dimensions: JointDimensions) -> float:
+    """The upper arm's angle as it is where it still is free, else another."""
+    try:
+        lay_out(dimensions)
+    except DimensionError:
+        return clear_upper_arm_angle(dimensions)
+    return dimensions.upper_arm_angle

@@ -1,0 +1,222 @@
+"""What meets what while the joint turns: overlap at every degree, the contact angles by bisection, the least gap.
+
+All on meshes (manifold3d). A pose of two bodies costs half a millisecond, so every degree is tried, with the parts
+of each half taken as one body; which two parts met is asked only where they do. The loaded spring is drawn anew at
+each pose (``cad.pose``); between the ends of the travel on a coarser mesh, whose polygons stand outside the wire.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cad.joint import BuiltJoint, spring_mesh_at
+from cad.parts import BuiltPart, Mesh
+from cad.results import CheckResult, at_least, at_most
+
+OVERLAP_LIMIT = 0.05  # mm^3; chords of two coaxial bores 0.1 mm apart leave nothing, this is rounding
+CONTACT_LIMIT = 1.0  # mm^3, of an arm in the shaft that it bears on, as meshes of both touch
+STEP = 1.0  # deg, between poses
+CONTACT_ANGLE = 0.05  # deg, to which the angle of a first contact is bisected
+BEYOND = 90.0  # deg, past the asked travel that the free travel is looked for
+GAP_STEP = 3.0  # deg, between poses at which the least gap is measured
+CHORDS = 0.02  # mm, that meshes of round parts 0.4 mm apart may lie nearer than the parts
+COARSE = (12, 24)  # sides and steps a turn of the spring's mesh between the ends of the travel
+
+# Pairs that are meant to touch, by the end of their names: the spring's arms on their shafts.
+MEANT = ("arm_shaft", "keeper")
+
+
+def manifold(mesh: Mesh) -> Any:
+    """The mesh as a manifold3d solid."""
+    import manifold3d
+
+    return manifold3d.Manifold(
+        manifold3d.Mesh(
+            vert_properties=np.ascontiguousarray(mesh.vertices, dtype=np.float32),
+            tri_verts=np.ascontiguousarray(mesh.faces, dtype=np.uint32),
+        )
+    )
+
+
+def turned(solid: Any, angle: float) -> Any:
+    """A manifold3d solid turned by ``angle`` deg about the hinge axis."""
+    return solid.rotate((0.0, 0.0, angle))
+
+
+def united(solids: Sequence[Any]) -> Any:
+    """Several solids as one body."""
+    import manifold3d
+
+    return manifold3d.Manifold.batch_boolean(list(solids), manifold3d.OpType.Add)
+
+
+@dataclass(frozen=True)
+class Travel:
+    """The free travel of a joint's rigid parts, measured angles in deg, and what stops it at either end."""
+
+    low: float
+    high: float
+    stop_low: str  # names of the parts that meet, or "nothing"
+    stop_high: str
+
+
+class Bodies:
+    """A joint's two halves as bodies that turn against each other; the spring apart, as it changes its shape."""
+
+    def __init__(self, joint: BuiltJoint, link: BuiltPart | None = None) -> None:
+        self.joint = joint
+        parts = [part for part in (*joint.parts, *([link] if link else [])) if part.group != "spring"]
+        self.parts = {group: [part for part in parts if part.group == group] for group in ("upper", "lower")}
+        self.solids = {part.name: manifold(part.mesh) for part in parts}
+        self.halves = {group: united([self.solids[part.name] for part in found]) for group, found in self.parts.items()}
+        self.pins = {group: self._united(group, meant=True) for group in self.parts}
+        self.bare = {group: self._united(group, meant=False) for group in self.parts}
+
+    def _united(self, group: str, *, meant: bool) -> Any:
+        return united([self.solids[p.name] for p in self.parts[group] if p.name.endswith(MEANT) is meant])
+
+    def overlap(self, angle: float) -> float:
+        """Common volume (mm^3) of both halves at a measured joint angle, deg."""
+        turn = self.joint.turn("lower", angle)
+        return float((self.halves["upper"] ^ turned(self.halves["lower"], turn)).volume())
+
+    def pair(self, angle: float) -> tuple[str, str, float]:
+        """The two parts that overlap most at an angle, and their common volume, mm^3."""
+        turn = self.joint.turn("lower", angle)
+        found = [
+            (float((self.solids[a.name] ^ turned(self.solids[b.name], turn)).volume()), a.name, b.name)
+            for a in self.parts["upper"]
+            for b in self.parts["lower"]
+        ]
+        volume, first, second = max(found)
+        return first, second, volume
+
+    def spring_overlaps(self, angle: float, fineness: tuple[int, int] | None = None) -> dict[tuple[str, bool], float]:
+        """Common volume (mm^3) of the loaded spring with each half's (group, meant to touch) parts at an angle."""
+        joint = self.joint
+        coil = manifold(spring_mesh_at(joint.dimensions, joint.layout, angle, fineness))
+        found = {}
+        for group in self.parts:
+            turn = joint.turn("lower", angle) if group == "lower" else 0.0
+            # The spring is turned into the half's frame: one body is moved instead of two.
+            seen = turned(coil, -turn)
+            for meant, bodies in ((False, self.bare), (True, self.pins)):
+                found[(group, meant)] = float((seen ^ bodies[group]).volume())
+        return found
+
+
+def poses(low: float, high: float, step: float, *more: float) -> list[float]:
+    """Angles from ``low`` to ``high`` deg at most ``step`` apart, both ends and ``more`` among them."""
+    count = max(1, math.ceil((high - low) / step))
+    return sorted({*np.linspace(low, high, count + 1).tolist(), *more})
+
+
+def first_contact(bodies: Bodies, start: float, end: float) -> float | None:
+    """The angle (deg) at which the halves first overlap on the way from a free ``start`` to ``end``; None: never.
+
+    In steps of a degree, then by bisection.
+    """
+    way = 1.0 if end > start else -1.0
+    free, angle = start, start
+    while angle != end:
+        angle = end if abs(end - angle) <= STEP else angle + way * STEP
+        if bodies.overlap(angle) > OVERLAP_LIMIT:
+            while abs(angle - free) > CONTACT_ANGLE:
+                middle = (angle + free) / 2
+                free, angle = (free, middle) if bodies.overlap(middle) > OVERLAP_LIMIT else (middle, angle)
+            return free
+        free = angle
+    return None
+
+
+def free_travel(bodies: Bodies) -> Travel:
+    """How far the halves turn from the rest pose until they meet, looked for up to 90 deg past the asked travel."""
+    dimensions = bodies.joint.dimensions
+    rest, (low, high) = dimensions.rest_angle, dimensions.range
+    if bodies.overlap(rest) > OVERLAP_LIMIT:
+        first, second, _ = bodies.pair(rest)
+        return Travel(rest, rest, f"{first} with {second}", f"{first} with {second}")
+    ends = []
+    for end, way in ((low - BEYOND, -1.0), (high + BEYOND, 1.0)):
+        found = first_contact(bodies, rest, end)
+        if found is None:
+            ends.append((end, "nothing"))
+        else:
+            first, second, _ = bodies.pair(found + way * 2 * CONTACT_ANGLE)
+            ends.append((found, f"{first} with {second}"))
+    return Travel(ends[0][0], ends[1][0], ends[0][1], ends[1][1])
+
+
+def check_travel(bodies: Bodies) -> list[CheckResult]:
+    """The asked travel is free of the halves' meeting; both results name what stops the joint, asked for or not."""
+    name = bodies.joint.part("lower").name
+    low, high = bodies.joint.dimensions.range
+    found = free_travel(bodies)
+    return [
+        at_most("travel, low end", name, found.low, low, "deg", f"free down to here; then {found.stop_low}",
+                angle=found.low - 2 * CONTACT_ANGLE),
+        at_least("travel, high end", name, found.high, high, "deg", f"free up to here; then {found.stop_high}",
+                 angle=found.high + 2 * CONTACT_ANGLE),
+    ]  # fmt: skip
+
+
+def check_within(bodies: Bodies) -> list[CheckResult]:
+    """Parts that move together overlap nowhere."""
+    results = []
+    for group, members in bodies.parts.items():
+        worst, pair = 0.0, ("none", "none")
+        for index, first in enumerate(members):
+            for second in members[index + 1 :]:
+                volume = float((bodies.solids[first.name] ^ bodies.solids[second.name]).volume())
+                if volume > worst:
+                    worst, pair = volume, (first.name, second.name)
+        text = f"parts of the {group} half in each other; most: {pair[0]} in {pair[1]}"
+        results.append(at_most("overlap within", members[0].name, worst, OVERLAP_LIMIT, "mm^3", text))
+    return results
+
+
+def check_spring_room(bodies: Bodies) -> list[CheckResult]:
+    """The loaded spring at every degree: it goes through nothing, and bears on its shafts without sinking in."""
+    dimensions = bodies.joint.dimensions
+    low, high = dimensions.range
+    worst: dict[tuple[str, bool], tuple[float, float]] = {}
+    for angle in poses(low, high, STEP, dimensions.rest_angle):
+        exact = angle in (low, high, dimensions.rest_angle)
+        for key, volume in bodies.spring_overlaps(angle, None if exact else COARSE).items():
+            if volume > worst.get(key, (-1.0, 0.0))[0]:
+                worst[key] = (volume, angle)
+    name, results = bodies.joint.part("spring").name, []
+    for (group, meant), (volume, angle) in worst.items():
+        what = f"the {group} half's arm shafts, which it bears on" if meant else f"the {group} half"
+        limit = CONTACT_LIMIT if meant else OVERLAP_LIMIT
+        text = f"with {what}, over {low:g} to {high:g} deg, most at {angle:.4g}"
+        results.append(at_most("overlap", name, volume, limit, "mm^3", text, angle=angle))
+    return results
+
+
+def check_gaps(bodies: Bodies) -> list[CheckResult]:
+    """Least gaps (mm) over the travel: the halves' clearance, and the shaft's sliding fit in what it turns in.
+
+    The fits within a half, where a part is pushed in and stays, are no gaps that anything moves in.
+    """
+    joint, dimensions = bodies.joint, bodies.joint.dimensions
+    shaft = joint.part("shaft").name
+    lower = united([bodies.solids[p.name] for p in bodies.parts["lower"] if p.name != shaft])
+    search = 2 * dimensions.clearance
+    low, high = dimensions.range
+    gaps = [
+        (float(bodies.halves["upper"].min_gap(turned(lower, joint.turn("lower", angle)), search)), angle)
+        for angle in poses(low, high, GAP_STEP)
+    ]
+    gap, angle = min(gaps)
+    fit = float(bodies.halves["upper"].min_gap(bodies.solids[shaft], search))
+    text = f"least gap to the upper half over {low:g} to {high:g} deg, at {angle:.4g}"
+    return [
+        at_least("gap", joint.part("lower").name, gap, dimensions.clearance - CHORDS, "mm", text, angle=angle),
+        at_least("sliding fit", shaft, fit, dimensions.clearance / 2 - CHORDS, "mm", "shaft to the ears' bores"),
+    ]
