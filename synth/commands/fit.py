@@ -48,7 +48,15 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     with output_folder(arguments.out) as folder:
         progress.compiling(len(project.leg.joints))
         with progress.stage("fitting"):
-            options = FitOptions(project.free_angle, project.fit.weight, curves, project.fit.seed, project.prior)
+            options = FitOptions(
+                project.free_angle,
+                project.fit.weight,
+                curves,
+                project.fit.seed,
+                project.prior,
+                static=project.static,
+                intervals=project.fit.intervals,
+            )
             result = with_held_out(fit_leg(project.leg, made, options), held_out)
             inputs = {item.name: item.sha256 for item in project.inputs}
             inputs |= {trial.name: trial.sha256 for trial in project.trials}
@@ -62,5 +70,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
             write_fit_report(folder)
     for sentence in (*result.warnings, *result.not_separable):
         progress.say(f"note: {sentence}")
+    for proposal in result.proposals:
+        progress.say(f"worth measuring: {proposal.sentence}")
     progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
     return 0

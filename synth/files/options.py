@@ -19,6 +19,7 @@ FreeAngle = Literal["auto", "common", "per_trial"]
 Method = Literal["least_squares", "piecewise", "swarm"]
 Cost = Literal["trajectory", "transient", "characteristics"]
 Weight = Literal["amplitude", "equal", "noise"]
+Intervals = Literal["sensitivities", "bootstrap"]
 
 
 @dataclass(frozen=True)
@@ -37,12 +38,16 @@ class FitOptions:
         mean; or one number for all joints (``equal``).
     seed
         of everything random.
+    intervals
+        ``sensitivities``: from the Jacobian at the answer; ``bootstrap``: 200 refits to blocks of residuals put back in
+        another order, which shows a skewed interval as such.
     """
 
     method: Annotated[Method, Because("the one that finds the answer without a starting guess")] = "least_squares"
     cost: Annotated[Cost, Because("uses every sample")] = "trajectory"
     weight: Annotated[Weight, Because("each joint's errors count by how large they are: maximum likelihood")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
+    intervals: Annotated[Intervals, Because("at no cost; where the trials fix all, both agree")] = "sensitivities"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.options import FitOptions, FreeAngle, Prior
 from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default, read_section
+from synth.files.static_points import StaticPoint, read_static_points
 from synth.files.trials import Trial
 from synth.files.validate import check_kind
 from synth.files.yaml_lines import load
@@ -30,6 +31,7 @@ class _FitFile:
     name: str | None = None
     fit: Any = None
     prior: Any = None
+    static: Any = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,7 @@ class FitProject:
     """What ``synth fit`` is to do.
 
     ``prior`` None: values in the leg file are starting points at most. ``defaults``: what the file leaves out.
+    ``static``: poses in which the leg was held still, see ``static_points``.
     """
 
     path: Path
@@ -48,6 +51,7 @@ class FitProject:
     prior: Prior | None
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
+    static: tuple[StaticPoint, ...] = ()
 
 
 def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
@@ -81,12 +85,16 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
         trials = reader.trials(entries, leg, ("trials",))
     if leg is not None and prior is not None:
         _check_prior(reader, prior, leg)
+    static: tuple[StaticPoint, ...] = ()
+    if leg is not None and "static" in written:
+        static = read_static_points(written["static"], leg, document, ("static",), reader.problems)
     reader.finish()
     assert file is not None
     assert leg is not None
     assert fit is not None
     defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
-    return FitProject(document.path, file.name or leg.name, leg, trials, file.free_angle, fit, prior, defaults, inputs)
+    name = file.name or leg.name
+    return FitProject(document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static)
 
 
 def _check_prior(reader: ProjectReader, prior: Prior, leg: Leg) -> None:

@@ -129,6 +129,9 @@ class LawUnknowns:
         """No rest angle is sought: there is no spring."""
         return (None,) * self.chain.layout.n
 
+    def measured(self, values: Array) -> None:
+        """Nothing: drops alone tell of a damper."""
+
     def curve(self, values: Array) -> DamperCurve:
         """The law as a curve over the speeds that the drops show, straight below and beyond them."""
         low, high = self.speeds.creep, 1.2 * self.speeds.fastest

@@ -9,12 +9,14 @@ import numpy as np
 
 from synth.errors import UserError
 from synth.files.options import Prior
+from synth.files.static_points import StaticPoint
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import MISFIT, result_of
 from synth.fit.result import FitResult
 from synth.fit.ridge import soften
+from synth.fit.static_points import balances
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals, root_mean_square, shift_variances
 from synth.fit.unknowns import SpringsAndDampers, all_of
@@ -40,6 +42,8 @@ class FitOptions:
     trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known
     torque-speed curve. ``prior``: how far the leg file's own values may be trusted. ``near``: an earlier
     fit of the same recordings, whose spring rates, free angles and their spread this one starts from and keeps to.
+    ``static``: poses in which the leg was held still by known torques. ``intervals``: by sensitivities, or by bootstrap
+    over blocks of residuals.
     """
 
     free_angle: str = "auto"
@@ -48,6 +52,8 @@ class FitOptions:
     seed: int = 0
     prior: Prior | None = None
     near: FitResult | None = None
+    static: tuple[StaticPoint, ...] = ()
+    intervals: str = "sensitivities"
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = FitOptions()) -> FitResult:
@@ -70,6 +76,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
     unknowns = all_of(chain, leg, damper_known=known)
     if options.prior is not None:
         unknowns = replace(unknowns, beliefs=_beliefs(unknowns, given, options.prior))
+    unknowns = replace(unknowns, balances=balances(leg, options.static))
     model = TrajectoryModel(chain, leg, unknowns)
     if options.near is not None:
         return _fit_near(model, recordings, options, options.near)
@@ -97,7 +104,9 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
         moved = soften(model, recordings, stage.solution, stage.weights)
         stages[mode] = (Stage(moved.solution, stage.weights), spread)
         softened = moved.sentences
-    return result_of(model, recordings, stages, mode, why, scatter, softened)
+    return result_of(
+        model, recordings, stages, mode, why, scatter, softened, intervals=options.intervals, seed=options.seed
+    )
 
 
 def _fit_near(
@@ -123,7 +132,11 @@ def _fit_near(
         model, recordings, values, locals_, options, np.full_like(spread, LEAST_SPREAD), centre=shifts, rounds=2
     )
     why = "each trial's shift as in the fit before"
-    return result_of(model, recordings, {near.free_angle: (stage, spread)}, near.free_angle, why, _scatter(recordings))
+    stages = {near.free_angle: (stage, spread)}
+    scatter = _scatter(recordings)
+    return result_of(
+        model, recordings, stages, near.free_angle, why, scatter, intervals=options.intervals, seed=options.seed
+    )
 
 
 def score(result: FitResult, recordings: Sequence[Recording]) -> tuple[tuple[Local, ...], tuple[Array, ...]]:

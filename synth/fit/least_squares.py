@@ -1,9 +1,10 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
 Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, and the weak priors of the common unknowns and of the initial rates. The normal equations are
-arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is linear in the number of
-trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999 (IMM-REP-1999-05).
+their spread, the weak priors of the common unknowns and of the initial rates, and static points beside the trials. The
+normal equations are arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is
+linear in the number of trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999
+(IMM-REP-1999-05).
 """
 
 from __future__ import annotations
@@ -157,6 +158,9 @@ def _assess(
     common, gradient = np.diag(precision_common), precision_common * (values - mean)
     cross, own, own_gradient, predictions = [], [], [], []
     cost = 0.5 * float(gradient @ (values - mean))
+    beside = model.unknowns.measured(values)
+    if beside is not None:
+        cost, gradient, common = cost + beside[0], gradient + beside[1], common + beside[2]
     evaluations = model.evaluate_all(recordings, values, locals_)
     for t, (recording, local, found) in enumerate(zip(recordings, locals_, evaluations, strict=True)):
         predictions.append(found.prediction)

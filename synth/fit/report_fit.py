@@ -8,15 +8,19 @@ from dataclasses import replace
 import numpy as np
 
 from synth.effects import effect_named
+from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.least_squares import Solution, Stage
+from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording
 from synth.fit.result import Estimate, FitResult, JointFit, TrialFit, Variant
+from synth.fit.static_points import Judged, judged
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable, residuals, root_mean_square
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
 from synth.model.leg import Array, Damper, Leg, Spring
 from synth.motion.characteristics import characteristics
 
+MISPLACED = 3.0  # standard deviations from which a static point is called into question
 MISFIT = 3.0  # RMS over sample scatter from which the model itself is called into question
 
 
@@ -28,14 +32,28 @@ def result_of(
     why: str,
     scatter: Array,
     softened: Sequence[str] = (),
+    *,
+    intervals: str = "sensitivities",
+    seed: int = 0,
 ) -> FitResult:
-    """Assemble the result of the chosen ``mode`` out of the stages, name -> (Stage, spread (n,) rad)."""
+    """Assemble the result of the chosen ``mode`` out of the stages, name -> (Stage, spread (n,) rad).
+
+    ``intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``.
+    """
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
     leg, names = model.leg, model.leg.joint_names
-    variants = []
+    variants, warnings = [], []
+    refits: Bootstrap | None = None
     for name, (stage, spread) in stages.items():
-        joints = _joints(unknowns, stage.solution, covariance(model, stage.solution), spread, len(recordings))
+        spreads = covariance(model, stage.solution)
+        if name == mode and intervals == "bootstrap":
+            try:
+                refits = bootstrap(model, recordings, stage, spreads, seed=seed)
+            except ArithmeticError as error:
+                warnings.append(f"bootstrap: {error}; the intervals are those of the sensitivities")
+        offsets = refits.offsets(stage.solution.values) if name == mode and refits else _normal_offsets(spreads)
+        joints = _joints(unknowns, stage.solution, offsets, spread, len(recordings))
         rms = dict(zip(names, root_mean_square(recordings, stage.solution.predictions).tolist(), strict=True))
         variants.append(
             Variant(
@@ -49,15 +67,17 @@ def result_of(
         if name == mode:
             chosen, chosen_joints, chosen_rms = stage, joints, rms
     said = not_separable(unknowns, covariance(model, chosen.solution, with_prior=False), chosen.solution.values)
-    scale = mass_scale_sentence(recordings)
+    told = any(balance.weighed for balance in unknowns.balances)
+    scale = mass_scale_sentence(leg, recordings, weighed=told)
     said += [*softened, *([scale] if scale else [])]
-    warnings = [
+    warnings += [
         f"{name}: the fit leaves {np.degrees(chosen_rms[name]):.2g} deg where the samples scatter by only "
         f"{np.degrees(scatter[j]):.2g} deg: the model lacks something at this joint or beside it"
         for j, name in enumerate(names)
         if chosen_rms[name] > MISFIT * scatter[j] and chosen_rms[name] > np.radians(0.3)
     ]
-    warnings += [*_at_edges(unknowns, chosen.solution.values), *_left_out(leg)]
+    static = _static(unknowns, chosen.solution.values)
+    warnings += [*_at_edges(unknowns, chosen.solution.values), *_left_out(leg), *_off_balance(leg, static)]
     return FitResult(
         leg=_fitted_leg(leg, chosen_joints),
         joints=chosen_joints,
@@ -73,7 +93,36 @@ def result_of(
         iterations=chosen.solution.iterations,
         reason=chosen.solution.reason,
         lost_samples=sum(recording.n_lost for recording in recordings),
+        static=static,
+        proposals=proposals(model, recordings, chosen.solution),
+        intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
     )
+
+
+def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:
+    """The static points beside the fit."""
+    n = len(unknowns.leg.joints)
+    rate = np.exp(values[[unknowns.rates.index(j) for j in range(n)]])
+    rest = values[[len(unknowns.rates) + unknowns.rests.index(j) for j in range(n)]]
+    return judged(unknowns.balances, rate, rest)
+
+
+def _off_balance(leg: Leg, static: Sequence[Judged]) -> list[str]:
+    """Sentences on static points that the fit cannot reconcile with the trials."""
+    return [
+        f"static point {item.balance.name}, {leg.joint_names[item.balance.joint]}: the spring would bear "
+        f"{item.balance.torque:.3g} N*m there by the point and {item.fitted:.3g} N*m by the fit, "
+        f"{abs(item.deviations):.1f} standard deviations apart: a wrong reading, link masses that are off, or a spring "
+        "that is not linear"
+        for item in static
+        if abs(item.deviations) > MISPLACED
+    ]
+
+
+def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
+    """(p,) each, the ends of the 90 % intervals less the values, from the covariance."""
+    half = NORMAL90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return -half, half
 
 
 def _left_out(leg: Leg) -> list[str]:
@@ -109,27 +158,26 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
 
 
 def _joints(
-    unknowns: SpringsAndDampers, solution: Solution, covariance: Array, spread: Array, n_trial: int
+    unknowns: SpringsAndDampers, solution: Solution, offsets: tuple[Array, Array], spread: Array, n_trial: int
 ) -> dict[str, JointFit]:
-    """Estimates by joint with 90 % intervals: log-normal for rates, normal for angles."""
+    """Estimates by joint with 90 % intervals, ``offsets`` (p,) below and above the values: factors for rates."""
     leg = unknowns.leg
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     n_rate, n_rest = len(unknowns.rates), len(unknowns.rests)
 
     def rate(place: int, unit: str) -> Estimate:
-        value, half = solution.values[place], min(NORMAL90 * deviation[place], 300.0)
-        low, high = np.exp(value - half), np.exp(min(value + half, 700.0))
-        return Estimate(float(np.exp(value)), unit, float(low), float(high))
+        value = solution.values[place]
+        low, high = (value + np.clip(offset[place], -300.0, 300.0) for offset in offsets)
+        return Estimate(float(np.exp(value)), unit, float(np.exp(low)), float(np.exp(min(high, 700.0))))
 
     found = {}
     for j, joint in enumerate(leg.joints):
         place = n_rate + unknowns.rests.index(j)
         angle = joint.zero + joint.sign * float(solution.values[place])
-        half = NORMAL90 * float(deviation[place])
+        ends = sorted(angle + joint.sign * float(offset[place]) for offset in offsets)
         damper = rate(n_rate + n_rest + unknowns.dampers.index(j), "N*m*s/rad") if j in unknowns.dampers else None
         found[joint.name] = JointFit(
             spring_rate=rate(unknowns.rates.index(j), "N*m/rad"),
-            free_angle=Estimate(angle, "deg", angle - half, angle + half),
+            free_angle=Estimate(angle, "deg", *ends),
             free_angle_spread=_spread(float(spread[j]), n_trial),
             damper_rate=damper,
             damper="linear" if damper is not None else "curve",

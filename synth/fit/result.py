@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from synth.fit.proposal import Proposal
+from synth.fit.static_points import Judged
 from synth.model.leg import Array, Leg
 from synth.motion.characteristics import Characteristics
 from synth.units import quantity
@@ -133,10 +135,26 @@ class FitResult:
     reason: str
     lost_samples: int
     inputs: Mapping[str, str] = field(default_factory=dict)
+    cost: str = "trajectory"
+    static: tuple[Judged, ...] = ()  # the static points beside the fit
+    proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
+    intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""
         names = self.leg.joint_names
+        static = [
+            {
+                "point": item.balance.name,
+                "joint": names[item.balance.joint],
+                "spring_torque": {
+                    "measured": quantity(item.balance.torque, "N*m"),
+                    "fitted": quantity(item.fitted, "N*m"),
+                },
+                "deviations": item.deviations,
+            }
+            for item in self.static
+        ]
         return {
             "format": FORMAT,
             "joints": {name: joint.as_json() for name, joint in self.joints.items()},
@@ -148,8 +166,12 @@ class FitResult:
             },
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
             "not_separable": list(self.not_separable),
+            "proposals": [proposal.as_json() for proposal in self.proposals],
+            "static": static,
+            "intervals": dict(self.intervals),
             "warnings": list(self.warnings),
             "method": self.method,
+            "cost": self.cost,
             "iterations": self.iterations,
             "reason": self.reason,
             "lost_samples": self.lost_samples,

@@ -10,7 +10,8 @@ from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.model.leg import Array
+from synth.model.leg import Array, Leg
+from synth.model.mechanics import outboard_inertia
 
 LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as not fixed (+-20 % at 90 %)
 
@@ -121,15 +122,23 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
     return sentences
 
 
-def mass_scale_sentence(recordings: Sequence[Recording]) -> str | None:
-    """Whether the trials could tell a common factor on masses, spring and damper rates; a sentence if not."""
-    told = any(r.known_torque is not None for r in recordings)
+def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: bool = False) -> str | None:
+    """Whether the trials could tell a common factor on masses, spring and damper rates; a sentence if not.
+
+    ``weighed``: a static point with a known torque or mass is given.
+    """
+    told = weighed or any(r.known_torque is not None for r in recordings)
     told = told or len({r.conditions.tip_mass for r in recordings}) > 1
     if told:
         return None
+    last = leg.joints[-1]
+    mass = 1e3 * float(outboard_inertia(leg)[-1]) / last.link.length**2
+    mass, unit = (mass, "g") if mass < 1e3 else (1e-3 * mass, "kg")
     return (
         "not separable: mass scale, from free swings alone. Spring and damper rates are in proportion to the link "
-        "masses as the leg file gives them. A trial with a known mass at the tip (`tip_mass:`) would tell."
+        "masses as the leg file gives them. A trial with a known mass at the tip would tell: with "
+        f"`tip_mass: {mass:.2g} {unit}` the inertia about the {last.name} doubles, and the scale is known to twice the "
+        "interval of that joint's spring rate."
     )
 
 

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from synth.fit.static_points import Balance
 from synth.model.chain import Chain
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import outboard_inertia
@@ -49,6 +50,9 @@ class Unknowns(Protocol):
     def rest_index(self) -> tuple[int | None, ...]:
         """For each joint, which unknown is its rest angle, or None."""
 
+    def measured(self, values: Array) -> tuple[float, Array, Array] | None:
+        """Cost, gradient (p,) and information (p, p) of what was measured beside the trials, None for nothing."""
+
     def write(self, lanes: Array, values: Array) -> None:
         """Write ``values`` (n_unknown, n_lane) into ``lanes`` (n_row, n_lane)."""
 
@@ -58,7 +62,7 @@ class SpringsAndDampers:
     """Log spring rate, rest and log damper rate, in that order, of the joints where each is sought.
 
     ``rates``, ``rests``, ``dampers`` : joint indices. ``beliefs`` : (unknown, mean, precision) of priors that stand in
-    place of the weak ones: the user's, or a sharp one that holds an unknown where it is.
+    place of the weak ones: the user's, or a sharp one that holds an unknown where it is. ``balances`` : static points.
     """
 
     chain: Chain
@@ -67,6 +71,7 @@ class SpringsAndDampers:
     rests: tuple[int, ...]
     dampers: tuple[int, ...]
     beliefs: tuple[tuple[int, float, float], ...] = ()
+    balances: tuple[Balance, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -128,6 +133,19 @@ class SpringsAndDampers:
         """Position of each joint's rest among the unknowns."""
         n = len(self.leg.joints)
         return tuple(len(self.rates) + self.rests.index(j) if j in self.rests else None for j in range(n))
+
+    def measured(self, values: Array) -> tuple[float, Array, Array] | None:
+        """What the static points say: half their squared residuals, with gradient and information."""
+        if not self.balances:
+            return None
+        cost, gradient, information = 0.0, np.zeros(len(values)), np.zeros((len(values), len(values)))
+        for point in self.balances:
+            places = [self.rates.index(point.joint), len(self.rates) + self.rests.index(point.joint)]
+            residual, slope = point.residual(*values[places]), point.slope(*values[places])
+            cost += 0.5 * residual**2
+            gradient[places] += residual * slope
+            information[np.ix_(places, places)] += np.outer(slope, slope)
+        return cost, gradient, information
 
     def write(self, lanes: Array, values: Array) -> None:
         """Write values into lanes, exponentials of those that are logarithms."""

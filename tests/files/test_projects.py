@@ -64,6 +64,7 @@ def test_fit_project_and_its_defaults(folder: Path) -> None:
         ("fit.method", "least_squares"),
         ("fit.cost", "trajectory"),
         ("fit.weight", "noise"),
+        ("fit.intervals", "sensitivities"),
     ]
     assert [file.name for file in project.inputs] == ["project.yaml", "animal/a.leg.yaml"]
     assert all(len(file.sha256) == 64 for file in project.inputs)
@@ -79,7 +80,7 @@ def test_fit_options_and_prior(folder: Path) -> None:
     assert project.prior.spring == pytest.approx(0.2)
     assert project.prior.free_angle == pytest.approx(math.radians(5))
     assert project.prior.damper is None
-    assert [d.key for d in project.defaults] == ["fit.cost", "fit.weight"]
+    assert [d.key for d in project.defaults] == ["fit.cost", "fit.weight", "fit.intervals"]
 
 
 @pytest.mark.parametrize(

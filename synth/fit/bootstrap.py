@@ -1,0 +1,228 @@
+"""Intervals by bootstrap: the fit again on its own prediction with blocks of its residuals put back in another order.
+
+Residuals of neighbouring samples belong together (a model error swings with the leg), so whole blocks are drawn,
+wrapping round the trial's end, all joints at the same samples (the circular block bootstrap: Politis & Romano, in
+*Exploring the Limits of Bootstrap*, 1992; blocks of residuals: Künsch, Annals of Statistics 17 (1989) 1217). The
+priors' centres, the shifts' and the static points' readings are drawn from their own distributions, so that a refit
+varies by all that the fit rests on (Bardsley et al., SIAM J. Sci. Comput. 36 (2014) A1895, "randomize-then-optimize").
+
+All refits run side by side as lanes of the engine. Each is a Newton iteration of its own with true trajectories and the
+fit's Jacobian (the chord method, Kelley, *Iterative Methods*, 1995, section 5.4.1): 200 refits of seven trials cost
+what some thousand trajectories cost. A refit that does not settle counts as lost and is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.fit.least_squares import HUBER, Solution, Stage
+from synth.fit.population import Candidates, motions
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.uncertainty import correlation_times, residuals
+from synth.model.leg import Array
+
+REFITS = 200
+ROUNDS = 8  # chord steps
+SETTLED = 0.02  # standard deviations: a step shorter than this in every unknown ends a refit
+TOLERANCE = 1e-6
+LONGEST = 1.5  # of a log rate or rad, that a refit may stray in a step
+TOGETHER = 32  # trials whose motions are held at once
+
+Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """What the refits gave.
+
+    ``values`` (n_refit, p) unknowns of those that settled; ``asked`` how many were tried; ``block`` (n_trial,) samples;
+    ``sensitivity`` (p,) standard deviations that the sensitivities give.
+    """
+
+    values: Array
+    asked: int
+    block: tuple[int, ...]
+    sensitivity: Array
+
+    @property
+    def deviation(self) -> Array:
+        """(p,) standard deviations over the refits."""
+        return np.asarray(self.values.std(axis=0, ddof=1))
+
+    def offsets(self, about: Array) -> tuple[Array, Array]:
+        """(p,) each, the 5 % and 95 % points of the refits less the fit's own values ``about`` (p,)."""
+        low, high = np.quantile(self.values - about, [0.05, 0.95], axis=0)
+        return np.minimum(low, 0.0), np.maximum(high, 0.0)
+
+    def as_json(self, names: Sequence[str]) -> dict[str, Any]:
+        """How many refits, and by which factor their spread departs from the sensitivities'."""
+        ratio = self.deviation / self.sensitivity
+        return {
+            "refits": self.asked,
+            "settled": len(self.values),
+            "block_samples": list(self.block),
+            "over_sensitivities": {name: round(float(r), 3) for name, r in zip(names, ratio, strict=True)},
+        }
+
+
+def bootstrap(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, *, seed: int = 0
+) -> Bootstrap:
+    """Refit ``REFITS`` times.
+
+    Parameters
+    ----------
+    stage : the fit, with the weights that it was found under.
+    covariance : (p, p) of the common unknowns, from the sensitivities.
+
+    Raises
+    ------
+    ArithmeticError : fewer than half of the refits settle; the sensitivities' intervals are all there is.
+    """
+    generator = np.random.default_rng([seed, REFITS])
+    solution = stage.solution
+    blocks = _block_lengths(recordings, solution)
+    drawn = [_draw(generator, r, p, b) for r, p, b in zip(recordings, solution.predictions, blocks, strict=True)]
+    problem = _Problem(model, recordings, stage, drawn, generator)
+    values, settled = problem.refit(np.sqrt(np.diag(covariance)))
+    if settled.sum() < REFITS / 2:
+        raise ArithmeticError(f"only {int(settled.sum())} of {REFITS} refits settle")
+    return Bootstrap(values[:, settled].T, REFITS, tuple(blocks), np.sqrt(np.diag(covariance)))
+
+
+def _block_lengths(recordings: Sequence[Recording], solution: Solution) -> list[int]:
+    """Samples a block for each trial: several correlation times, growing with the trial's length (Künsch's m^(1/3))."""
+    longest = float(correlation_times(recordings, solution.predictions).max())
+    return [int(np.clip(np.ceil(longest * len(r.time) ** (1 / 3)), 2, max(2, len(r.time) // 3))) for r in recordings]
+
+
+@dataclass(frozen=True)
+class _Draw:
+    """Residuals (m, n) rad of one trial, the length of a block, and where in them each refit's blocks start."""
+
+    left: Array
+    block: int
+    starts: Places  # (n_block, REFITS)
+
+    def of(self, which: Places) -> Array:
+        """(m, n, c) rad, the residuals of these refits in their new order."""
+        m = len(self.left)
+        places = (self.starts[:, None, which] + np.arange(self.block)[None, :, None]).reshape(-1, len(which))[:m] % m
+        return np.asarray(self.left[places].transpose(0, 2, 1))
+
+
+def _draw(generator: np.random.Generator, recording: Recording, prediction: Array, block: int) -> _Draw:
+    """Blocks for every refit out of one trial's residuals, centred, and as large as the truth's would be."""
+    left, m = residuals(recording, prediction), len(recording.time)
+    counted = recording.counts.any(axis=0)
+    left[:, counted] -= np.nanmean(left[:, counted], axis=0)
+    left *= np.sqrt(m / max(m - 2.0, 1.0))  # the fit has taken up the share of the initial state
+    for j in np.flatnonzero(counted):
+        lost = np.isnan(left[:, j])
+        left[lost, j] = generator.choice(left[~lost, j], int(lost.sum()))
+    left[:, ~counted] = 0.0
+    return _Draw(left, block, generator.integers(0, m, (-(-m // block), REFITS)))
+
+
+class _Problem:
+    """All refits together: unknowns as columns, one Newton matrix for all of them, eliminated trial by trial."""
+
+    def __init__(
+        self,
+        model: TrajectoryModel,
+        recordings: Sequence[Recording],
+        stage: Stage,
+        drawn: Sequence[_Draw],
+        generator: np.random.Generator,
+    ) -> None:
+        self.model, self.recordings, self.drawn = model, recordings, drawn
+        self.solution, self.noise = stage.solution, stage.weights.noise
+        self.evaluations = model.evaluate_all(recordings, self.solution.values, self.solution.locals)
+        information = self.solution.information
+        self.schur = information.schur()
+        self.eliminated = [np.linalg.solve(o, c.T) for o, c in zip(information.own, information.cross, strict=True)]
+        self.precision = [model.unknowns.prior[1]]
+        for recording in recordings:
+            free, shifted = recording.free, model.shifted(recording)
+            rate = recording.initial_rate[1][free] ** -2.0
+            shift = np.maximum(stage.weights.spread[shifted], 1e-9) ** -2.0
+            self.precision.append(np.concatenate([np.zeros(len(free)), rate, shift]))
+        self.pulls = [generator.normal(size=(len(p), REFITS)) * np.sqrt(p)[:, None] for p in self.precision]
+        beside = model.unknowns.measured(self.solution.values)
+        self.beside = np.zeros_like(self.schur) if beside is None else beside[2]
+        values, vectors = np.linalg.eigh(self.beside)
+        self.pulls[0] += vectors @ (
+            np.sqrt(np.maximum(values, 0.0))[:, None] * generator.normal(size=(len(values), REFITS))
+        )
+
+    def refit(self, deviation: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """(p, REFITS) unknowns and (REFITS,) which settled; ``deviation`` (p,) is the yardstick."""
+        steps = [np.zeros((len(precision), REFITS)) for precision in self.precision]
+        settled, lost = np.zeros(REFITS, dtype=bool), np.zeros(REFITS, dtype=bool)
+        for _ in range(ROUNDS):
+            todo = np.flatnonzero(~settled & ~lost)
+            if not len(todo):
+                break
+            moves = self._solve(self._gradients([step[:, todo] for step in steps], todo))
+            share = np.minimum(1.0, LONGEST / np.maximum(np.abs(moves[0]).max(axis=0), 1e-300))
+            good = np.all(np.isfinite(moves[0]), axis=0)
+            lost[todo[~good]] = True
+            for step, move in zip(steps, moves, strict=True):
+                step[:, todo[good]] += (move * share)[:, good]
+            small = np.all(np.abs(moves[0]) <= SETTLED * deviation[:, None], axis=0)
+            settled[todo[good & small]] = True
+        return self.solution.values[:, None] + steps[0], settled
+
+    def _solve(self, gradients: list[Array]) -> list[Array]:
+        """Newton's step for every column, by the Schur complement."""
+        owns = self.solution.information.own
+        inner = [np.linalg.solve(own, g) for own, g in zip(owns, gradients[1:], strict=True)]
+        side = gradients[0]
+        for cross, part in zip(self.solution.information.cross, inner, strict=True):
+            side = side - cross @ part
+        common = np.asarray(-np.linalg.solve(self.schur, side), dtype=np.float64)
+        moves = [common]
+        for part, eliminated in zip(inner, self.eliminated, strict=True):
+            moves.append(-part - eliminated @ common)
+        return moves
+
+    def _gradients(self, steps: Sequence[Array], which: Places) -> list[Array]:
+        """Gradient (p, c) by the common unknowns and (l, c) by each trial's own, at every refit's own point."""
+        gradients = [
+            precision[:, None] * step + pull[:, which]
+            for precision, step, pull in zip(self.precision, steps, self.pulls, strict=True)
+        ]
+        gradients[0] = gradients[0] + self.beside @ steps[0]
+        for first in range(0, len(self.recordings), TOGETHER):
+            some = range(first, min(first + TOGETHER, len(self.recordings)))
+            candidates = [self._candidates(t, steps) for t in some]
+            moved = motions(self.model, [self.recordings[t] for t in some], candidates, TOLERANCE)
+            for t, motion in zip(some, moved, strict=True):
+                found, noise = self.evaluations[t], self.noise[t]
+                assert found.common is not None
+                assert found.local is not None
+                target = self.solution.predictions[t][:, :, None] + self.drawn[t].of(which)
+                scaled = (motion - target) / noise[:, None]
+                weighted = scaled * np.minimum(1.0, HUBER / np.maximum(np.abs(scaled), 1e-12)) / noise[:, None]
+                flat = np.where(self.recordings[t].counts[:, :, None], weighted, 0.0).reshape(-1, len(which))
+                gradients[0] += found.common.reshape(len(flat), -1).T @ flat
+                gradients[t + 1] += found.local.reshape(len(flat), -1).T @ flat
+        return gradients
+
+    def _candidates(self, t: int, steps: Sequence[Array]) -> Candidates:
+        """The refits of trial ``t`` as columns."""
+        recording, local, own = self.recordings[t], self.solution.locals[t], steps[t + 1]
+        free, shifted = recording.free, self.model.shifted(recording)
+        rotation, rate, shift = (
+            np.repeat(part[:, None], own.shape[1], axis=1) for part in (local.rotation, local.rate, local.shift)
+        )
+        rotation[free] += own[: len(free)]
+        rate[free] += own[len(free) : 2 * len(free)]
+        shift[shifted] += own[2 * len(free) :]
+        return Candidates(self.solution.values[:, None] + steps[0], rotation, rate, shift)

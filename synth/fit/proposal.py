@@ -1,0 +1,223 @@
+"""What to measure next: the static point that would fix the spring rate which the trials leave open.
+
+The trials' information on the common unknowns is known from the sensitivities. A static point adds one line to it
+(``static_points.Balance``), so what it would do can be told before it is measured: the joint's angle is chosen where
+the spring rate's variance falls most (a c-optimal design, Pukelsheim, *Optimal Design of Experiments*, 2006, ch. 2),
+and the torque's error is the largest that still reaches the aim.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from synth.fit.least_squares import Solution
+from synth.fit.recordings import Recording
+from synth.fit.static_points import Balance
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.uncertainty import LOOSE, covariance
+from synth.fit.unknowns import NORMAL90, SpringsAndDampers
+from synth.model.leg import Array, Leg, Spring
+from synth.model.mechanics import coefficients, rest_pose, static_torque
+from synth.units import quantity
+
+AIM = np.log(1.1) / NORMAL90  # standard deviation of a log rate: +-10 % at 90 %
+TORQUE_SHARES = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005)  # of the torque: what gauges do, the crudest first
+ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])
+ANGLES = 25  # tried over the joint's travel
+LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose says nothing of the rate
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A static point worth measuring.
+
+    ``angles`` (n,) rad measured, the pose; ``torque`` N m about ``joint`` in the measured sense; errors one standard
+    deviation; ``before`` and ``after`` the spring rate's 90 % half-width as a factor less one. ``tip_mass`` kg: a mass
+    that would do instead of the torque, ``tip_angle`` rad where the joint would then rest, and ``tip_after``.
+    """
+
+    joint: str
+    joint_names: tuple[str, ...]
+    angles: Array
+    torque: float
+    torque_error: float
+    angle_error: float
+    before: float
+    after: float
+    tip_mass: float | None = None
+    tip_angle: float | None = None
+    tip_after: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """What to do, how well, and what it would tell."""
+        j = self.joint_names.index(self.joint)
+        angle, turned = np.degrees(self.angles[j]), quantity_text(abs(self.torque), "N*m")
+        others = [
+            f"{name} {np.degrees(a):.0f} deg"
+            for name, a in zip(self.joint_names, self.angles, strict=True)
+            if name != self.joint
+        ]
+        sense = "the way its angle grows" if self.torque > 0 else "the way its angle falls"
+        pose = f" with {' and '.join(others)}" if others else ""
+        text = (
+            f"{self.joint}: hold it still at {angle:.0f} deg{pose}, by about {turned} about the {self.joint}, {sense}. "
+            f"The torque read to +-{quantity_text(self.torque_error, 'N*m')} and the angle to "
+            f"+-{np.degrees(self.angle_error):.1f} deg (one standard deviation) would fix the spring rate to "
+            f"{share_text(self.after)}; now it is known to {share_text(self.before)}"
+        )
+        if self.tip_mass is not None and self.tip_angle is not None and self.tip_after is not None:
+            text += (
+                f". Or hang {1e3 * self.tip_mass:.0f} g at the tip: the {self.joint} comes to rest near "
+                f"{np.degrees(self.tip_angle):.0f} deg, and the pose then read to "
+                f"+-{np.degrees(self.angle_error):.1f} deg fixes it to {share_text(self.tip_after)}"
+            )
+        return f"{text}. Give it under static: in the project"
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``proposals``."""
+        written: dict[str, Any] = {
+            "joint": self.joint,
+            "text": self.sentence,
+            "angles": {n: quantity(float(a), "deg") for n, a in zip(self.joint_names, self.angles, strict=True)},
+            "torque": quantity(self.torque, "N*m"),
+            "torque_error": quantity(self.torque_error, "N*m"),
+            "angle_error": quantity(self.angle_error, "deg"),
+            "spring_rate_within": {"now": quantity(self.before, "1"), "then": quantity(self.after, "1")},
+        }
+        if self.tip_mass is not None and self.tip_angle is not None and self.tip_after is not None:
+            written["or_tip_mass"] = {
+                "tip_mass": quantity(self.tip_mass, "g"),
+                "rest_angle": quantity(self.tip_angle, "deg"),
+                "then": quantity(self.tip_after, "1"),
+            }
+        return written
+
+
+def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> tuple[Proposal, ...]:
+    """A static point for every joint whose spring rate the trials (and the points there are) leave open."""
+    unknowns = model.unknowns
+    assert isinstance(unknowns, SpringsAndDampers)
+    known = covariance(model, solution, with_prior=False)
+    found = []
+    for place, j in enumerate(unknowns.rates):
+        if np.sqrt(known[place, place]) > LOOSE:
+            proposal = _proposal(unknowns, recordings, solution.values, known, j)
+            found += [proposal] if proposal is not None else []
+    return tuple(found)
+
+
+def _proposal(
+    unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Array, j: int
+) -> Proposal | None:
+    """The point at which joint ``j``'s rate becomes known best, with the crudest reading that reaches the aim."""
+    leg, place = unknowns.leg, unknowns.rates.index(j)
+    fitted = _with_springs(unknowns, values)
+    try:
+        pose = rest_pose(fitted)
+    except ArithmeticError:
+        return None  # a leg that rests nowhere cannot be held still by a torque at one joint
+    rate, rest = float(np.exp(values[place])), float(values[len(unknowns.rates) + unknowns.rests.index(j)])
+    points = []
+    for angle in _travel(leg, recordings, j):
+        if abs(angle - pose[j]) < LEAST_AWAY:
+            continue
+        held = pose.copy()
+        held[j] = angle
+        weight = float(static_torque(coefficients(leg), held, leg.tilt)[j])
+        points.append((held, rate * (angle - rest) + weight, rate * (angle - rest)))
+    if not points:
+        return None
+    readings = [(share, error) for error in ANGLE_ERRORS for share in TORQUE_SHARES]
+    best: tuple[float, int, float, float] | None = None
+    for share, angle_error in readings:
+        for index, (held, torque, spring) in enumerate(points):
+            error = max(share * abs(torque), 1e-9)
+            after = _after(unknowns, values, known, Balance("", j, float(held[j]), spring, error, angle_error), place)
+            if best is None or after < best[0]:
+                best = after, index, error, angle_error
+        assert best is not None
+        if best[0] <= AIM:
+            break
+    assert best is not None
+    held, torque, _ = points[best[1]]
+    made = Proposal(
+        leg.joint_names[j],
+        leg.joint_names,
+        leg.to_measured(held),
+        float(leg.sign[j] * torque),
+        best[2],
+        best[3],
+        _half_width(float(np.sqrt(known[place, place]))),
+        _half_width(best[0]),
+    )
+    return _with_tip_mass(made, unknowns, fitted, pose, values, known, j)
+
+
+def _with_tip_mass(
+    made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Array, j: int
+) -> Proposal:
+    """The proposal with the smallest of a few masses at the tip that reaches the aim, if one does within 25 deg."""
+    leg, place = unknowns.leg, unknowns.rates.index(j)
+    mass = sum(joint.link.mass for joint in leg.joints)
+    for share in (0.1, 0.2, 0.5, 1.0, 2.0):
+        try:
+            hung = rest_pose(fitted, share * mass, pose)
+        except ArithmeticError:
+            break
+        if np.abs(hung - pose).max() > np.radians(25.0):
+            break
+        spring = -float(static_torque(coefficients(leg, share * mass), hung, leg.tilt)[j])
+        point = Balance("", j, float(hung[j]), spring, 1e-9, made.angle_error)
+        after = _after(unknowns, values, known, point, place)
+        if after <= AIM:
+            angle = float(leg.to_measured(hung)[j])
+            return replace(made, tip_mass=share * mass, tip_angle=angle, tip_after=_half_width(after))
+    return made
+
+
+def _after(unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, place: int) -> float:
+    """Standard deviation of the log rate with one point more (Sherman-Morrison on the covariance)."""
+    places = [place, len(unknowns.rates) + unknowns.rests.index(point.joint)]
+    slope = np.zeros(len(values))
+    slope[places] = point.slope(*values[places])
+    spread = known @ slope
+    variance = known[place, place] - spread[place] ** 2 / (1.0 + slope @ spread)
+    return float(np.sqrt(max(variance, 0.0)))
+
+
+def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:
+    """(m,) rad, rotations to try: the joint's range in the leg file, else what it went through in the trials."""
+    joint = leg.joints[j]
+    if joint.range is not None:
+        ends = [joint.sign * (angle - joint.zero) for angle in joint.range]
+    else:
+        moved = [r.smoothed.angle[:, j] for r in recordings if j in r.free]
+        ends = [min(float(m.min()) for m in moved), max(float(m.max()) for m in moved)]
+    return np.linspace(min(ends), max(ends), ANGLES)
+
+
+def _with_springs(unknowns: SpringsAndDampers, values: Array) -> Leg:
+    joints, natural, n_rate = list(unknowns.leg.joints), unknowns.natural(values), len(unknowns.rates)
+    for place, j in enumerate(unknowns.rates):
+        joint, rest = joints[j], float(natural[n_rate + unknowns.rests.index(j)])
+        joints[j] = replace(joint, spring=Spring(float(natural[place]), joint.zero + joint.sign * rest))
+    return replace(unknowns.leg, joints=tuple(joints))
+
+
+def _half_width(deviation: float) -> float:
+    return float(np.exp(min(NORMAL90 * deviation, 20.0)) - 1)
+
+
+def share_text(share: float) -> str:
+    """A half-width as people say it."""
+    return "no better than a factor of four" if share > 3 else f"+-{100 * share:.2g} %"
+
+
+def quantity_text(value: float, unit: str) -> str:
+    """Two digits and the unit."""
+    return f"{float(f'{value:.2g}'):g} {unit}"

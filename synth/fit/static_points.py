@@ -1,0 +1,93 @@
+"""Static points in the fit: where the leg is held still, spring, weight and known torque balance at a joint.
+
+``k (q - rest) + g(q) = torque`` with g the torque that holds the pose against gravity. The reading of the angle is
+uncertain as well as the torque, so a point's residual is divided by ``sqrt(torque_error^2 + (k angle_error)^2)`` at
+the k of the moment: minimised over the true angle, that is what least squares with errors in both variables leaves
+(Fuller, *Measurement Error Models*, 1987, section 1.3.3; the weight's change of the leg over the angle's error, a
+second-order matter, is left out). Free swings of an overdamped joint fix b/k; one such point fixes k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.files.static_points import TORQUE_SHARE, StaticPoint
+from synth.model.leg import Array, Leg
+from synth.model.mechanics import coefficients, static_torque
+
+STEP = 1e-6  # of a log rate, rad: central differences of a two-variable residual
+
+
+@dataclass(frozen=True)
+class Balance:
+    """One joint's balance in one point.
+
+    ``rotation`` rad; ``torque`` N m that the spring bears there, ``k (q - rest)``, in q's sense; errors one standard
+    deviation; ``weighed`` whether a known torque or mass acts, and not the leg's own weight alone.
+    """
+
+    name: str
+    joint: int
+    rotation: float
+    torque: float
+    torque_error: float
+    angle_error: float
+    weighed: bool = True
+
+    def residual(self, log_rate: float, rest: float) -> float:
+        """In standard deviations."""
+        rate = np.exp(log_rate)
+        return float(
+            (rate * (self.rotation - rest) - self.torque) / np.hypot(self.torque_error, rate * self.angle_error)
+        )
+
+    def slope(self, log_rate: float, rest: float) -> Array:
+        """(2,) derivative of the residual by log rate and rest."""
+        by_rate = self.residual(log_rate + STEP, rest) - self.residual(log_rate - STEP, rest)
+        by_rest = self.residual(log_rate, rest + STEP) - self.residual(log_rate, rest - STEP)
+        return np.array([by_rate, by_rest]) / (2 * STEP)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A point's balance beside the fit: the spring torque measured and fitted, N m in q's sense, and their distance.
+
+    ``deviations`` : how many standard deviations they lie apart.
+    """
+
+    balance: Balance
+    fitted: float
+    deviations: float
+
+
+def balances(leg: Leg, points: Sequence[StaticPoint]) -> tuple[Balance, ...]:
+    """The balances of the points, a joint each."""
+    found = []
+    for point in points:
+        rotation = leg.to_rotation(point.angles)
+        weight = np.zeros(len(rotation))
+        if not point.supported:
+            weight = static_torque(coefficients(leg, point.tip_mass), rotation, leg.tilt + point.tilt)
+        for j in point.balanced:
+            torque = float(leg.sign[j] * point.torques[j] - weight[j])
+            error = point.torque_error
+            if error is None:
+                error = max(TORQUE_SHARE * abs(torque), 1e-9)
+            weighed = point.tip_mass > 0.0 or bool(np.any(point.torques != 0.0))
+            found.append(Balance(point.name, j, float(rotation[j]), torque, error, point.angle_error, weighed))
+    return tuple(found)
+
+
+def judged(points: Sequence[Balance], rate: Array, rest: Array) -> tuple[Judged, ...]:
+    """Each balance at fitted spring rates (n,) N m/rad and rests (n,) rad."""
+    return tuple(
+        Judged(
+            point,
+            float(rate[point.joint] * (point.rotation - rest[point.joint])),
+            point.residual(float(np.log(rate[point.joint])), float(rest[point.joint])),
+        )
+        for point in points
+    )
