@@ -56,6 +56,7 @@ class JumpTolerance:
     efficiency: Annotated[Share, Because("of the gear; the maker's line tells it so far")] = 0.03
     supply: Annotated[Share, Because("a voltmeter's")] = 0.005
     ground: Annotated[Share, Because("the contact's stiffness is an assumption")] = 0.3
+    bumper: Annotated[Share, Because("the stop's stiffness is an assumption")] = 0.3
     force: Annotated[Share, Because("a force plate's scale")] = 0.01
     angle: Annotated[
         float, Quantity("rad", least=0, most=radians(30)), Because("the encoder's zero")

@@ -23,7 +23,7 @@ class JumpLanes:
 
     ``body_mass`` : structure and both motors. ``start`` : the upper link's angle in the crouch. ``supply_resistance`` :
     of the supply that both motors draw from. ``gear_friction`` : beside what the motor's free current tells, N m at the
-    output. ``driving``, ``braking`` : torque behind the gear over that before it, where the motor drives the link and
+    rotor. ``driving``, ``braking`` : torque behind the gear over that before it, where the motor drives the link and
     where the link drives the motor. ``ground_friction`` : coefficient; only a leaning jump asks for it.
     """
 
@@ -159,7 +159,7 @@ class JumpLanes:
             "braking": self.braking,
             "reverse_speed": REVERSE_SPEED,
             "voltage": self.voltage,
-            "friction": self.gear_friction,
+            "friction": self.ratio * self.gear_friction,
         }
         values |= self._winding() if self.electric else self._line()
         for name, value in values.items():
@@ -173,7 +173,7 @@ class JumpLanes:
             "back_emf": ratio * self.back_emf,
             "torque_constant": ratio * self.torque_constant,
             "rotor_inertia": self.rotor_inertia * ratio**2,
-            "friction": ratio * self.friction + self.gear_friction,
+            "friction": ratio * self.friction + ratio * self.gear_friction,
             "viscous": ratio**2 * self.viscous,
         }
 

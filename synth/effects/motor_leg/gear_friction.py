@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def change(jumps: JumpLanes, torque: Array, loss: Array) -> None:
-    """Add dry friction (N m at the output) and take a share of what passes, whichever way it passes."""
+    """Add dry friction (N m at the rotor) and take a share of what passes, whichever way it passes."""
     jumps.gear_friction += torque
     jumps.driving *= 1.0 - loss
     jumps.braking /= 1.0 - loss
@@ -23,12 +23,12 @@ EFFECT = MotorEffect(
     name="gear_friction",
     meaning="the gears rub more than the design says: dry friction, or a share of the load",
     phrase="have gears that rub",
-    formula="-torque sign(omega) at the output; of what the gear passes on, (1 - loss)",
-    source="Knaup & Aukes, equation 4 (f_0); load-dependent loss: Shigley, Mechanical Engineering Design, ch. 13",
+    formula="-torque sign(omega) at the rotor; of what the gear passes on, (1 - loss)",
+    source="Knaup & Aukes, equation 4 (f_0, the same for all their gearboxes); load-dependent loss: Shigley, Mechanical Engineering Design, ch. 13",
     way="leg",
     place="hip",
     parameters=(
-        Parameter("torque", "N*m", 0.0, size(0.15), meaning="dry friction at the output"),
+        Parameter("torque", "N*m", 0.0, size(0.15), meaning="dry friction at the rotor"),
         Parameter("loss", "1", 0.0, Prior(0.0, 0.2, lower=0.0, upper=0.7), meaning="share of the torque carried"),
     ),
     strengths=("torque", "loss"),

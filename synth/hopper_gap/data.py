@@ -1,0 +1,189 @@
+"""Recordings made ready: the stretch that counts, noise, and what each sample weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
+from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.jump_lanes import JumpLanes
+from synth.hopper.leg import Array, HopperLeg, Motor
+from synth.hopper.models import MODELS, columns
+from synth.hopper.motors import motor_of
+from synth.hopper.validate_jumps import MeasuredJump, measure
+from synth.parts.catalog import Catalogue
+
+EFFECTIVE = 50.0  # samples of a trial and channel that count as independent
+DENSE = 1e-3  # s; finer recordings are averaged
+AFTER = 0.01  # s past the push that still count
+LEAST_MOTION = np.radians(2.0)
+ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
+# What is measured beside noise: the share of a channel's largest value that no model of ours claims to get right.
+CLAIM = {FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, ANGLE: 0.0, "pitch": 0.0, "foot slide": 0.0}
+LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-4, "foot slide": 2e-5}
+
+
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """One trial as the search uses it.
+
+    ``time`` (m,) s and ``measured`` channel -> (m,) SI, the stretch that counts; ``sigma`` channel -> what a sample is
+    uncertain by, noise and ``CLAIM`` together; ``noise`` the noise alone. ``jumps`` : one lane of the nominal leg under
+    the trial's conditions. ``group`` : which motor's tolerances hold. ``torque`` : a pull-up's, on all of ``time``.
+    ``seen`` : what the recording itself tells of the jump; None for a pull-up, or where it does not leave the ground.
+    """
+
+    trial: JumpTrial
+    leg: HopperLeg
+    motor: Motor
+    time: Array
+    measured: Mapping[str, Array]
+    sigma: Mapping[str, float]
+    noise: Mapping[str, float]
+    jumps: JumpLanes
+    group: int
+    slip_speed: float
+    torque: Array | None = None
+    seen: MeasuredJump | None = None
+
+    @property
+    def name(self) -> str:
+        """The file."""
+        return self.trial.name
+
+    @property
+    def leaning(self) -> bool:
+        """Whether the planar form is needed."""
+        return self.trial.lean != 0.0
+
+    @property
+    def weight(self) -> float:
+        """Of each sample's squared miss."""
+        return min(1.0, EFFECTIVE / len(self.time))
+
+
+def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump], list[str]]:
+    """All trials, copies left out; and what is to be said of them.
+
+    Raises
+    ------
+    UserError : an unknown motor, a leg that cannot be, or a trial without motion.
+    """
+    groups: dict[str, int] = {}
+    found: list[Jump] = []
+    said: list[str] = []
+    problems: list[Problem] = []
+    for trial in project.trials:
+        twin = next((f.name for f in found if _same(f.trial, trial)), None)
+        if twin is not None:
+            said.append(f"{trial.name} is a copy of {twin} and is left out")
+            continue
+        try:
+            found.append(_jump(project, trial, catalogue, groups))
+        except UserError as error:
+            problems += [p if p.file else replace(p, file=trial.name) for p in error.problems]
+    if problems:
+        raise UserError(problems)
+    given = [jump for jump in found if not jump.trial.held_out]
+    if len(given) == 1:
+        said.append("one trial only to learn from: an effect and what was peculiar to it cannot be told apart")
+    if all(jump.trial.kind == "pull-up" for jump in given):
+        said.append("pull-ups only: they show the joints' damping; of motor, gear and ground they tell nothing")
+    if not any(jump.leaning for jump in given):
+        said.append("no trial to learn from leans: whether the foot would slide cannot be told from upright jumps")
+    return found, said
+
+
+def _same(one: JumpTrial, other: JumpTrial) -> bool:
+    a, b = one.columns[ANGLE], other.columns[ANGLE]
+    return one.kind == other.kind and a.shape == b.shape and bool(np.array_equal(a, b))
+
+
+def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, groups: dict[str, int]) -> Jump:
+    design = project.design
+    row = catalogue.find_motor(trial.motor)
+    try:
+        motor = motor_of(row, replace(design.motor_options, supply=trial.supply or design.motor_options.supply))
+    except ValueError as error:
+        raise UserError(f"the motor cannot be simulated: {error}") from None
+    leg = design.leg.with_length(trial.length)
+    leg = replace(leg, structure_mass=leg.structure_mass + trial.payload)
+    wrong = leg.problems()
+    if wrong:
+        raise UserError(f"with links of {trial.length * 1e3:g} mm {wrong[0]}")
+    model = MODELS["A" if design.model == "C" else design.model]
+    jumps = columns(leg, motor, design.contact, model, np.array([trial.length]))
+    slip = design.contact.slip_speed
+    angle = trial.columns[ANGLE]
+    if float(np.ptp(angle)) < LEAST_MOTION:
+        text = f"never moves: the upper link turns by no more than {np.degrees(np.ptp(angle)):.2g} deg"
+        raise UserError(Problem(text, trial.name, key=ANGLE))
+    if trial.kind == "pull-up":
+        recorded = _averaged(trial.columns)
+        measured = {ANGLE: recorded[ANGLE]}
+        _refuse_out_of_reach(trial, leg)
+        seen, torque = None, recorded[PULL_UP]
+    else:
+        seen = _seen(trial, float(jumps.total_mass[0]), leg.gravity)
+        last = _end_of_push(trial)
+        stretch = {name: values[trial.columns["time"] <= last] for name, values in trial.columns.items()}
+        recorded = _averaged(stretch)
+        measured = {name: recorded[name] for name in CLAIM if name in recorded and (name != "pitch" or trial.lean)}
+        torque = None
+    noise = {name: max(_noise(values), LEAST_NOISE[name]) for name, values in measured.items()}
+    sigma = {name: float(np.hypot(noise[name], CLAIM[name] * np.abs(v).max())) for name, v in measured.items()}
+    group = groups.setdefault(trial.motor, len(groups))
+    return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, seen)
+
+
+def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
+    most = np.degrees(0.99 * leg.largest_crouch)
+    low, high = np.degrees(trial.columns[ANGLE].min()), np.degrees(trial.columns[ANGLE].max())
+    if low < 1.2 or high > most:
+        text = f"the angle runs from {low:.1f} to {high:.1f} deg; links of {leg.length * 1e3:g} mm fold from 1.2 to "
+        raise UserError(Problem(f"{text}{most:.1f} deg", trial.name, key=ANGLE))
+
+
+def _seen(trial: JumpTrial, mass: float, gravity: float) -> MeasuredJump | None:
+    """Takeoff and rise by the force plate; without one, nothing. A leg that does not lift is told from its motion."""
+    if FORCE not in trial.columns:
+        return None
+    try:
+        return measure(HopperRecording(trial.name, trial.columns), mass, gravity)
+    except UserError:
+        return None
+
+
+def _end_of_push(trial: JumpTrial) -> float:
+    """A little after the upper link's fastest moment, which the leg's stop ends; s.
+
+    What comes later hangs on little things: whether a weak jump lifts at all, how a landing rings.
+    """
+    time, angle = trial.columns["time"], trial.columns[ANGLE]
+    width = max(1, round(0.004 / float(np.median(np.diff(time)))))
+    rate = (angle[2 * width :] - angle[: -2 * width]) / (time[2 * width :] - time[: -2 * width])
+    return float(time[width + int(np.argmin(rate))]) + AFTER
+
+
+def _averaged(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Finer samples than ``DENSE`` averaged in groups."""
+    time = columns["time"]
+    size = max(1, round(DENSE / float(np.median(np.diff(time)))))
+    whole = len(time) // size * size
+    return {name: values[:whole].reshape(-1, size).mean(axis=1) for name, values in columns.items()}
+
+
+def _noise(values: Array) -> float:
+    """Deviation of white noise on a smooth curve, by third differences and their median."""
+    third = np.diff(values, 3)
+    return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
+
+
+def pooled(jumps: Sequence[Jump], channel: str) -> float:
+    """Noise of a channel over trials, rms; 0 where none has it."""
+    found = [jump.noise[channel] ** 2 for jump in jumps if channel in jump.noise]
+    return float(np.sqrt(np.mean(found))) if found else 0.0

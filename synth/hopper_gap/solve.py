@@ -1,0 +1,196 @@
+"""Unknowns that fit the trials best: Levenberg and Marquardt, each trial's own unknowns eliminated.
+
+Derivatives are differences between lanes that share every step of the integration. A leaning trial's by the tolerances
+are those of the nominal leg, computed once: the planar form takes a hundred times as long as a lane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from synth.hopper.leg import Array
+from synth.hopper_gap.candidates import JumpCandidate
+from synth.hopper_gap.data import Jump
+from synth.hopper_gap.predict import N_OWN, JumpPredictor
+
+STEP = 0.05  # whitened, of differences
+ROUNDS, CONVERGED = 12, 0.05
+WORKERS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class JumpFit:
+    """A hypothesis with its unknowns (tolerances, then each cause's) and each trial's own (n_trial, 2), whitened.
+
+    ``residuals`` a trial (M,), ``slopes`` a trial (M, n_unknown + 2); ``cost`` half the sum of squares, priors in it.
+    """
+
+    hypothesis: tuple[JumpCandidate, ...]
+    unknowns: Array
+    own: Array
+    residuals: tuple[Array, ...] = ()
+    slopes: tuple[Array, ...] = ()
+    cost: float = np.inf
+
+    @property
+    def keys(self) -> tuple[tuple[str, str], ...]:
+        """Effect and place of each cause."""
+        return tuple(candidate.key for candidate in self.hypothesis)
+
+
+@dataclass(frozen=True, eq=False)
+class JumpBench:
+    """The trials to learn from."""
+
+    predictor: JumpPredictor
+    trials: tuple[Jump, ...]
+    planar_slopes: dict[str, Array] = field(default_factory=dict)
+
+    @property
+    def n_tolerance(self) -> int:
+        """Unknowns of the leg itself."""
+        return self.predictor.tolerances.size
+
+    def bounds(self, hypothesis: Sequence[JumpCandidate]) -> tuple[Array, Array]:
+        """Least and greatest unknowns."""
+        wide = np.full(self.n_tolerance, 8.0)
+        ends = [candidate.bounds() for candidate in hypothesis]
+        return np.concatenate([-wide, *(low for low, _ in ends)]), np.concatenate([wide, *(high for _, high in ends)])
+
+    def evaluate(self, fit: JumpFit) -> JumpFit:
+        """Residuals, derivatives and cost of the trials."""
+        found = by_trial(lambda i: self.slopes(self.trials[i], fit, fit.own[i]), len(self.trials))
+        residuals = tuple(r for r, _ in found)
+        cost = 0.5 * sum(float(r @ r) for r in residuals)
+        cost += 0.5 * float(fit.unknowns @ fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
+        return replace(fit, residuals=residuals, slopes=tuple(s for _, s in found), cost=cost)
+
+    def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
+        """(M,) residual and (M, n_unknown + 2) its derivatives, by steps away from the nearer bound."""
+        p, count = self.n_tolerance, len(fit.unknowns)
+        kept = self.planar_slopes.get(jump.name) if jump.leaning else None
+        moved = range(count + N_OWN) if kept is None else range(p, count + N_OWN)
+        x = np.repeat(fit.unknowns[:, None], 1 + len(moved), axis=1)
+        mine = np.repeat(own[:, None], 1 + len(moved), axis=1)
+        low, high = self.bounds(fit.hypothesis)
+        steps = np.full(count + N_OWN, STEP)
+        steps[:count] = np.where(high - fit.unknowns > fit.unknowns - low, STEP, -STEP)
+        for lane, k in enumerate(moved, start=1):
+            if k < count:
+                x[k, lane] += steps[k]
+            else:
+                mine[k - count, lane] += steps[k]
+        residual = self.predictor.residual(jump, self.predictor.predict(jump, fit.hypothesis, x, mine))
+        found = (residual[:, 1:] - residual[:, :1]) / steps[list(moved)]
+        if kept is not None:
+            found = np.concatenate([kept, found], axis=1)
+        elif jump.leaning:
+            self.planar_slopes[jump.name] = found[:, :p]
+        return residual[:, 0], found
+
+    def left(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
+        """(n_point,) cost that the causes at these points (size, n_point) promise, all else linear about ``base``."""
+        x = np.repeat(base.unknowns[:, None], points.shape[1], axis=1)
+        x = np.concatenate([x[: self.n_tolerance], points])
+
+        def missed(i: int) -> Array:
+            own = np.repeat(base.own[i][:, None], points.shape[1], axis=1)
+            return self.predictor.residual(self.trials[i], self.predictor.predict(self.trials[i], hypothesis, x, own))
+
+        residuals = by_trial(missed, len(self.trials))
+        normal = Normal.of(replace(base, residuals=()), self.n_tolerance)
+        costs = np.empty(points.shape[1])
+        for k in range(points.shape[1]):
+            step = normal.step([r[:, k] for r in residuals], base, 0.0)
+            squares = sum(
+                float(np.sum((r[:, k] + s @ d) ** 2)) for r, s, d in zip(residuals, base.slopes, step, strict=True)
+            )
+            costs[k] = 0.5 * squares + 0.5 * float(np.sum((base.unknowns + step[0][: len(base.unknowns)]) ** 2))
+            costs[k] += 0.5 * float(points[:, k] @ points[:, k])
+        return costs
+
+    def solve(self, fit: JumpFit, rounds: int = ROUNDS) -> JumpFit:
+        """The fit gone on with until it gains no more."""
+        current = fit if fit.residuals else self.evaluate(fit)
+        low, high = self.bounds(fit.hypothesis)
+        damping = 1e-3
+        for _ in range(rounds):
+            normal = Normal.of(current, len(current.unknowns))
+            step = normal.step(current.residuals, current, damping)
+            count = len(current.unknowns)
+            tried = self.evaluate(
+                replace(
+                    current,
+                    unknowns=np.clip(current.unknowns + step[0][:count], low, high),
+                    own=current.own + np.array([s[count:] for s in step]),
+                )
+            )
+            gain = current.cost - tried.cost
+            if gain > 0.0:
+                current, damping = tried, max(damping / 10.0, 1e-7)
+                if gain < CONVERGED:
+                    break
+            else:
+                damping = max(10.0 * damping, 1e-2)
+                if damping > 1e6:
+                    break
+        return current
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations: ``matrix`` (n, n) with each trial's own unknowns eliminated, and the parts that they need."""
+
+    matrix: Array
+    parts: tuple[tuple[Array, Array, Array], ...]  # a trial: (n, n), (n, 2), (2, 2) of its squares
+
+    @classmethod
+    def of(cls, fit: JumpFit, count: int) -> Normal:
+        """From a fit's derivatives, those of the first ``count`` unknowns and of each trial's own."""
+        parts, matrix = [], np.eye(count)
+        for slopes in fit.slopes:
+            a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_OWN :]
+            part = (a.T @ a, a.T @ b, b.T @ b + np.eye(N_OWN))
+            matrix += part[0] - part[1] @ np.linalg.solve(part[2], part[1].T)
+            parts.append(part)
+        return cls(matrix, tuple(parts))
+
+    def gradients(self, residuals: Sequence[Array], fit: JumpFit) -> list[tuple[Array, Array]]:
+        """A trial: reduced gradient (n,) of its part, and that of its own unknowns (2,)."""
+        count = len(self.matrix)
+        found = []
+        for residual, slopes, own, (_, b, c) in zip(residuals, fit.slopes, fit.own, self.parts, strict=True):
+            mine = slopes[:, slopes.shape[1] - N_OWN :].T @ residual + own
+            found.append((slopes[:, :count].T @ residual - b @ np.linalg.solve(c, mine), mine))
+        return found
+
+    def step(self, residuals: Sequence[Array], fit: JumpFit, damping: float) -> list[Array]:
+        """A trial: the step (n + 2,) of all unknowns and its own."""
+        count = len(self.matrix)
+        gradients = self.gradients(residuals, fit)
+        total = sum((g for g, _ in gradients), fit.unknowns[:count].copy())
+        shared = -np.linalg.solve(self.matrix + damping * np.diag(np.diag(self.matrix)), total)
+        return [
+            np.concatenate([shared, -np.linalg.solve(c, mine + b.T @ shared)])
+            for (_, mine), (_, b, c) in zip(gradients, self.parts, strict=True)
+        ]
+
+    def without(self, index: int, fit: JumpFit) -> Array:
+        """(n,) how the unknowns move when one trial takes no part, to first order."""
+        a, b, c = self.parts[index]
+        gradients = self.gradients(fit.residuals, fit)
+        matrix = self.matrix - (a - b @ np.linalg.solve(c, b.T))
+        total = sum((g for k, (g, _) in enumerate(gradients) if k != index), fit.unknowns.copy())
+        return np.asarray(-np.linalg.solve(matrix, total))
+
+
+def by_trial(work, count: int) -> list:  # type: ignore[no-untyped-def, type-arg]
+    """Results of ``work(i)`` in order; compiled loops let other threads run."""
+    if count < 2:
+        return [work(i) for i in range(count)]
+    with ThreadPoolExecutor(WORKERS) as pool:
+        return list(pool.map(work, range(count)))

