@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from synth.commands.fit_choice import add_fit_arguments, fit_choice
+
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
 
@@ -14,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("file", help="project file, kind: fit")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
+    add_fit_arguments(parser)
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
 
 
@@ -21,20 +24,22 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, fit, write ``fit.json``, the fitted leg, responses and a report."""
     from dataclasses import replace
 
-    from synth.design.stages import require_known_method, with_held_out
+    from synth.design.stages import with_held_out
     from synth.design.write import write_fit_responses
     from synth.errors import Problem, UserError
     from synth.files.leg import write_leg
     from synth.files.output import output_folder, write_json
     from synth.files.projects import read_fit_project
-    from synth.fit.estimate import FitOptions, fit_leg
+    from synth.fit.estimate import FitOptions
+    from synth.fit.methods import fit_by, require_method
     from synth.fit.recordings import recordings
     from synth.parts.catalog import Catalogue
     from synth.parts.resolver import resolver
 
     with progress.stage("reading the project"):
         project = read_fit_project(arguments.file, resolve_part=resolver(Catalogue.load()))
-        require_known_method(project.fit.method, project.fit.cost, str(project.path))
+        choice = fit_choice(project.fit, arguments)
+        require_method(choice, str(project.path), static=bool(project.static), prior=project.prior is not None)
         fitted = [trial for trial in project.trials if not trial.held_out]
         if not fitted:
             text = "every trial is held out; at least one must be fitted"
@@ -50,14 +55,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         with progress.stage("fitting"):
             options = FitOptions(
                 project.free_angle,
-                project.fit.weight,
+                choice.weight,
                 curves,
-                project.fit.seed,
+                choice.seed,
                 project.prior,
                 static=project.static,
-                intervals=project.fit.intervals,
+                intervals=choice.intervals,
             )
-            result = with_held_out(fit_leg(project.leg, made, options), held_out)
+            result = with_held_out(fit_by(project.leg, made, options, choice), held_out)
             inputs = {item.name: item.sha256 for item in project.inputs}
             inputs |= {trial.name: trial.sha256 for trial in project.trials}
             result = replace(result, inputs=inputs)

@@ -21,7 +21,7 @@ from synth.design.springs import SpringChoiceMade, choose_springs, spring_warnin
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
-from synth.fit.estimate import fit_leg
+from synth.fit.methods import fit_by
 from synth.fit.result import FitResult, JointFit, TrialFit
 from synth.model.leg import Array, Leg
 from synth.parts.catalog import Catalogue
@@ -74,10 +74,10 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     motion = read_motion(project)
     into = target_of(project.target)
     with stage("fitting the animal's leg"):
-        source = with_held_out(fit_leg(project.source, motion.fitted, options), motion.held_out)
+        source = with_held_out(fit_by(project.source, motion.fitted, options, project.fit), motion.held_out)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):
-        target = with_held_out(fit_leg(into.ideal, scaled, options), motion.held_out_scaled)
+        target = with_held_out(fit_by(into.ideal, scaled, options, project.fit), motion.held_out_scaled)
     with stage("finding the dampers' laws"):
         laws = damper_laws(project)
     tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
@@ -93,7 +93,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
             if option.damper.curve is not None
         }
         near = replace(target, joints=_like(target, dampers.leg))
-        again = fit_leg(into.real, scaled, replace(options, curves=curves, near=near))
+        again = fit_by(into.real, scaled, replace(options, curves=curves, near=near), project.fit)
         refit = with_held_out(again, motion.held_out_scaled)
     with stage("choosing springs"):
         fitted = _with_dampers(refit.leg, dampers)

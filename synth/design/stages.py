@@ -11,13 +11,12 @@ from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.estimate import FitOptions, score
+from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
 from synth.fit.report_fit import trial_fits
 from synth.fit.result import FitResult, TrialFit
 from synth.model.leg import DamperCurve
 from synth.parts.response import Release
-
-UNTOLD = ("piecewise", "swarm"), ("transient", "characteristics")
 
 
 @dataclass(frozen=True)
@@ -70,21 +69,11 @@ def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = 
 
     Raises
     ------
-    UserError : a method or cost that this version does not have.
+    UserError : a method and a cost that do not go together.
     """
-    require_known_method(project.fit.method, project.fit.cost, str(project.path))
-    return FitOptions(project.free_angle, project.fit.weight, curves or {}, project.fit.seed)
-
-
-def require_known_method(method: str, cost: str, file: str) -> None:
-    """Refuse the thesis' methods and costs, which are to come, rather than run another in their name."""
-    problems = []
-    if method in UNTOLD[0]:
-        problems.append(Problem(f"{method} is not in this version; write least_squares", file, key="fit.method"))
-    if cost in UNTOLD[1]:
-        problems.append(Problem(f"{cost} is not in this version; write trajectory", file, key="fit.cost"))
-    if problems:
-        raise UserError(problems)
+    require_method(project.fit, str(project.path))
+    intervals = project.fit.intervals
+    return FitOptions(project.free_angle, project.fit.weight, curves or {}, project.fit.seed, intervals=intervals)
 
 
 def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[TrialFit, ...]:

@@ -35,10 +35,12 @@ def result_of(
     *,
     intervals: str = "sensitivities",
     seed: int = 0,
+    searched: bool = False,
 ) -> FitResult:
     """Assemble the result of the chosen ``mode`` out of the stages, name -> (Stage, spread (n,) rad).
 
-    ``intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``.
+    ``intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``. ``searched``: the stage is
+    not the least of its residuals, so that what they leave does not speak against the model.
     """
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
@@ -74,7 +76,7 @@ def result_of(
         f"{name}: the fit leaves {np.degrees(chosen_rms[name]):.2g} deg where the samples scatter by only "
         f"{np.degrees(scatter[j]):.2g} deg: the model lacks something at this joint or beside it"
         for j, name in enumerate(names)
-        if chosen_rms[name] > MISFIT * scatter[j] and chosen_rms[name] > np.radians(0.3)
+        if not searched and chosen_rms[name] > MISFIT * scatter[j] and chosen_rms[name] > np.radians(0.3)
     ]
     static = _static(unknowns, chosen.solution.values)
     warnings += [*_at_edges(unknowns, chosen.solution.values), *_left_out(leg), *_off_balance(leg, static)]

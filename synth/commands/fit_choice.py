@@ -1,0 +1,48 @@
+"""How to fit, on the command line: what is given there goes before the project file's ``fit:``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from synth.commands.arguments import one_of
+
+if TYPE_CHECKING:
+    from synth.files.options import FitOptions
+
+_CHOICES = {
+    "method": (("least_squares", "piecewise", "swarm"), "how springs and dampers are sought"),
+    "cost": (("trajectory", "transient", "characteristics"), "what the search makes small"),
+    "weight": (("noise", "amplitude", "equal"), "what errors are divided by"),
+    "intervals": (("sensitivities", "bootstrap"), "how the intervals are found; bootstrap: 200 refits"),
+}
+
+
+def add_fit_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare ``--method``, ``--cost``, ``--weight`` and ``--intervals``."""
+    for name, (allowed, text) in _CHOICES.items():
+        said = f"{text}: {', '.join(allowed)} (else as the project's fit: says)"
+        parser.add_argument(f"--{name}", type=one_of(allowed), metavar="NAME", help=said)
+
+
+def fit_choice(written: FitOptions, arguments: argparse.Namespace) -> FitOptions:
+    """The project's options with those of the command line in their place."""
+    from dataclasses import replace
+
+    given: dict[str, Any] = {name: getattr(arguments, name) for name in _CHOICES}
+    return replace(written, **{name: value for name, value in given.items() if value is not None})
+
+
+def not_for_folders(arguments: argparse.Namespace) -> None:
+    """Refuse these options where many projects are fitted: each says for itself how.
+
+    Raises
+    ------
+    UserError : one of them was given.
+    """
+    from synth.errors import Problem, UserError
+
+    given = [name for name in _CHOICES if getattr(arguments, name) is not None]
+    if given:
+        text = f"is for one project; {arguments.file} is a folder: write it under fit: in each project"
+        raise UserError([Problem(text, key=f"--{name}") for name in given])

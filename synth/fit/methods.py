@@ -1,0 +1,181 @@
+"""The way to the springs and dampers that a project asks for: least squares, or one of the thesis' searches.
+
+``least_squares`` finds the answer without a starting guess and is the default. ``piecewise`` and ``swarm`` are the
+thesis' (``search``, ``simplex``, ``swarm``), for those who want to reproduce it or to compare: what least squares find
+on the same recordings is always computed too, and said beside the search's answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.options import FitOptions as Choice
+from synth.fit.costs import Cost, emphasised
+from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.least_squares import Stage, Weights, solve
+from synth.fit.recordings import Recording
+from synth.fit.report_fit import result_of
+from synth.fit.result import FitResult
+from synth.fit.search import Bounds, Search
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.uncertainty import correlation_times, root_mean_square
+from synth.fit.unknowns import all_of
+from synth.model.chain import compiled_chain
+from synth.model.leg import Array, Damper, DamperCurve, Leg, Spring
+
+WORSE = 1.05  # times the RMS of least squares, from which a search is said to have missed
+
+
+def require_method(choice: Choice, file: str, *, static: bool = False, prior: bool = False) -> None:
+    """Refuse what does not go together.
+
+    Raises
+    ------
+    UserError : with the key in ``fit:`` that is to change.
+    """
+    problems = []
+    if choice.method == "least_squares" and choice.cost == "characteristics":
+        text = (
+            "characteristics jump when a swing falls under the noise and have no derivative; least_squares needs one. "
+            "Write method: piecewise or swarm, or cost: trajectory or transient"
+        )
+        problems.append(Problem(text, file, key="fit.cost"))
+    if choice.method != "least_squares":
+        for key, given in (("static", static), ("prior", prior)):
+            if given:
+                text = f"{choice.method} looks at the recordings alone and would not heed it; use method: least_squares"
+                problems.append(Problem(text, file, key=key))
+        if choice.intervals == "bootstrap":
+            text = f"its refits are of least squares, not of {choice.method}; use method: least_squares"
+            problems.append(Problem(text, file, key="fit.intervals"))
+    if problems:
+        raise UserError(problems)
+
+
+def fit_by(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
+    """Fit a leg by the project's method and cost; see ``estimate.fit_leg``.
+
+    A fit with ``options.near``, which only moves an earlier one, is by least squares whatever the method.
+
+    Raises
+    ------
+    UserError : nothing to fit, or no motion of the leg comes near.
+    """
+    if options.near is not None:
+        return fit_leg(leg, recordings, options)
+    if choice.method == "least_squares":
+        if choice.cost != "transient":
+            return fit_leg(leg, recordings, options)
+        return _over_all_samples(fit_leg(leg, emphasised(recordings), options), recordings)
+    if not recordings:
+        raise UserError("no trial is left to fit: every one is held out")
+    return _searched(leg, recordings, options, choice)
+
+
+def search_of(
+    leg: Leg,
+    recordings: Sequence[Recording],
+    cost: Cost,
+    curves: Mapping[str, DamperCurve] | None = None,
+    *,
+    common: bool = False,
+) -> Search:
+    """A search for the rates of a leg, whose own springs and dampers are left aside but for known ``curves``."""
+    known = curves or {}
+    joints = [
+        replace(joint, spring=Spring(0.0, joint.zero), damper=Damper(curve=known.get(joint.name)))
+        for joint in leg.joints
+    ]
+    leg, chain = replace(leg, joints=tuple(joints)), compiled_chain(len(joints))
+    held = [j for j, name in enumerate(leg.joint_names) if name in known]
+    model = TrajectoryModel(chain, leg, all_of(chain, leg, damper_known=held))
+    return Search(model, recordings, cost, common)
+
+
+def _searched(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
+    """The thesis' way: piecewise, and from there the swarm."""
+    cost = Cost(choice.cost, tuple(recordings), options.weight)
+    search = search_of(leg, recordings, cost, options.curves, common=options.free_angle == "common")
+    start = search.first([options.curves.get(name) for name in leg.joint_names])
+    bounds = Bounds.around(start)
+    rates, stages = search.piecewise(start, bounds)
+    iterations = sum(stage.iterations for stage in stages)
+    if choice.method == "swarm":
+        rates, found = search.swarm(rates, bounds, seed=options.seed)
+        iterations = found.iterations
+    result = _assembled(search, rates, options, len(recordings))
+    names = leg.joint_names
+    edges = [
+        f"{names[j]}: the {what} lies on the edge of what the {choice.method} search was allowed, "
+        f"{bounds.lower[row, j]:.3g} to {bounds.upper[row, j]:.3g} {unit}"
+        for row, (what, unit) in enumerate((("spring rate", "N*m/rad"), ("damper rate", "N*m*s/rad")))
+        for j in range(len(names))
+        if not 1.001 * bounds.lower[row, j] < rates[row, j] < 0.999 * bounds.upper[row, j]
+    ]
+    beside = _beside(result, fit_leg(leg, recordings, options), choice)
+    return replace(
+        result,
+        method=choice.method,
+        cost=choice.cost,
+        iterations=iterations,
+        reason=f"searched with {search.calls} calls of the engine",
+        warnings=(*beside, *edges, *result.warnings),
+    )
+
+
+def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) -> FitResult:
+    """The result at these rates (2, n), with the trajectories' sensitivities there as intervals."""
+    model, recordings = search.model, search.recordings
+    middle, own = search.locals(rates[0])
+    values = search.unknowns.pack(rates[0], middle, rates[1])
+    n = search.n
+    predictions = [motion[:, :, 0] for motion in search.motions(rates[:, :, None])]
+    noise = root_mean_square(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
+    noise = np.where(np.isfinite(noise), noise, 1.0) + 1e-7
+    spread = np.std([local.shift for local in own], axis=0, ddof=1) if n_trial > 1 else np.zeros(n)
+    weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), np.array([local.shift for local in own]))
+    solution = solve(model, recordings, values, own, weights, max_iterations=0)
+    if not np.isfinite(solution.cost):
+        raise UserError("no motion of this leg comes near the trials: check link masses, zero and sign of each joint")
+    scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
+    mode = "common" if search.common or n_trial == 1 else "per_trial"
+    why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
+    stages = {mode: (Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
+    return result_of(model, recordings, stages, mode, why, scatter, searched=True)
+
+
+def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
+    """Sentences that put a search's answer beside that of least squares."""
+    here, there = (np.array([r.rms[name] for name in r.leg.joint_names]) for r in (result, best))
+    overall = [float(np.degrees(np.sqrt(np.nanmean(rms**2)))) for rms in (here, there)]
+    said = [
+        f"{choice.method} with the cost {choice.cost} leaves {overall[0]:.3g} deg (RMS), least squares on the same "
+        f"recordings {overall[1]:.3g} deg"
+    ]
+    if overall[0] > WORSE * overall[1]:
+        said[0] += "; the intervals say what the recordings know, not how far this search stopped from the best"
+    for name, joint in result.joints.items():
+        other = best.joints[name]
+        parts = [f"k {100 * (joint.spring_rate.value / other.spring_rate.value - 1):+.0f} %"]
+        if joint.damper_rate is not None and other.damper_rate is not None:
+            parts.append(f"b {100 * (joint.damper_rate.value / other.damper_rate.value - 1):+.0f} %")
+        said.append(f"{name}: against least squares {', '.join(parts)}")
+    return said
+
+
+def _over_all_samples(result: FitResult, recordings: Sequence[Recording]) -> FitResult:
+    """A result of thinned recordings with its residuals over all their samples."""
+    leg = result.leg
+    rms = root_mean_square(recordings, [leg.to_rotation(trial.fitted) for trial in result.trials])
+    trials = []
+    for trial, recording in zip(result.trials, recordings, strict=True):
+        measured = leg.to_measured(np.where(recording.counts, recording.rotation, np.nan))
+        counted, off = recording.counts.any(axis=0), np.full(len(leg.joints), np.nan)
+        off[counted] = np.sqrt(np.nanmean((measured - trial.fitted)[:, counted] ** 2, axis=0))
+        trials.append(replace(trial, measured=measured, rms=off))
+    named = dict(zip(leg.joint_names, rms.tolist(), strict=True))
+    return replace(result, rms=named, trials=tuple(trials), cost="transient")
