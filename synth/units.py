@@ -100,6 +100,7 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "ohm": ("resistance", "2 ohm"),
     "H": ("inductance", "1 mH"),
     "Hz": ("frequency", "10 Hz"),
+    "K": ("temperature difference", "5 K"),
     "1": ("ratio", "5 %"),
 }
 

@@ -53,9 +53,9 @@ def _derived(row: Row, catalogue: Catalogue) -> Iterator[Line]:
 
 
 def _of_spring(row: TorsionSpringRow, catalogue: Catalogue) -> Iterator[Line]:
-    if row.mean_diameter is not None and row.inner_diameter is not None and row.wire_diameter:
+    if row.mean_diameter is not None and row.inside is not None and row.wire_diameter:
         yield "mean_diameter", f"{row.mean_diameter * 1e3:.6g} mm"
-        yield "inner_diameter", f"{row.inner_diameter * 1e3:.6g} mm"
+        yield "inner_diameter", f"{row.inside * 1e3:.6g} mm"
         yield "spring index D/d", f"{row.mean_diameter / row.wire_diameter:.4g}"
     if row.close_wound_length is not None:
         yield "length of touching coils", f"{row.close_wound_length * 1e3:.6g} mm"

@@ -8,17 +8,19 @@ from itertools import product
 
 import numpy as np
 
-from synth.files.options import JointChoice
+from synth.files.options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.model.curves import thinning_error, torque_at
 from synth.model.leg import Damper, DamperCurve, Leg, Spring
-from synth.parts.candidates import damper_candidates
+from synth.parts.arrangement import Arrangement, arrangements
+from synth.parts.candidates import ANY, damper_candidates, damper_reason
 from synth.parts.catalog import Catalogue
 from synth.parts.response import WantedResponse
 from synth.parts.rows import DamperRow
 
 KEPT = 2  # dampers a joint that take part in the choice for all joints together
 ALONE = 40  # dampers a joint that are tried at all, nearest torque first
+ALONE_ON_THE_JOINT = Arrangement()
 FAR = 8.0  # times the wanted damper's torque, or its part
 
 
@@ -33,7 +35,10 @@ class MeasuredCurve:
 
 @dataclass(frozen=True)
 class DamperOption:
-    """A damper at a joint, as it would act, and the response error (rad) of the leg with it there."""
+    """Dampers at a joint, as they act there together, and the response error (rad) of the leg with them.
+
+    ``single`` is one of them on its own shaft; where nothing is said they are one on the joint's axis.
+    """
 
     row: DamperRow | None
     damper: Damper
@@ -41,6 +46,18 @@ class DamperOption:
     why: str
     error: float = float("nan")
     spring: Spring | None = None  # the one that suits it, with the other joints as wanted
+    arrangement: Arrangement = ALONE_ON_THE_JOINT
+    single: Damper | None = None
+
+    def with_exponent(self, exponent: float) -> Damper:
+        """What acts at the joint if the assumed law has another exponent."""
+        assert self.row is not None
+        return self.arrangement.at_joint(self.row.damper(self.law, exponent))
+
+    @property
+    def label(self) -> str:
+        """Part and arrangement."""
+        return self.arrangement.words(self.part)
 
     @property
     def part(self) -> str:
@@ -88,6 +105,7 @@ def choose_dampers(
     travel: Sequence[float],
     law: str | None = None,
     leg: Leg | None = None,
+    parts: PartsOptions = ANY,
 ) -> DamperChoiceMade:
     """Rank every damper that meets the constraints and choose the set whose leg moves most nearly as wanted.
 
@@ -102,8 +120,10 @@ def choose_dampers(
     leg = wanted.leg if leg is None else leg
     ranked, left_out = [], []
     for j, joint in enumerate(leg.joints):
-        found = damper_candidates(catalogue, choices[joint.name].damper, travel[j], joint.name)
-        options = _options(list(found.rows), measured.get(joint.name), choices[joint.name].damper.part, law)
+        choice = choices[joint.name].damper
+        found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
+        options = _options(list(found.rows), measured.get(joint.name), choice.part, law)
+        options = _arranged(options, choice, travel[j], parts)
         options, far = _near(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
         tuned = [wanted.tuned(_with(leg, {j: option}), (j,)) for option in options]
@@ -141,6 +161,22 @@ def _options(
         damper = Damper(curve=measured.curve)
         options = [DamperOption(None, damper, "curve", f"measured: {measured.source}")]
     return options
+
+
+def _arranged(
+    options: list[DamperOption], choice: DamperChoice, travel: float, parts: PartsOptions
+) -> list[DamperOption]:
+    """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad)."""
+    made = []
+    wanted = choice.travel if choice.travel is not None else travel
+    for option in options:
+        for arrangement in arrangements(option.row, choice.parallel, choice.ratios, choice.direction):
+            turned = replace(choice, travel=wanted * arrangement.ratio, ratios=(1.0,))
+            if choice.part is None and option.row is not None and damper_reason(option.row, turned, 0.0, parts):
+                continue
+            damper = arrangement.at_joint(option.damper)
+            made.append(replace(option, damper=damper, arrangement=arrangement, single=option.damper))
+    return made
 
 
 def _near(options: list[DamperOption], rate: float) -> tuple[list[DamperOption], dict[str, int]]:
@@ -182,6 +218,12 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
         said.append(
             f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
             "rad/s and its law is drawn on beyond"
+        )
+    reached = fastest * option.arrangement.ratio
+    if option.row is not None and option.row.speed is not None and reached > 1.1 * option.row.speed:
+        said.append(
+            f"{joint}: {option.part} is turned at up to {reached * 30 / np.pi:.0f} rpm; its vendor states torque at "
+            f"{option.row.speed * 30 / np.pi:.0f} rpm and says nothing beyond"
         )
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)

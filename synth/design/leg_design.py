@@ -17,7 +17,8 @@ from synth.design.dampers import (
     curve_warnings,
     measured_curves,
 )
-from synth.design.springs import SpringChoiceMade, choose_springs, spring_warnings, travels
+from synth.design.sets import SetsMade, choose_sets
+from synth.design.springs import SpringChoiceMade, SpringSource, spring_warnings, travels
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
@@ -28,7 +29,6 @@ from synth.parts.catalog import Catalogue
 from synth.parts.response import WantedResponse
 
 Stage = Callable[[str], AbstractContextManager[object]]
-DIGITS = 6  # of a rate that goes into a design: choosing must not hang on the last bits of an optimiser
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ class LegDesign:
     built_motions: tuple[Array, ...]
     errors: Array  # (n,) rad, RMS of each joint, built against wanted
     warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
+    sets: SetsMade
     target_effects: tuple[TargetEffect, ...] = ()
 
     def arm_offset(self, joint: int) -> float:
@@ -85,21 +86,32 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     with stage("choosing dampers"):
         wanted = WantedResponse.of(target.leg, releases(scaled, target))
         turned = [t.winding + t.opening for t in travels(target.leg, wanted.motions)]
-        dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned, leg=_real(target.leg, into))
-    with stage("fitting springs again with the dampers' curves"):
-        curves = {
-            joint.name: option.damper.curve
-            for joint, option in zip(project.target.joints, dampers.chosen, strict=True)
-            if option.damper.curve is not None
-        }
-        near = replace(target, joints=_like(target, dampers.leg))
-        again = fit_by(into.real, scaled, replace(options, curves=curves, near=near), project.fit)
-        refit = with_held_out(again, motion.held_out_scaled)
-    with stage("choosing springs"):
-        fitted = _with_dampers(refit.leg, dampers)
-        turning = travels(fitted, wanted.motions)
-        springs = choose_springs(wanted, fitted, project.joints, catalogue, turning, project.cad)
-        built = _named(springs.leg, springs, dampers)
+        real = _real(target.leg, into)
+        dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned, leg=real, parts=project.parts)
+    for settled in (False, True):
+        with stage("fitting springs again with the dampers' curves"):
+            curves = {
+                joint.name: option.damper.curve
+                for joint, option in zip(project.target.joints, dampers.chosen, strict=True)
+                if option.damper.curve is not None
+            }
+            near = replace(target, joints=_like(target, dampers.leg))
+            again = fit_by(into.real, scaled, replace(options, curves=curves, near=near), project.fit)
+            refit = with_held_out(again, motion.held_out_scaled)
+        with stage("choosing springs and dampers together"):
+            fitted = _with_dampers(refit.leg, dampers)
+            sources = [
+                SpringSource(joint.name, project.joints[joint.name].spring, turn, catalogue, project.cad, project.parts)
+                for joint, turn in zip(fitted.joints, travels(fitted, wanted.motions), strict=True)
+            ]
+            seed = project.fit.seed
+            sets = choose_sets(wanted, fitted, dampers, sources, project.parts, only_chosen=settled, seed=seed)
+        before = [option.label for option in dampers.chosen]
+        dampers, springs = sets.dampers, sets.springs
+        if before == [option.label for option in dampers.chosen]:
+            break
+    with stage("moving the built leg"):
+        built = _named(sets.leg, springs, dampers)
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in target.trials if trial.held_out)
@@ -120,6 +132,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         built_motions=motions,
         errors=errors,
         warnings=warnings,
+        sets=sets,
         target_effects=into.effects,
     )
 

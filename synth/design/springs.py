@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import product
-from math import degrees, radians
+from math import degrees, log, radians
 from typing import Any
 
 import numpy as np
 
 from synth.errors import UserError
-from synth.files.options import CadOptions, JointChoice, SpringChoice
-from synth.model.leg import Leg, Spring
-from synth.parts.candidates import no_spring, spring_candidates
+from synth.files.options import CadOptions, PartsOptions, SpringChoice
+from synth.model.leg import Leg
+from synth.parts.candidates import ANY, no_spring, spring_candidates, spring_reason
 from synth.parts.catalog import Catalogue
-from synth.parts.response import WantedResponse
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.design import SpringResult, SpringWish, design_spring
 from synth.spring.evaluate import check_spring
 from synth.spring.result import SpringDesign, SpringLimits, SpringTask
 from synth.units import quantity
 
-KEPT = 4  # springs a joint that take part in the choice for all joints together
+MOST = 48  # springs a joint and damper that take part, nearest rates first
+NEAREST = 16  # springs a joint that are looked at beyond the wanted rate, nearest first
 INCLUDED_ANGLE = radians(120.0)  # of a spring to wind where none is asked: that of the thesis' springs
 ARM_LENGTH = 0.025  # m, of a spring to wind, up to where it bears
 
@@ -39,7 +39,8 @@ class Travel:
 class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
-    ``rate`` N m/rad is what acts at the joint, all parallel springs together.
+    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together. ``outside``: the rate is not
+    within the wished tolerance, so it is an alternative only.
     """
 
     rate: float
@@ -49,6 +50,13 @@ class SpringOption:
     result: SpringResult | None = None
     check: SpringDesign | None = None
     error: float = float("nan")
+    count: int = 1
+    outside: bool = False
+
+    @property
+    def label(self) -> str:
+        """Part and number, or what is to be wound."""
+        return f"{self.count} x {self.part}" if self.row is not None and self.count > 1 else self.part
 
     @property
     def part(self) -> str:
@@ -66,6 +74,7 @@ class SpringOption:
             written: dict[str, Any] = {
                 "part": row.part,
                 "vendor": row.vendor,
+                "count": self.count,
                 "rate": quantity(self.rate, "N*m/rad"),
                 "included_angle": quantity(self.included_angle, "deg"),
                 "material": row.material,
@@ -97,13 +106,12 @@ class SpringOption:
 
 @dataclass(frozen=True)
 class SpringChoiceMade:
-    """The chosen springs, the ranking a joint, what was left out, the leg as built, and the next best sets."""
+    """The chosen springs, what could be had in their place (best first), what was left out and what is to be said."""
 
     chosen: tuple[SpringOption, ...]
     ranked: tuple[tuple[SpringOption, ...], ...]
     left_out: tuple[Mapping[str, int], ...]
     leg: Leg
-    sets: tuple[tuple[tuple[SpringOption, ...], float], ...]
     warnings: tuple[tuple[str, ...], ...]
 
 
@@ -126,59 +134,46 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[Travel]:
     return found
 
 
-def choose_springs(
-    wanted: WantedResponse,
-    fitted: Leg,
-    choices: Mapping[str, JointChoice],
-    catalogue: Catalogue,
-    travel: Sequence[Travel],
-    cad: CadOptions,
-) -> SpringChoiceMade:
-    """Choose every joint's spring for the leg whose dampers are chosen and whose spring rates were fitted with them.
+@dataclass(frozen=True)
+class SpringSource:
+    """Where the springs of one joint come from: what is asked of them, the room, and the catalogue."""
 
-    Every set is judged with free angles that bring the leg to rest in the wanted pose: the arm offset is ours to set.
+    joint: str
+    choice: SpringChoice
+    travel: Travel
+    catalogue: Catalogue
+    cad: CadOptions
+    parts: PartsOptions = ANY
+
+    @property
+    def turned(self) -> Travel:
+        """The travel that was asked for, else the joint's."""
+        if self.choice.travel is None:
+            return self.travel
+        return Travel(self.choice.travel, min(self.travel.opening, self.choice.travel))
+
+
+def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
+    """What a joint may have: bought springs, or one to wind; why rows were left out; what is to be said.
 
     Raises
     ------
-    UserError : a joint asks for a bought spring and none meets its constraints.
+    UserError : a bought spring is asked for and none meets the constraints.
     """
-    per_joint, left_out, warnings = [], [], []
-    for joint, turned in zip(fitted.joints, travel, strict=True):
-        assert joint.spring is not None
-        choice = choices[joint.name].spring
-        options, reasons, said = _options(joint.name, choice, joint.spring.rate, turned, catalogue, cad)
-        legs = [wanted.at_rest_like_wanted(_with(fitted, {joint.name: option.rate})) for option in options]
-        errors = wanted.overall(legs)
-        order = np.argsort(errors, kind="stable")
-        per_joint.append(tuple(replace(options[k], error=float(errors[k])) for k in order))
-        left_out.append(reasons)
-        warnings.append(tuple(said))
-    names = fitted.joint_names
-    sets = list(product(*(options[:KEPT] for options in per_joint)))
-    legs = [
-        wanted.at_rest_like_wanted(_with(fitted, {n: o.rate for n, o in zip(names, chosen, strict=True)}))
-        for chosen in sets
-    ]
-    errors = wanted.overall(legs)
-    order = np.argsort(errors, kind="stable")
-    tried = tuple((sets[k], float(errors[k])) for k in order)
-    chosen, leg = tried[0][0], legs[order[0]]
-    return SpringChoiceMade(chosen, tuple(per_joint), tuple(left_out), leg, tried, tuple(warnings))
-
-
-def _options(
-    joint: str, choice: SpringChoice, rate: float, travel: Travel, catalogue: Catalogue, cad: CadOptions
-) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
-    """What a joint may have: bought springs, or one to wind; why rows were left out; what is to be said."""
-    if choice.travel is not None:
-        travel = Travel(choice.travel, min(travel.opening, choice.travel))
-    reasons: Mapping[str, int] = {}
+    joint, choice, catalogue = source.joint, source.choice, source.catalogue
+    travel, cad = source.turned, source.cad
+    reasons: dict[str, int] = {}
     if not choice.make:
-        found = spring_candidates(catalogue, choice, rate)
-        reasons = found.left_out
-        if found.rows:
-            options = [_bought(row, travel, catalogue) for row in found.rows]
-            return options, reasons, []
+        found = spring_candidates(catalogue, choice, rate, source.parts)
+        reasons = dict(found.left_out)
+        rows = [(row, 1) for row in found.rows]
+        for count in range(2, choice.parallel + 1 if choice.part is None else 2):
+            rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
+        rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
+        if len(rows) > MOST:
+            reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = len(rows) - MOST
+        if rows:
+            return [_bought(row, travel, catalogue, count) for row, count in rows[:MOST]], reasons, []
         if choice.make is False:
             raise no_spring(joint, found, catalogue.springs)
         said = [f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed"]
@@ -188,7 +183,29 @@ def _options(
     return [option], reasons, said + more
 
 
-def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue) -> SpringOption:
+def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:
+    """What could be had in place of a spring, nearest rates first: bought ones whatever their rate, or one to wind."""
+    known = {(option.part, option.count) for option in taken if option.row is not None}
+    found = []
+    for count in range(1, source.choice.parallel + 1):
+        for row in source.catalogue.springs:
+            if (row.part, count) not in known and spring_reason(row, source.choice, None, source.parts, count) is None:
+                assert row.rate is not None
+                found.append((abs(log(row.rate * count / rate)), count, row))
+    found.sort(key=lambda item: (item[0], item[1], item[2].part))
+    others = [
+        replace(
+            _bought(row, source.turned, source.catalogue, count), outside=off > log(1 + source.choice.rate_tolerance)
+        )
+        for off, count, row in found[:NEAREST]
+    ]
+    if all(option.row is not None for option in taken):
+        with suppress(UserError):  # none can be wound either
+            others.append(_to_wind(source.joint, source.choice, rate, source.turned, source.catalogue, source.cad)[0])
+    return others
+
+
+def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: int = 1) -> SpringOption:
     assert row.rate is not None
     assert row.included_angle is not None
     check = None
@@ -201,7 +218,7 @@ def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue) -> Spri
             )
         except UserError:
             check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
-    return SpringOption(row.rate, row.included_angle, row=row, check=check)
+    return SpringOption(row.rate * count, row.included_angle, row=row, check=check, count=count)
 
 
 def _to_wind(
@@ -249,12 +266,3 @@ def spring_warnings(joint: str, option: SpringOption) -> list[str]:
         f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, the joint "
         f"turns it {degrees(option.check.travel):.0f} deg"
     ]
-
-
-def _with(leg: Leg, rates: Mapping[str, float]) -> Leg:
-    joints = []
-    for joint in leg.joints:
-        assert joint.spring is not None
-        rate = rates.get(joint.name, joint.spring.rate)
-        joints.append(replace(joint, spring=Spring(rate, joint.spring.free_angle)))
-    return replace(leg, joints=tuple(joints))

@@ -1,4 +1,4 @@
-"""A leg design as files: design.json, bom.csv, the leg, its MJCF, responses and torque-speed curves."""
+"""A leg design as files: design.json, the leg for us and for other engines, responses and torque-speed curves."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 import synth
 from synth.design.dampers import DamperOption
 from synth.design.leg_design import LegDesign, fastest_rates
+from synth.design.sets import tolerance_json
 from synth.design.springs import SpringOption
 from synth.files.curve import write_curve
 from synth.files.leg import write_leg
@@ -22,7 +23,6 @@ from synth.model.leg import Array
 from synth.units import quantity
 
 FORMAT = "synth/leg-design/1"
-ALTERNATIVES = 8
 LIBRARIES = ("numpy", "scipy", "numba", "cadquery")
 
 
@@ -43,7 +43,6 @@ def write_files(design: LegDesign, folder: Path) -> None:
             write_curve(fit.curve, curves / f"{name}_{fit.law.name}.csv")
     write_fit_responses(design.source, folder / "responses" / "source")
     _write_target_responses(design, folder / "responses" / "target")
-    _write_bom(design, folder / "bom.csv")
 
 
 def write_fit_responses(result: FitResult, folder: Path) -> None:
@@ -111,7 +110,10 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
                 "rms": quantity(float(np.sqrt(np.mean(design.errors**2))), "deg"),
                 "joints": {n: quantity(float(e), "deg") for n, e in zip(names, design.errors, strict=True)},
             },
-            "alternatives": _alternatives(design),
+            "forecast": design.sets.chosen.forecast.as_json(),
+            "forecast_free_angles_measured": design.sets.measured.as_json(),
+            "alternatives": [item.as_json(names, design.sets.chosen) for item in design.sets.sets[1:]],
+            "search": _search(design),
         },
         "warnings": [{"joint": joint, "text": text} for joint, text in design.warnings],
         **extra,
@@ -162,14 +164,18 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         "damper": _damper(damper, name),
         "spring": {**spring.as_json(), "free_angle": quantity(built.free_angle, "deg")},
         "arm_offset": quantity(design.arm_offset(j), "deg"),
-        "spring_alternatives": [_ranked_spring(option) for option in design.springs.ranked[j] if option is not spring],
+        "spring_alternatives": [
+            _ranked_spring(option, spring) for option in design.springs.ranked[j] if option is not spring
+        ],
         "damper_alternatives": [
-            _ranked_damper(option) for option in design.dampers.ranked[j] if option.part != damper.part
+            _ranked_damper(option, damper) for option in design.dampers.ranked[j] if option is not damper
         ],
         "alternatives_basis": (
             "response_error: RMS over all joints and releases against the wanted motion with only this joint's part "
-            "changed; a damper is judged with the spring that suits it, a spring with the chosen dampers"
+            "changed; a spring to wind is then wound for the rate that suits the other damper. cost: that less the "
+            "chosen set's"
         ),
+        "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
         "warnings": [text for joint, text in design.warnings if joint == name],
     }
@@ -178,9 +184,14 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
 
 def _damper(option: DamperOption, joint: str) -> dict[str, Any]:
     row = option.row
+    arrangement = option.arrangement
     written: dict[str, Any] = {
         "part": option.part,
         "vendor": row.vendor if row is not None else None,
+        "count": arrangement.pieces,
+        "pair": arrangement.pair,
+        "ratio": quantity(arrangement.ratio, "1"),
+        "arrangement": option.label,
         "law": option.law,
         "law_why": option.why,
     }
@@ -195,50 +206,65 @@ def _damper(option: DamperOption, joint: str) -> dict[str, Any]:
     return written
 
 
-def _ranked_spring(option: SpringOption) -> dict[str, Any]:
-    row = option.row
+def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]:
+    row, made = option.row, option.design
+    wire = row.wire_diameter if row is not None else made.wire_diameter if made is not None else None
+    outer = row.outer_diameter if row is not None else made.outer_diameter if made is not None else None
+    sizes = {"wire_diameter": wire, "outer_diameter": outer}
     return {
-        "part": option.part,
+        "part": option.label,
         "vendor": row.vendor if row is not None else None,
+        "count": option.count if row is not None or made is None else made.count,
         "rate": quantity(option.rate, "N*m/rad"),
+        "rate_inch": quantity(option.rate, "lbf*in/deg"),
+        "within_tolerance": not option.outside,
         "response_error": quantity(option.error, "deg"),
+        "cost": quantity(option.error - chosen.error, "deg"),
+        **{name: quantity(value, "mm") for name, value in sizes.items() if value is not None},
+        **{f"{name}_inch": quantity(value, "in") for name, value in sizes.items() if value is not None},
         "source": row.source if row is not None else "to wind",
     }
 
 
-def _ranked_damper(option: DamperOption) -> dict[str, Any]:
+def _ranked_damper(option: DamperOption, chosen: DamperOption) -> dict[str, Any]:
     row = option.row
-    return {
-        "part": option.part,
+    written = {
+        "part": option.label,
         "vendor": row.vendor if row is not None else None,
+        "count": option.arrangement.pieces,
+        "ratio": quantity(option.arrangement.ratio, "1"),
         "law": option.law,
         "response_error": quantity(option.error, "deg"),
+        "cost": quantity(option.error - chosen.error, "deg"),
         "source": row.source if row is not None else option.why,
     }
+    if row is not None and row.max_torque is not None:
+        written["torque"] = quantity(row.max_torque, "N*m")
+        written["torque_inch"] = quantity(row.max_torque, "ozf*in")
+    return written
 
 
-def _alternatives(design: LegDesign) -> list[dict[str, Any]]:
-    """The next best sets: other springs with the chosen dampers, and other dampers with springs that suit them."""
-    names = design.built.joint_names
-    found = []
-    for springs, error in design.springs.sets[1:]:
-        parts = {
-            name: {"spring": s.part, "damper": d.part}
-            for name, s, d in zip(names, springs, design.dampers.chosen, strict=True)
+def _search(design: LegDesign) -> dict[str, Any]:
+    """How the sets were found."""
+    found, parts = design.sets.found, design.project.parts
+    written: dict[str, Any] = {
+        "sets": found.n_set,
+        "simulated": found.n_simulated,
+        "exhaustive": found.exhaustive,
+        "none_better_left": found.complete,
+        "pairs_left_out": dict(zip(design.built.joint_names, design.sets.cut, strict=True)),
+        "filters": {"vendors": list(parts.vendors), "without": list(parts.without), "system": parts.system or "any"},
+    }
+    if found.mistake is not None:
+        written["screen"] = {
+            "slope": quantity(found.mistake.slope, "1"),
+            "least_ratio": quantity(found.mistake.ratio, "1"),
         }
-        found.append((error, {"parts": parts, "rms": quantity(error, "deg")}))
-    for other in design.dampers.sets[1:]:
-        parts = {}
-        for joint, option in zip(other.leg.joints, other.options, strict=True):
-            assert joint.spring is not None
-            parts[joint.name] = {"spring": f"one of {joint.spring.rate:.3g} N*m/rad", "damper": option.part}
-        found.append((other.error, {"parts": parts, "rms": quantity(other.error, "deg")}))
-    found.sort(key=lambda item: item[0])
-    return [item for _, item in found[:ALTERNATIVES]]
+    return written
 
 
-def _write_bom(design: LegDesign, path: Path) -> None:
-    """One line a thing to order or make; cells that a spreadsheet would take for a formula are defused."""
+def bought_or_wound(design: LegDesign) -> list[dict[str, str]]:
+    """Springs and dampers as lines of the list of parts, joint by joint."""
     rows: list[dict[str, str]] = []
     for joint, spring, damper in zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True):
         rows.append(_spring_line(joint.name, spring))
@@ -247,15 +273,19 @@ def _write_bom(design: LegDesign, path: Path) -> None:
         what = "rotary damper"
         if row is not None and row.max_torque is not None and row.speed is not None:
             what += f", {row.max_torque:.4g} N*m at {row.speed * 30 / np.pi:.4g} rpm"
-        rows.append(_line(joint.name, what, vendor, damper.part, "1", source))
-    header = ("joint", "item", "vendor", "part", "quantity", "source")
-    write_csv(path, {name: [_defused(row[name]) for row in rows] for name in header})
+        if damper.arrangement.ratio != 1.0:
+            what += f", turning {damper.arrangement.ratio:g} times as fast as the joint"
+        if damper.arrangement.pair:
+            what += ", in pairs, one each way"
+        rows.append(_line(joint.name, what, vendor, damper.part, str(damper.arrangement.pieces), source))
+    return rows
 
 
 def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
     if option.row is not None:
         row = option.row
-        return _line(joint, f"torsion spring, {option.rate:.4g} N*m/rad", row.vendor, row.part, "1", row.source)
+        what = f"torsion spring, {option.rate / option.count:.4g} N*m/rad"
+        return _line(joint, what, row.vendor, row.part, str(option.count), row.source)
     design = option.design
     assert design is not None
     what = (
@@ -268,7 +298,3 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
 def _line(joint: str, item: str, vendor: str, part: str, count: str, source: str) -> dict[str, str]:
     return {"joint": joint, "item": item, "vendor": vendor, "part": part, "quantity": count, "source": source}
 
-
-def _defused(cell: str) -> str:
-    """A cell that starts like a formula gets an apostrophe, which spreadsheets show as text."""
-    return f"'{cell}" if cell[:1] in tuple("=+-@\t\r") else cell

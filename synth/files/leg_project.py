@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -14,7 +14,17 @@ from synth import units
 from synth.errors import UserError
 from synth.files.curve import read_curve
 from synth.files.leg import PartResolver
-from synth.files.options import CadOptions, DamperChoice, FitOptions, FreeAngle, JointChoice, SpringChoice
+from synth.files.options import (
+    CadOptions,
+    DamperChoice,
+    FitOptions,
+    FreeAngle,
+    JointChoice,
+    PartsOptions,
+    SpringChoice,
+    ToleranceOptions,
+    Turn,
+)
 from synth.files.paths import inside, matching
 from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default, read_section
@@ -27,6 +37,7 @@ from synth.model.leg import DamperCurve, Leg
 CatalogueOpener = Callable[[Sequence[Path]], PartResolver]
 WIRE = "music"
 Entries = Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
+Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
 
 @dataclass(frozen=True)
@@ -48,6 +59,8 @@ class LegProject:
     time_scale
         how many times slower the robot moves than the animal; ``dynamic_similarity`` where it is the square root of
         the ratio of leg lengths rather than a number of the file's.
+    parts
+        which parts may be chosen at all, and how near the response is wished.
     joints
         what to choose, for every joint of the target.
     dampers
@@ -71,6 +84,7 @@ class LegProject:
     cad: CadOptions
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
+    parts: PartsOptions = field(default_factory=PartsOptions)
 
 
 @dataclass(frozen=True)
@@ -102,6 +116,11 @@ class _Scale:
 class _Select:
     catalogs: Annotated[list[str], Because("the built-in catalogues only", "none")] = field(default_factory=list)
     joints: dict[str, Any] = field(default_factory=dict)
+    vendors: Names = field(default_factory=list)
+    without: Names = field(default_factory=list)
+    system: Literal["inch", "metric"] | None = None
+    within: Annotated[Turn, Because("a tenth of what a leg's joints commonly swing")] = PartsOptions.within
+    tolerance: Any = None
 
 
 @dataclass(frozen=True)
@@ -153,6 +172,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
             f"the target's joints are {names[1]}, the source's {names[0]}; they must be the same", ("target",)
         )
     fit = read_section(FitOptions, document, ("fit",), reader.problems, reader.defaults, written.get("fit"))
+    parts = _parts(reader, select, written.get("select"))
     joints = _joints(reader, select, target)
     dampers = _dampers(reader, written.get("dampers"), target)
     cad = read_section(CadOptions, document, ("cad",), reader.problems, reader.defaults, written.get("cad"))
@@ -178,6 +198,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         cad=cad,
         defaults=tuple(reader.defaults),
         inputs=tuple(reader.inputs),
+        parts=parts,
     )
 
 
@@ -220,6 +241,18 @@ def _catalogs(reader: ProjectReader, select: _Select | None) -> tuple[Path, ...]
     for path in found:
         reader.note(path)
     return tuple(found)
+
+
+def _parts(reader: ProjectReader, select: _Select | None, written: Any) -> PartsOptions:
+    """What holds for the parts of every joint."""
+    if select is None:
+        return PartsOptions()
+    value = written.get("tolerance") if isinstance(written, dict) else None
+    key: Key = ("select", "tolerance")
+    tolerance = read_section(ToleranceOptions, reader.document, key, reader.problems, reader.defaults, value)
+    return PartsOptions(
+        tuple(select.vendors), tuple(select.without), select.system, select.within, tolerance or ToleranceOptions()
+    )
 
 
 def _joints(reader: ProjectReader, select: _Select | None, target: Leg | None) -> dict[str, JointChoice]:

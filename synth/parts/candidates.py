@@ -9,7 +9,7 @@ from math import degrees
 from typing import Generic, TypeVar
 
 from synth.errors import UserError
-from synth.files.options import DamperChoice, SpringChoice
+from synth.files.options import DamperChoice, PartsOptions, SpringChoice
 from synth.parts.catalog import Catalogue
 from synth.parts.rows import DamperRow, Row, TorsionSpringRow
 
@@ -25,8 +25,13 @@ class Candidates(Generic[RowType]):
     nearest: str = ""
 
 
-def spring_candidates(catalogue: Catalogue, choice: SpringChoice, rate: float) -> Candidates[TorsionSpringRow]:
-    """Springs whose rate lies within the tolerance of the wanted one (N m/rad) and that meet the other constraints.
+ANY = PartsOptions()
+
+
+def spring_candidates(
+    catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions = ANY, count: int = 1
+) -> Candidates[TorsionSpringRow]:
+    """Springs of which ``count`` side by side have the wanted rate (N m/rad) in tolerance and meet the constraints.
 
     A spring that the choice names by part is the only candidate, whatever its numbers.
     """
@@ -36,13 +41,14 @@ def spring_candidates(catalogue: Catalogue, choice: SpringChoice, rate: float) -
             raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}")
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
+    rate /= count
     nearest = min(
         (row for row in catalogue.springs if row.complete and row.rate),
         key=lambda row: abs((row.rate or 0.0) / rate - 1.0),
         default=None,
     )
     for row in catalogue.springs:
-        reason = _spring_reason(row, choice, rate)
+        reason = spring_reason(row, choice, rate, parts, count)
         if reason is None:
             kept.append(row)
         else:
@@ -53,20 +59,36 @@ def spring_candidates(catalogue: Catalogue, choice: SpringChoice, rate: float) -
     return Candidates(tuple(kept), dict(sorted(reasons.items())), said)
 
 
-def _spring_reason(row: TorsionSpringRow, choice: SpringChoice, rate: float) -> str | None:
-    """Why a spring is left out, or None."""
+def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> str | None:
+    """Why a part may not be chosen whatever its numbers, or None."""
+    if parts.vendors and row.vendor.casefold() not in {name.casefold() for name in parts.vendors}:
+        return f"not of {' or '.join(parts.vendors)}"
+    if row.part.casefold() in {name.casefold() for name in parts.without}:
+        return "said not to be had"
+    return None
+
+
+def spring_reason(
+    row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+) -> str | None:
+    """Why a spring is left out, or None. ``rate`` N m/rad of each, None: any."""
     if not row.complete:
         return row.status
+    if (reason := _not_to_be_had(row, parts)) is not None:
+        return reason
+    if parts.system is not None and row.system not in (None, parts.system):
+        return f"its wire is no {parts.system} size"
     assert row.rate is not None
     assert row.included_angle is not None
-    if abs(row.rate / rate - 1.0) > choice.rate_tolerance:
+    if rate is not None and abs(row.rate / rate - 1.0) > choice.rate_tolerance:
         return f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
     if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > 1.5:
         return f"included angle is not {degrees(choice.included_angle):g} deg"
     body = row.body_length if row.body_length is not None else row.close_wound_length
+    body = None if body is None else body * count
     for what, value, least, most in (
         ("outer diameter", row.outer_diameter, choice.min_outer_diameter, choice.max_outer_diameter),
-        ("inner diameter", row.inner_diameter, choice.min_inner_diameter, None),
+        ("inner diameter", row.inside, choice.min_inner_diameter, None),
         ("body length", body, choice.min_body_length, choice.max_body_length),
         ("wire diameter", row.wire_diameter, choice.min_wire_diameter, choice.max_wire_diameter),
     ):
@@ -79,7 +101,9 @@ def _spring_reason(row: TorsionSpringRow, choice: SpringChoice, rate: float) -> 
     return None
 
 
-def damper_candidates(catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str) -> Candidates[DamperRow]:
+def damper_candidates(
+    catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str, parts: PartsOptions = ANY
+) -> Candidates[DamperRow]:
     """Dampers that turn the right way and far enough (rad).
 
     Raises
@@ -93,7 +117,7 @@ def damper_candidates(catalogue: Catalogue, choice: DamperChoice, travel: float,
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
     for row in catalogue.dampers:
-        reason = _damper_reason(row, choice, travel)
+        reason = damper_reason(row, choice, travel, parts)
         if reason is None:
             kept.append(row)
         else:
@@ -106,13 +130,15 @@ def damper_candidates(catalogue: Catalogue, choice: DamperChoice, travel: float,
     return Candidates(tuple(kept), dict(sorted(reasons.items())))
 
 
-def _damper_reason(row: DamperRow, choice: DamperChoice, travel: float) -> str | None:
+def damper_reason(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> str | None:
     """Why a damper is left out, or None."""
     if not row.complete:
         return row.status
-    if choice.direction == "both" and row.direction != "both":
-        return "damps one way only"
-    wanted = choice.travel if choice.travel is not None else travel
+    if (reason := _not_to_be_had(row, parts)) is not None:
+        return reason
+    if choice.direction == "both" and row.direction != "both" and choice.parallel < 2:
+        return "damps one way only (parallel: 2 lets it serve in a pair)"
+    wanted = (choice.travel if choice.travel is not None else travel) * min(choice.ratios)
     if row.allows_travel(wanted) is False:
         return f"turns less than {degrees(wanted):.0f} deg"
     most = choice.max_outer_diameter

@@ -115,7 +115,7 @@ def _angle(row: TorsionSpringRow) -> list[str]:
 def _spring_sizes(row: TorsionSpringRow) -> list[str]:
     """Lengths and torques against each other."""
     found: list[str] = []
-    inner = row.inner_diameter
+    inner = row.inside
     if inner is not None and inner <= 0.0:
         found.append("the outer diameter leaves no hole in the coil")
     elif inner is not None and row.max_arbor_diameter is not None and row.max_arbor_diameter > inner:

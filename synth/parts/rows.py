@@ -10,7 +10,10 @@ from dataclasses import Field, dataclass, field, fields
 from typing import Any, ClassVar
 
 from synth.model.leg import Damper, DamperCurve
-from synth.parts.damper_law import CONCAVE, LINEAR, TABLE, power_law_curve
+from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, power_law_curve
+
+# Wire is drawn to steps of half a thousandth of an inch or of a hundredth of a millimetre.
+INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8
 
 
 def _quantity(unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False) -> Any:
@@ -71,6 +74,7 @@ class TorsionSpringRow(Row):
     rate_basis: str = _text()
     wire_diameter: float | None = _quantity("m", "mm")
     outer_diameter: float | None = _quantity("m", "mm")
+    inner_diameter: float | None = _quantity("m", "mm")
     body_coils: float | None = _quantity("1", "1")
     leg_length: float | None = _quantity("m", "mm")
     body_length: float | None = _quantity("m", "mm")
@@ -78,6 +82,8 @@ class TorsionSpringRow(Row):
     max_arbor_diameter: float | None = _quantity("m", "mm")
     max_torque: float | None = _quantity("N*m", "N*m")
     max_deflection: float | None = _quantity("rad", "deg")
+    rate_tolerance: float | None = _quantity("1", "%")
+    free_angle_tolerance: float | None = _quantity("rad", "deg")
 
     needed: ClassVar[tuple[str, ...]] = (
         "part", "rate", "material", "wire_diameter", "outer_diameter", "body_coils", "included_angle",
@@ -91,11 +97,22 @@ class TorsionSpringRow(Row):
         return self.outer_diameter - self.wire_diameter
 
     @property
-    def inner_diameter(self) -> float | None:
-        """Outer less two wire diameters, m."""
+    def inside(self) -> float | None:
+        """Inside diameter of the free coil, m: as published, else outer less two wire diameters."""
+        if self.inner_diameter is not None:
+            return self.inner_diameter
         if self.outer_diameter is None or self.wire_diameter is None:
             return None
         return self.outer_diameter - 2.0 * self.wire_diameter
+
+    @property
+    def system(self) -> str | None:
+        """``inch`` or ``metric`` by the wire's size, None where it is not known or both."""
+        if self.wire_diameter is None:
+            return None
+        inch = abs(math.remainder(self.wire_diameter, INCH_STEP)) < SAME_STEP
+        metric = abs(math.remainder(self.wire_diameter, METRIC_STEP)) < SAME_STEP
+        return None if inch == metric else "inch" if inch else "metric"
 
     @property
     def close_wound_length(self) -> float | None:
@@ -124,6 +141,8 @@ class DamperRow(Row):
     outer_diameter: float | None = _quantity("m", "mm")
     min_temperature: float | None = _quantity("degC", "degC", signed=True)
     max_temperature: float | None = _quantity("degC", "degC", signed=True)
+    torque_tolerance: float | None = _quantity("1", "%")
+    torque_per_kelvin: float | None = _quantity("1/K", "%/K", signed=True)
     curve_speed: tuple[float, ...] = field(default=(), metadata={"column": False})
     curve_torque: tuple[float, ...] = field(default=(), metadata={"column": False})
 
@@ -147,13 +166,14 @@ class DamperRow(Row):
             return True
         return None if self.travel is None else self.travel >= travel * (1.0 - 1e-9)
 
-    def torque_speed(self, law: str | None = None) -> DamperCurve:
+    def torque_speed(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> DamperCurve:
         """The torque-speed curve by a law.
 
         Parameters
         ----------
         law : ``table`` (the measured points), ``concave`` (power law through the one point, see ``damper_law``),
             ``linear`` (straight through the one point) or None for the default one.
+        exponent : of the concave law.
 
         Raises
         ------
@@ -170,16 +190,16 @@ class DamperRow(Row):
         if law == LINEAR:
             return DamperCurve((self.speed,), (self.max_torque,))
         if law == CONCAVE:
-            return power_law_curve(self.max_torque, self.speed)
+            return power_law_curve(self.max_torque, self.speed, exponent)
         raise ValueError(f"unknown damper law {law!r}; the laws are {TABLE}, {CONCAVE}, {LINEAR}")
 
-    def damper(self, law: str | None = None) -> Damper:
+    def damper(self, law: str | None = None, exponent: float = CONCAVE_EXPONENT) -> Damper:
         """The damper as an element of a leg, named by its part."""
         law = law or self.default_law
         if law == LINEAR:
             curve = self.torque_speed(LINEAR)
             return Damper(rate=curve.torque[0] / curve.speed[0], part=self.part)
-        return Damper(curve=self.torque_speed(law), part=self.part)
+        return Damper(curve=self.torque_speed(law, exponent), part=self.part)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Literal
 from synth.errors import UserError
 from synth.parts.rows import MaterialRow, WireRow
 
+WIRE_TOLERANCE = 0.005  # of the diameter, where no list states one: music wire has 0.3 to 1.2 %
 SAME_SIZE = 1e-3  # two diameters this near (relative) are the same wire: 0.1 % is a tenth of its tolerance
 
 # What people write -> the name in wire_materials.csv. 304 and 1.4310 have the modulus and strength of 302 (ASTM A313).
@@ -43,6 +44,15 @@ class Strength:
 
 
 @dataclass(frozen=True)
+class Fatigue:
+    """Greatest bending stress from zero that wire bears so often, as a fraction of its strength, stress relieved."""
+
+    at_1e5: float
+    at_1e6: float
+    source: str
+
+
+@dataclass(frozen=True)
 class WireProperties:
     """Wire of one size: modulus Pa, strength, yield in bending as a fraction of it, density kg/m^3."""
 
@@ -51,6 +61,8 @@ class WireProperties:
     static_limit: float
     static_source: str
     density: float
+    diameter_tolerance: float
+    fatigue: Fatigue | None = None
 
 
 @dataclass(frozen=True)
@@ -90,6 +102,23 @@ class WireMaterial:
             return row.static_bending_limit, row.source
         return None
 
+    @property
+    def fatigue(self) -> Fatigue | None:
+        """Repeated bending; None where no source has it."""
+        for row in sorted(self.records, key=lambda row: row.record != "repeated bending limit"):
+            low, high = row.repeated_bending_limit_1e5, row.repeated_bending_limit_1e6
+            if low is not None and high is not None and row.complete:
+                return Fatigue(low, high, row.source)
+        return None
+
+    def diameter_tolerance(self, diameter: float) -> float:
+        """Plus or minus, m: that of the listed size nearest in diameter, else a half per cent."""
+        rows = [row for row in self.sizes if row.diameter_tolerance is not None and row.diameter is not None]
+        near = min(rows, key=lambda row: abs((row.diameter or 0.0) - diameter), default=None)
+        if near is None or near.diameter_tolerance is None or near.diameter is None:
+            return WIRE_TOLERANCE * diameter
+        return near.diameter_tolerance
+
     def properties(self, diameter: float) -> WireProperties:
         """All that a design needs of wire of ``diameter`` m.
 
@@ -106,7 +135,7 @@ class WireMaterial:
             sizes = [row.diameter * 1e3 for row in self.stock() if row.diameter]
             stock = f"; sizes with a strength are {sizes[0]:.4g} to {sizes[-1]:.4g} mm" if sizes else ""
             raise UserError(f"no {lacking} known of {self.name} wire of {diameter * 1e3:.4g} mm{stock}")
-        return WireProperties(modulus, strength, *limit, density)
+        return WireProperties(modulus, strength, *limit, density, self.diameter_tolerance(diameter), self.fatigue)
 
     def tensile_strength(self, diameter: float) -> Strength | None:
         """Least tensile strength of wire of ``diameter`` m; None where neither table nor law reaches it."""

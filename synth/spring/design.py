@@ -21,11 +21,12 @@ from synth.spring.rate import coil_product, mean_diameter_for
 from synth.spring.result import SpringDesign, SpringLimits, SpringTask
 from synth.units import quantity
 
-Objective = Literal["mass", "space"]
+Objective = Literal["mass", "space", "life"]
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
 MOST_IN_PARALLEL = 4
+ENDLESS = 1.5  # strength over stress at 1e6 cycles from which a spring does not last any longer
 LEAST_TRAVEL = math.radians(1.0)
 
 
@@ -48,7 +49,8 @@ class SpringWish:
     material, system
         wire material; ``inch``, ``metric`` or None for both.
     objective
-        ``mass``: lightest, then smallest; ``space``: smallest cylinder, then lightest.
+        ``mass``: lightest, then smallest; ``space``: smallest cylinder, then lightest; ``life``: strongest against
+        fatigue, then lightest.
     """
 
     rate: float
@@ -167,6 +169,8 @@ def _require_sense(wish: SpringWish) -> None:
         wrong.append("a leg's length must be 0 or more")
     if wish.convention not in CONVENTIONS:
         wrong.append(f'"{wish.convention}" is no leg convention; choose one of {", ".join(CONVENTIONS)}')
+    if wish.limits.cycles is not None and not 1.0 <= wish.limits.cycles <= 1e6:
+        wrong.append(f"fatigue is known up to 1e6 cycles, not for {wish.limits.cycles:.4g}")
     if wish.limits.safety < 1.0:
         wrong.append(f"a safety of {wish.limits.safety:.4g} would let the spring yield; it must be 1 or more")
     if not 0.0 <= wish.limits.arbor_gap < 1.0:
@@ -176,9 +180,16 @@ def _require_sense(wish: SpringWish) -> None:
 
 
 def _ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDesign]:
+    if objective == "life":
+        return sorted(designs, key=lambda design: (-lasting(design), design.mass, design.volume))
     if objective == "space":
         return sorted(designs, key=lambda design: (design.volume, design.mass))
     return sorted(designs, key=lambda design: (design.mass, design.volume))
+
+
+def lasting(design: SpringDesign) -> float:
+    """What ``life`` goes by: strength over stress at 1e6 cycles, or at yield where no fatigue is known of the wire."""
+    return min(ENDLESS, design.safety if design.life is None else design.life.factor_1e6)
 
 
 def _distinct(ranked: list[SpringDesign]) -> list[SpringDesign]:
@@ -256,8 +267,8 @@ def _parallel(wish: SpringWish, material: WireMaterial) -> Iterator[Nearest]:
 
 def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireMaterial) -> Iterator[Nearest]:
     """The single spring within the limits that turns furthest."""
-    lasting = {"stress", "arbor", "body_length"}  # the limits that a smaller travel may lift
-    reach = [(travel_limit(each, wish.limits), each) for each in found if _broken(each) <= lasting]
+    liftable = {"stress", "arms", "fatigue", "arbor", "body_length"}  # the limits that a smaller travel may lift
+    reach = [(travel_limit(each, wish.limits), each) for each in found if _broken(each) <= liftable]
     reach = [(travel, each) for travel, each in reach if travel >= LEAST_TRAVEL]
     if not reach:
         return

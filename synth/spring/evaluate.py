@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from synth.errors import UserError
 from synth.parts.wire import WireMaterial
-from synth.spring import geometry, space, stress
+from synth.spring import arms, fatigue, geometry, space, stress, winding
 from synth.spring.rate import active_coils, energy, rate
 from synth.spring.result import SpringDesign, SpringLimits, SpringTask, Violation
 
@@ -65,6 +65,7 @@ def check_spring(
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
     angle = geometry.included_angle(body_coils, task.convention) if included_angle is None else included_angle
     opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, 0.9 * math.tau * body_coils))
+    bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     design = SpringDesign(
         material=material.name,
         wire_diameter=d,
@@ -100,6 +101,15 @@ def check_spring(
         wire_length=length,
         mass=space.wire_mass(wire.density, d, length),
         energy=energy(moment, used),
+        tolerance=winding.winding_tolerance(d, mean, body_coils, wire.diameter_tolerance),
+        life=fatigue.life(
+            wire.fatigue,
+            wire.strength.value,
+            -stress.bending_stress(used * task.opening_travel, d, mean),
+            stress.bending_stress(used * travel, d, mean),
+        ),
+        arm_stress=arms.arm_stress(moment, d, task.convention, bent or d),
+        bend_radius=bent,
         count=count,
     )
     return replace(design, violations=tuple(broken_limits(design, task.limits)))
@@ -124,6 +134,16 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
             yield Violation(name, excess, f"{shown} {value * scale:.4g}{unit}, needed {limit * scale:.4g}{unit}")
 
     yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, " MPa")
+    if design.bend_radius is not None:  # a straight arm bears less than the coil
+        yield from above("arms", design.arm_stress, design.allowed_stress, "stress in the arms' bends", 1e-6, " MPa")
+    if limits.cycles is not None:
+        if design.life is None:
+            text = f"nothing is known of {design.material} wire in fatigue"
+            yield Violation("fatigue", math.inf, text)
+        else:
+            factor = design.life.factor(limits.cycles)
+            shown = f"strength over stress for {limits.cycles:.0g} cycles"
+            yield from below("fatigue", factor, limits.fatigue_safety, shown, 1.0, "")
     yield from above("outer_diameter", design.outer_diameter, limits.max_outer_diameter, "outer diameter")
     yield from below("inside_diameter", design.inside_diameter, limits.min_inside_diameter, "inside diameter")
     wound = design.wound_inside_diameter
@@ -142,13 +162,37 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
         yield Violation("included_angle", math.inf, text)
 
 
+def _lasting_travel(design: SpringDesign, cycles: float, factor: float) -> float:
+    """Winding travel (rad) that the spring bears so often, opening by as much as now but no further; by bisection."""
+    assert design.life is not None
+    per_angle = design.stress / max(design.travel, design.opening_travel)
+    known = design.life
+
+    def lasts(travel: float) -> bool:
+        least = -per_angle * min(design.opening_travel, travel)
+        amplitude, mean = (per_angle * travel - least) / 2.0, (per_angle * travel + least) / 2.0
+        repeated = known.repeated(cycles)
+        endurance = fatigue.endurance_about_zero(repeated, design.tensile_strength)
+        borne = fatigue.gerber_amplitude(endurance, design.tensile_strength, amplitude, mean)
+        return borne >= factor * amplitude
+
+    low, high = 0.0, design.tensile_strength / per_angle
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if lasts(middle) else (low, middle)
+    return low
+
+
 def travel_limit(design: SpringDesign, limits: SpringLimits) -> float:
-    """The largest winding travel, rad, at which stress, arbor and body length are kept; negative where none is.
+    """The largest winding travel, rad, at which stress, life, arbor and body length are kept; negative where none is.
 
     Limits that do not depend on the travel are not looked at.
     """
     allowed = stress.moment_limit(design.allowed_stress, design.wire_diameter, design.mean_diameter)
-    bounds = [allowed / design.rate]
+    reckoned = design.moment / design.rate
+    bounds = [allowed / design.rate, reckoned * design.allowed_stress / design.arm_stress]
+    if limits.cycles is not None and design.life is not None:
+        bounds.append(_lasting_travel(design, limits.cycles, limits.fatigue_safety))
     inside = limits.least_wound_inside()
     if inside is not None:
         bounds.append(

@@ -6,7 +6,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from synth.spring.arms import arm_force, arm_share
+from synth.spring.fatigue import Life
 from synth.spring.geometry import Convention
+from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.units import quantity
 
 
@@ -32,6 +35,10 @@ class SpringLimits:
         of the body. With less than 2 the theory does not hold (EN 13906-3).
     safety
         yield over the allowed stress at full travel.
+    cycles, fatigue_safety
+        how often it is to turn, 1e5 or 1e6 at most, and strength over stress for that; None: not asked.
+    bend_radius
+        inside radius of the bend where a radial or axial arm leaves the coil; None: as much as the wire's diameter.
     """
 
     arbor_diameter: float | None = None
@@ -43,6 +50,9 @@ class SpringLimits:
     min_coils: float = 2.0
     max_coils: float = 30.0
     safety: float = 1.1
+    cycles: float | None = None
+    fatigue_safety: float = 1.0
+    bend_radius: float | None = None
 
     def least_wound_inside(self) -> float | None:
         """Wound inside diameter that leaves the arbor its gap, m."""
@@ -63,7 +73,8 @@ class SpringDesign:
     """A torsion spring and what it does. SI; angles in rad; ``travel`` winds the coil, ``opening_travel`` opens it.
 
     ``rate`` is the one that moments and stresses are reckoned with. ``free_travel`` is from rest to yield of the inner
-    fibre, no safety in it. ``count`` such springs stand in parallel; every number is of one of them.
+    fibre, no safety in it. ``arm_stress`` is where an arm meets the coil, ``bend_radius`` that of its bend (None:
+    tangent arms have none). ``count`` such springs stand in parallel; every number is of one of them.
     """
 
     material: str
@@ -100,6 +111,10 @@ class SpringDesign:
     wire_length: float
     mass: float
     energy: float
+    tolerance: WindingTolerance
+    life: Life | None
+    arm_stress: float
+    bend_radius: float | None
     violations: tuple[Violation, ...] = ()
     count: int = 1
 
@@ -119,6 +134,16 @@ class SpringDesign:
         return None if self.arbor_diameter is None else self.wound_inside_diameter - self.arbor_diameter
 
     @property
+    def mandrel_diameter(self) -> float:
+        """Where to begin, m: the coil that is wound on it springs back to the wanted one."""
+        return mandrel_diameter(self.mean_diameter, self.wire_diameter, self.elastic_modulus, self.tensile_strength)
+
+    @property
+    def mandrel_turns(self) -> float:
+        """Turns on the mandrel that leave the coils of the body."""
+        return turns_on_mandrel(self.mean_diameter, self.wire_diameter, self.body_coils, self.mandrel_diameter)
+
+    @property
     def volume(self) -> float:
         """Cylinder that the coil needs, m^3: widest times longest."""
         return math.pi / 4.0 * self.outer_diameter**2 * self.wound_body_length
@@ -129,6 +154,10 @@ class SpringDesign:
         found: list[str] = []
         if self.strength_basis == "law":
             found.append(f"strength by a fitted law, no maker's table has {self.wire_diameter * 1e3:.4g} mm wire")
+        if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
+            found.append(
+                f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
+            )
         if self.body_coils < 2.0:
             found.append(f"{self.body_coils:.3g} coils are under the 2 from which the theory holds (EN 13906-3)")
         return tuple(found)
@@ -154,12 +183,49 @@ class SpringDesign:
             "leg_convention": self.convention,
             "leg_lengths": [quantity(length, "mm") for length in self.leg_lengths],
             **numbers,
+            **self._lasting(),
+            "stress_relief": stress_relief(self.material),
             "strength_basis": self.strength_basis,
             "strength_source": self.strength_source,
             "yield_source": self.yield_source,
             "violations": [violation.text for violation in self.violations],
             "warnings": list(self.warnings),
         }
+
+    def _lasting(self) -> dict[str, Any]:
+        """Tolerances, fatigue, arms and mandrel, beside their units."""
+        plus, force = self.tolerance, arm_force(self.moment, self.leg_lengths[0])
+        written: dict[str, Any] = {
+            "tolerance": {
+                "wire_diameter": quantity(plus.wire_diameter, "mm"),
+                "mean_diameter": quantity(plus.mean_diameter, "mm"),
+                "body_coils": quantity(plus.coils, "1"),
+                "rate": quantity(plus.rate, "percent"),
+                "free_angle": quantity(plus.free_angle, "deg"),
+            },
+            "arms": {
+                "stress": quantity(self.arm_stress, "MPa"),
+                "share_of_angle": quantity(arm_share(self.body_coils, self.active_coils), "1"),
+                **({} if force is None else {"force": quantity(force, "N")}),
+                **({} if self.bend_radius is None else {"bend_radius": quantity(self.bend_radius, "mm")}),
+            },
+            "mandrel": {
+                "diameter": quantity(self.mandrel_diameter, "mm"),
+                "turns": quantity(self.mandrel_turns, "1"),
+            },
+        }
+        if self.life is not None:
+            written["fatigue"] = {
+                "stress_amplitude": quantity(self.life.amplitude, "MPa"),
+                "stress_mean": quantity(self.life.mean, "MPa"),
+                **{
+                    name: quantity(value, "1")
+                    for name, value in (("safety_1e5", self.life.factor_1e5), ("safety_1e6", self.life.factor_1e6))
+                    if math.isfinite(value)
+                },
+                "source": self.life.source,
+            }
+        return written
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,11 @@ from math import radians
 import numpy as np
 import pytest
 
-from synth.design.springs import Travel, choose_springs, spring_warnings, travels
+from synth.design.dampers import DamperChoiceMade, DamperOption
+from synth.design.sets import SetsMade, choose_sets
+from synth.design.springs import SpringChoiceMade, SpringSource, Travel, spring_warnings, travels
 from synth.errors import UserError
-from synth.files.options import CadOptions, DamperChoice, JointChoice, SpringChoice
+from synth.files.options import CadOptions, PartsOptions, SpringChoice
 from synth.model.chain import Conditions
 from synth.model.leg import Damper, Joint, Leg, Link, Spring
 from synth.model.mechanics import rest_pose
@@ -30,8 +32,22 @@ def wanted(leg: Leg) -> WantedResponse:
     return WantedResponse.of(leg, [Release("a", TIME, start, np.zeros(1), Conditions())])
 
 
-def choice(**spring: object) -> dict[str, JointChoice]:
-    return {"knee": JointChoice(SpringChoice(**spring), DamperChoice())}  # type: ignore[arg-type]
+def choice(**spring: object) -> SpringChoice:
+    return SpringChoice(**spring)  # type: ignore[arg-type]
+
+
+def sets_for(leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[Travel], **parts: object) -> SetsMade:
+    """The knee's spring chosen beside a linear damper that was measured."""
+    damper = leg.joints[0].damper
+    assert damper is not None
+    option = DamperOption(None, damper, "curve", "as wanted", spring=leg.joints[0].spring)
+    dampers = DamperChoiceMade((option,), ((option,),), ({},), leg, ())
+    source = SpringSource("knee", asked, travel[0], catalogue, CadOptions())
+    return choose_sets(wanted(leg), leg, dampers, [source], PartsOptions(**parts))  # type: ignore[arg-type]
+
+
+def choose(leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[Travel] = TRAVEL) -> SpringChoiceMade:
+    return sets_for(leg, asked, catalogue, travel).springs
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +60,7 @@ def test_the_thesis_knee_gets_its_lee_spring(catalogue: Catalogue) -> None:
     limits = choice(
         rate_tolerance=0.05, included_angle=radians(120), max_outer_diameter=0.03175, max_body_length=0.03175
     )
-    made = choose_springs(wanted(leg), leg, limits, catalogue, TRAVEL, CadOptions())
+    made = choose(leg, limits, catalogue, TRAVEL)
     assert made.chosen[0].part == "LTR135H 10 M"
     assert rest_pose(made.leg) == pytest.approx(rest_pose(leg), abs=1e-9)
     assert made.left_out[0]  # every other row is counted under a reason
@@ -52,16 +68,17 @@ def test_the_thesis_knee_gets_its_lee_spring(catalogue: Catalogue) -> None:
 
 def test_bought_springs_are_ranked_by_the_legs_response_not_by_the_nearest_number(catalogue: Catalogue) -> None:
     leg = knee(1.55)
-    made = choose_springs(wanted(leg), leg, choice(rate_tolerance=0.6), catalogue, TRAVEL, CadOptions())
+    made = choose(leg, choice(rate_tolerance=0.6), catalogue, TRAVEL)
     errors = [option.error for option in made.ranked[0]]
     assert len(errors) > 1
     assert errors == sorted(errors)
-    assert made.sets[0][1] == pytest.approx(min(error for _, error in made.sets))
+    nearest = min(made.ranked[0], key=lambda option: abs(np.log(option.rate / 1.55)))
+    assert made.chosen[0].part == nearest.part  # with a single joint and the free angle made to suit
 
 
 def test_none_in_tolerance_winds_one_and_says_so(catalogue: Catalogue) -> None:
     leg = knee(3.3)
-    made = choose_springs(wanted(leg), leg, choice(), catalogue, TRAVEL, CadOptions())
+    made = choose(leg, choice(), catalogue, TRAVEL)
     option = made.chosen[0]
     assert option.design is not None
     assert option.design.feasible
@@ -72,7 +89,7 @@ def test_none_in_tolerance_winds_one_and_says_so(catalogue: Catalogue) -> None:
 def test_a_bought_spring_asked_for_and_none_there_is_a_message(catalogue: Catalogue) -> None:
     leg = knee(3.3)
     with pytest.raises(UserError, match=r"knee: none of the \d+ springs.*comes nearest.*make: true"):
-        choose_springs(wanted(leg), leg, choice(make=False), catalogue, TRAVEL, CadOptions())
+        choose(leg, choice(make=False), catalogue, TRAVEL)
 
 
 def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: Catalogue) -> None:
@@ -80,7 +97,7 @@ def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: 
     leg = knee(79.35)
     room = choice(make=True, max_outer_diameter=0.0414, max_body_length=0.05)
     travel = [Travel(radians(45.0), radians(15.0))]
-    made = choose_springs(wanted(leg), leg, room, catalogue, travel, CadOptions())
+    made = choose(leg, room, catalogue, travel)
     said = made.warnings[0][0]
     assert "no single spring can do 79.35 N*m/rad over 45.0 deg" in said
     assert "MPa" in said
@@ -96,7 +113,7 @@ def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: 
 def test_a_bought_spring_that_would_yield_is_warned_of(catalogue: Catalogue) -> None:
     leg = knee(0.47269)
     far = [Travel(radians(150.0), 0.0)]
-    made = choose_springs(wanted(leg), leg, choice(part="LTR080F 10 S"), catalogue, far, CadOptions())
+    made = choose(leg, choice(part="LTR080F 10 S"), catalogue, far)
     assert "yields at" in spring_warnings("knee", made.chosen[0])[0]
 
 
@@ -118,5 +135,5 @@ def test_a_spring_of_which_no_strength_is_known_is_said_to_be_unchecked(catalogu
         replace(row, material="unobtainium") if row.part == "LTR080F 10 S" else row for row in catalogue.springs
     )
     unknown = replace(catalogue, springs=rows)
-    made = choose_springs(wanted(leg), leg, choice(part="LTR080F 10 S"), unknown, TRAVEL, CadOptions())
+    made = choose(leg, choice(part="LTR080F 10 S"), unknown, TRAVEL)
     assert "knows too little" in spring_warnings("knee", made.chosen[0])[0]

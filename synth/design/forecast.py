@@ -1,0 +1,184 @@
+"""What tolerances leave of a set's response: its error's expectation, 90 % interval, chance, and what causes it.
+
+Every sample of the tolerances is a lane: the set's parts with rates, free angles and torques drawn inside their limits,
+the arms' offsets where the nominal parts would have them. One temperature holds for all dampers of a sample. Samples
+are Sobol's points, shifted at random by the project's seed, and the same for every set, so that sets are compared on
+equal draws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from synth.design.dampers import DamperOption
+from synth.design.part_lanes import ROWS, PartLanes, column
+from synth.design.springs import SpringOption
+from synth.files.options import ToleranceOptions
+from synth.model.layout import CURVE_POINTS
+from synth.model.leg import Array
+from synth.parts.damper_law import CONCAVE_EXPONENT
+from synth.parts.tolerance import DamperTolerance, SpringTolerance, bought_damper, bought_spring, measured_damper
+from synth.units import quantity
+
+CAUSES = ("spring rate", "free angle", "damper torque", "law of the damper")  # of each joint
+TEMPERATURE = "temperature"
+EXPONENTS = 9  # levels of an assumed law's exponent
+OUTER_NODE = sqrt(3.0 / 5.0)  # Gauss and Legendre's three points on [-1, 1]: weights 5/18, 8/18, 5/18 of a uniform draw
+
+SetParts = Sequence[tuple[SpringOption, DamperOption]]
+
+
+@dataclass(frozen=True)
+class Share:
+    """A cause's part of the spread; ``alone``: the RMS error (rad) that it leaves with all else as nominal."""
+
+    joint: str | None
+    cause: str
+    share: float
+    alone: float
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "joint": self.joint or "all",
+            "cause": self.cause,
+            "share": quantity(self.share, "1"),
+            "alone": quantity(self.alone, "deg"),
+        }
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """The response error (rad, RMS over joints and releases) of a set of parts as it may come.
+
+    ``chance`` that it stays within ``within``; ``shares`` of the spread, largest first, where they were reckoned.
+    """
+
+    nominal: float
+    expected: float
+    interval90: tuple[float, float]
+    chance: float
+    within: float
+    n_sample: int
+    shares: tuple[Share, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """Every number beside its unit."""
+        low, high = np.degrees(self.interval90)
+        written: dict[str, Any] = {
+            "nominal": quantity(self.nominal, "deg"),
+            "expected": {**quantity(self.expected, "deg"), "interval90": [float(low), float(high)]},
+            "within": quantity(self.within, "deg"),
+            "chance": quantity(self.chance, "1"),
+            "samples": self.n_sample,
+        }
+        if self.shares:
+            written["causes"] = [share.as_json() for share in self.shares]
+        return written
+
+
+def spring_tolerance(option: SpringOption, asked: ToleranceOptions) -> SpringTolerance:
+    """Of all parallel springs together: of independent ones the mean spreads less."""
+    if option.row is not None:
+        known, count = bought_spring(option.row), option.count
+    else:
+        assert option.design is not None
+        plus, count = option.design.tolerance, option.design.count
+        known = SpringTolerance(plus.rate, plus.free_angle, "wire's and coil's tolerances")
+    rate = known.rate if asked.rate is None else asked.rate
+    angle = known.free_angle if asked.free_angle is None else asked.free_angle
+    said = known.source if None in (asked.rate, asked.free_angle) else "the project file"
+    return SpringTolerance(rate / sqrt(count), angle / sqrt(count), said)
+
+
+def damper_tolerance(option: DamperOption, asked: ToleranceOptions) -> DamperTolerance:
+    """Of all dampers of an arrangement together."""
+    if option.row is None or option.law == "curve":
+        known = measured_damper(asked.measured)
+    else:
+        known = bought_damper(option.row, option.law)
+        if asked.torque is not None:
+            known = DamperTolerance(asked.torque, known.per_kelvin, known.exponents, "torque by the project file")
+    share = known.torque / sqrt(option.arrangement.pieces)
+    return DamperTolerance(share, known.per_kelvin, known.exponents, known.source)
+
+
+class Forecaster:
+    """Draws the tolerances of sets of parts in one leg."""
+
+    def __init__(self, lanes: PartLanes, asked: ToleranceOptions, within: float, seed: int = 0) -> None:
+        self.lanes, self.asked, self.within, self.seed = lanes, asked, within, seed
+
+    def forecast(self, parts: SetParts, n_sample: int, *, shares: bool = False) -> Forecast:
+        """The error of one set over ``n_sample`` draws, a power of two."""
+        errors = self.lanes.errors_of(self._columns(parts, self._draws(len(parts), n_sample)))
+        nominal = float(self.lanes.errors_of(self._columns(parts, np.zeros((4 * len(parts) + 1, 1))))[0])
+        low, high = np.quantile(errors, [0.05, 0.95])
+        return Forecast(
+            nominal,
+            float(np.mean(errors)),
+            (float(low), float(high)),
+            float(np.mean(errors <= self.within)),
+            self.within,
+            n_sample,
+            self._shares(parts, nominal) if shares else (),
+        )
+
+    def _draws(self, n: int, n_sample: int) -> Array:
+        """(4 n + 1, n_sample) in [-1, 1]: four causes a joint, then temperature."""
+        from scipy.stats import qmc
+
+        points = qmc.Sobol(4 * n + 1, scramble=False).random(n_sample)
+        shift = np.random.default_rng(self.seed).random(4 * n + 1)
+        return np.asarray(2.0 * np.mod(points + shift, 1.0).T - 1.0)
+
+    def _columns(self, parts: SetParts, draws: Array) -> list[Array]:
+        """Columns (ROWS, n_lane) by joint for draws (4 n + 1, n_lane)."""
+        kelvin = draws[-1] * self.asked.temperature
+        return [
+            self._joint(j, spring, damper, draws[4 * j : 4 * j + 4], kelvin) for j, (spring, damper) in enumerate(parts)
+        ]
+
+    def _joint(self, j: int, spring: SpringOption, damper: DamperOption, draw: Array, kelvin: Array) -> Array:
+        of_spring, of_damper = spring_tolerance(spring, self.asked), damper_tolerance(damper, self.asked)
+        made = np.repeat(column(spring.rate, self.lanes.rest(j, spring.rate), damper.damper)[:, None], len(kelvin), 1)
+        made[0] *= 1.0 + of_spring.rate * draw[0]
+        made[1] += of_spring.free_angle * draw[1]
+        if of_damper.exponents is not None:
+            made[3:] = self._laws(damper, of_damper.exponents, draw[3])
+        strength = (1.0 + of_damper.torque * draw[2]) * np.exp(of_damper.per_kelvin * kelvin)
+        made[2] *= strength
+        made[3 + CURVE_POINTS :] *= strength
+        return made
+
+    def _laws(self, damper: DamperOption, exponents: tuple[float, float], draw: Array) -> Array:
+        """(2 CURVE_POINTS, n_lane) curve rows with the assumed law's exponent drawn between its limits."""
+        low, high = exponents
+        levels = np.linspace(low, high, EXPONENTS)
+        curves = np.stack([column(1.0, 0.0, damper.with_exponent(float(n)))[3:] for n in levels], axis=1)
+        assert curves.shape[0] == ROWS - 3
+        # A draw of 0 is the nominal law, though that does not lie in the middle of its limits.
+        middle = CONCAVE_EXPONENT + draw * np.where(draw < 0.0, CONCAVE_EXPONENT - low, high - CONCAVE_EXPONENT)
+        nearest = np.argmin(np.abs(levels[:, None] - middle[None, :]), axis=0)
+        found = curves[:, nearest]
+        nominal = column(1.0, 0.0, damper.damper)[3:]
+        return np.asarray(np.where(draw == 0.0, nominal[:, None], found))
+
+    def _shares(self, parts: SetParts, nominal: float) -> tuple[Share, ...]:
+        """Each cause by itself at its two outer Gauss points; shares of what the squared errors grow by."""
+        n_cause = 4 * len(parts) + 1
+        draws = np.concatenate([np.eye(n_cause), -np.eye(n_cause)], axis=1) * OUTER_NODE
+        square = self.lanes.errors_of(self._columns(parts, draws)).reshape(2, n_cause) ** 2
+        alone = (5.0 * square.sum(axis=0) + 8.0 * nominal**2) / 18.0
+        grown = np.maximum(alone - nominal**2, 0.0)
+        names = [(name, cause) for name in self.lanes.leg.joint_names for cause in CAUSES]
+        total = float(grown.sum()) or 1.0
+        found = [
+            Share(joint, cause, float(g) / total, float(np.sqrt(a)))
+            for (joint, cause), g, a in zip([*names, (None, TEMPERATURE)], grown, alone, strict=True)
+        ]
+        return tuple(sorted(found, key=lambda share: -share.share))

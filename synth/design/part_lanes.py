@@ -1,0 +1,175 @@
+"""Sets of parts as lanes of the compiled chain: what a spring and a damper put into one joint's rows, and the errors.
+
+A set differs from another in five rows a joint alone, so its lane is put together from ready columns; writing a leg
+for each of a million sets would cost more than moving it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.model.curves import compiled_rows
+from synth.model.layout import CURVE_POINTS, LANES
+from synth.model.leg import Array, Damper, Leg
+from synth.model.mechanics import coefficients, rest_pose, static_torque
+from synth.parts.response import Release, WantedResponse
+
+Index = NDArray[np.int64]
+
+TOLERANCE = 1e-5  # of the engine: 0.001 deg on the example leg, where parts differ by tenths
+CHUNK = 8 * LANES  # lanes that one thread runs at a time
+ROWS = 3 + 2 * CURVE_POINTS  # rate, rest, damper rate, clamp speeds, clamp slopes
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What acts at a joint: spring rate N m/rad and the damper as the joint feels it."""
+
+    rate: float
+    damper: Damper
+
+
+def column(rate: float, rest: float, damper: Damper) -> Array:
+    """(ROWS,) what stands in one joint's rows: rate, rest, damper rate, 12 clamp speeds, 12 clamp slopes."""
+    made = np.zeros(ROWS)
+    made[:3] = rate, rest, damper.rate or 0.0
+    if damper.curve is not None:
+        made[3 : 3 + CURVE_POINTS], made[3 + CURVE_POINTS :] = compiled_rows(damper.curve)
+    return made
+
+
+class PartLanes:
+    """Simulates sets of parts in one leg and measures them against the wanted motion.
+
+    Parameters
+    ----------
+    wanted
+        the motion and its releases.
+    leg
+        what the parts are put into: links and effects count, its springs and dampers do not.
+    acting
+        what may act, by joint.
+    releases
+        at most so many of the wanted's releases are used, evenly chosen.
+    """
+
+    def __init__(
+        self, wanted: WantedResponse, leg: Leg, acting: Sequence[Sequence[Acting]], releases: int | None = None
+    ) -> None:
+        self.wanted, self.leg, self.acting = wanted, leg, tuple(tuple(each) for each in acting)
+        every = 1 if releases is None else max(1, -(-len(wanted.releases) // releases))
+        self.releases, self.motions = wanted.releases[::every], wanted.motions[::every]
+        self._pool = _workers()
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many options each joint has."""
+        return tuple(len(each) for each in self.acting)
+
+    @property
+    def n_set(self) -> int:
+        """How many sets there are."""
+        return int(np.prod([float(count) for count in self.counts]))
+
+    @cached_property
+    def holding(self) -> tuple[Array, Array]:
+        """Pose (n,) rad in which the leg is to rest, and the torque (n,) N m that holds it against gravity."""
+        pose = rest_pose(self.wanted.leg)
+        return pose, static_torque(coefficients(self.leg), pose, self.leg.tilt)
+
+    def rest(self, joint: int, rate: float) -> float:
+        """Rotation (rad) at which a spring of this rate is unloaded in the leg that rests as wanted."""
+        pose, torque = self.holding
+        return float(pose[joint] + torque[joint] / rate)
+
+    @cached_property
+    def columns(self) -> tuple[Array, ...]:
+        """(ROWS, n_option) of each joint."""
+        return tuple(
+            np.stack([column(each.rate, self.rest(j, each.rate), each.damper) for each in options], axis=1)
+            for j, options in enumerate(self.acting)
+        )
+
+    def chosen(self, index: Index) -> list[Array]:
+        """Columns (ROWS, n_set) by joint of the sets with option numbers ``index`` (n_set, n)."""
+        return [columns[:, index[:, j]] for j, columns in enumerate(self.columns)]
+
+    def errors(self, index: Index) -> Array:
+        """(n_set,) rad, RMS over joints of the departure from the wanted motion; see ``WantedResponse.overall``."""
+        order = np.lexsort(index.T)  # sets that share parts share the engine's steps
+        found = np.empty(len(index))
+        found[order] = self.errors_of(self.chosen(index[order]))
+        return found
+
+    def errors_of(self, columns: Sequence[Array]) -> Array:
+        """The same for ready columns (ROWS, n_lane), one array a joint."""
+        return np.asarray(np.sqrt(np.sum(self._square(columns), axis=0) / len(self.acting)))
+
+    def joint_errors_of(self, columns: Sequence[Array]) -> Array:
+        """(n_joint, n_lane) rad, RMS of each joint."""
+        return np.sqrt(self._square(columns))
+
+    def _square(self, columns: Sequence[Array]) -> Array:
+        n_lane = columns[0].shape[1]
+        starts = range(0, n_lane, CHUNK)
+        parts = self._pool.map(lambda s: self._mean_square([each[:, s : s + CHUNK] for each in columns]), starts)
+        return np.concatenate(list(parts), axis=1)
+
+    def _mean_square(self, columns: Sequence[Array]) -> Array:
+        square = np.zeros((len(columns), columns[0].shape[1]))
+        for release, wanted in zip(self.releases, self.motions, strict=True):
+            off = self._motion(release, columns) - wanted[:, :, None]
+            off[:, list(release.conditions.locked)] = 0.0
+            square += np.sum(off**2, axis=0)
+        mean = square / np.maximum(self._counts, 1)[:, None]
+        return np.where(np.isfinite(mean), mean, np.pi**2)
+
+    def residuals(self, index: Index, every: int = 1) -> Array:
+        """(n_sample, n_set) whose squares sum to the squared error; of every so-manieth sample of the motions."""
+        chunks = [index[s : s + CHUNK] for s in range(0, len(index), CHUNK)]
+        return np.concatenate(list(self._pool.map(lambda part: self._residuals(part, every), chunks)), axis=1)
+
+    def _residuals(self, index: Index, every: int) -> Array:
+        columns, parts = self.chosen(index), []
+        scale = np.where(self._counts > 0, 1.0 / np.sqrt(np.maximum(self._counts, 1) * len(columns) / every), 0.0)
+        for release, wanted in zip(self.releases, self.motions, strict=True):
+            off = (self._motion(release, columns)[::every] - wanted[::every, :, None]) * scale[:, None]
+            off[:, list(release.conditions.locked)] = 0.0
+            parts.append(off.reshape(-1, len(index)))
+        return np.nan_to_num(np.concatenate(parts), nan=np.pi)
+
+    @cached_property
+    def _counts(self) -> Array:
+        """(n,) samples in which each joint is free."""
+        count = np.zeros(len(self.acting))
+        for release in self.releases:
+            free = [j for j in range(len(count)) if j not in release.conditions.locked]
+            count[free] += len(release.time)
+        return count
+
+    def _motion(self, release: Release, columns: Sequence[Array]) -> Array:
+        """(n_time, n, n_lane) rad."""
+        chain = self.wanted.chain
+        layout = chain.layout
+        lanes = np.repeat(chain.parameters(self.leg, release.conditions)[:, None], columns[0].shape[1], axis=1)
+        for j, values in enumerate(columns):
+            for place, block in enumerate(("spring_rate", "rest", "damper_rate")):
+                lanes[layout.row(block, j)] = values[place]
+            for block, first in (("curve_speed", 3), ("curve_slope", 3 + CURVE_POINTS)):
+                row = layout.row(block, j * CURVE_POINTS)
+                lanes[row : row + CURVE_POINTS] = values[first : first + CURVE_POINTS]
+        lanes[layout.rows("rotation")] = release.rotation[:, None]
+        lanes[layout.rows("rate")] = release.rate[:, None]
+        return chain.run(lanes, release.time, TOLERANCE)
+
+
+@lru_cache(maxsize=1)
+def _workers() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-parts")
