@@ -1,15 +1,20 @@
-"""Pages of the jumping leg: the report of a study, and the page that holds the models against what was published."""
+"""Pages of the jumping leg: a study, the models held against what was published, and the gap of recorded jumps."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from reports import page
+from reports.page import gap_opening, write_page
 from reports.reading import read_result
 from reports.section import Section
 from reports.sections import (
     files,
+    gap_how_far,
+    gap_next,
+    gap_terms,
+    gap_which,
     hopper_choice,
+    hopper_gap,
     hopper_jump,
     hopper_models,
     hopper_parts,
@@ -37,6 +42,16 @@ TRUTH_SECTIONS: tuple[Section, ...] = (
     hopper_truth.SENSITIVITIES,
     EQUATIONS,
 )
+GAP_SECTIONS: tuple[Section, ...] = (
+    hopper_gap.WHERE,
+    gap_which.SECTION,
+    gap_how_far.SECTION,
+    hopper_gap.ACROSS,
+    gap_next.SECTION,
+    warnings.SECTION,
+    inputs.SECTION,
+    gap_terms.SECTION,
+)
 
 
 def write_hopper_report(folder: Path) -> Path:
@@ -47,9 +62,15 @@ def write_hopper_report(folder: Path) -> Path:
     ReportError
         If ``hopper.json`` is missing or no study of a jumping leg, or a file that it names is damaged.
     """
-    return page._write(read_result(folder, "hopper.json", "hopper"), "Jumping leg", STUDY_SECTIONS)
+    return write_page(read_result(folder, "hopper.json", "hopper"), "Jumping leg", STUDY_SECTIONS)
 
 
 def write_truth_report(folder: Path) -> Path:
     """Write ``report.html`` from ``truth.json``."""
-    return page._write(read_result(folder, "truth.json", "hopper-truth"), "Models and measurement", TRUTH_SECTIONS)
+    return write_page(read_result(folder, "truth.json", "hopper-truth"), "Models and measurement", TRUTH_SECTIONS)
+
+
+def write_jump_gap_report(folder: Path) -> Path:
+    """Write ``report.html`` from a jumping leg's ``gap.json``, ``predicted/*.csv`` and ``where/*.csv``."""
+    result = read_result(folder, "gap.json", "gap")
+    return write_page(result, "Gap between model and measured jumps", GAP_SECTIONS, gap_opening(result))

@@ -94,25 +94,30 @@ def write_leg_report(folder: Path) -> Path:
     ReportError
         If ``design.json`` is missing or no leg design, or a file that it names is damaged.
     """
-    return _write(read_result(folder, "design.json", "leg-design"), "Leg design", LEG_SECTIONS)
+    return write_page(read_result(folder, "design.json", "leg-design"), "Leg design", LEG_SECTIONS)
 
 
 def write_fit_report(folder: Path) -> Path:
     """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
-    return _write(read_result(folder, "fit.json", "fit"), "Fit to recorded motion", FIT_SECTIONS)
+    return write_page(read_result(folder, "fit.json", "fit"), "Fit to recorded motion", FIT_SECTIONS)
 
 
 def write_import_report(folder: Path) -> Path:
     """Write ``report.html``, the imported leg as a stick figure, from ``import.json``; see ``write_leg_report``."""
-    return _write(read_result(folder, "import.json", "import"), "Imported motion", (stick_figure.SECTION,))
+    return write_page(read_result(folder, "import.json", "import"), "Imported motion", (stick_figure.SECTION,))
 
 
 def write_gap_report(folder: Path) -> Path:
     """Write ``report.html`` from ``gap.json``, ``predicted/*.csv`` and ``where/*.csv``; see ``write_leg_report``."""
     result = read_result(folder, "gap.json", "gap")
+    return write_page(result, "Gap between model and measurement", GAP_SECTIONS, gap_opening(result))
+
+
+def gap_opening(result: Result) -> Markup:
+    """The diagnosis in a sentence, and what it was scored on."""
     trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
     scored = [trial for trial in trials if trial.get("scored")]
-    opening = (
+    return Markup(
         _environment()
         .get_template("gap-opening.html")
         .render(
@@ -123,10 +128,10 @@ def write_gap_report(folder: Path) -> Path:
             warnings=len(sequence(result.content, "warnings")),
         )
     )
-    return _write(result, "Gap between model and measurement", GAP_SECTIONS, Markup(opening))
 
 
-def _write(result: Result, kind: str, sections: Sequence[Section], opening: Markup | None = None) -> Path:
+def write_page(result: Result, kind: str, sections: Sequence[Section], opening: Markup | None = None) -> Path:
+    """Write ``report.html`` of these sections beside the result; those without content are listed as left out."""
     shown: list[Shown] = []
     left_out: list[tuple[str, str]] = []
     environment = _environment()

@@ -39,13 +39,15 @@ def models_figure(title: str, bars: Sequence[Bar], lines: Sequence[tuple[str, fl
     for i, bar in enumerate(bars):
         x = axes.x(i + 0.5)
         y = axes.y(100 * bar.height)
+        reach = y  # of bar and whisker: the number stands above both
         svg.rectangle((x - 14, y), 28, HEIGHT - BOTTOM - y, f'fill="{BLUE}" fill-opacity="0.75"')
         if bar.low is not None and bar.high is not None:
             style = f'stroke="{BLACK}" stroke-width="1.3"'
             svg.line((x, axes.y(100 * bar.low)), (x, axes.y(100 * bar.high)), style)
+            reach = min(y, axes.y(100 * bar.high))
             for end in (bar.low, bar.high):
                 svg.line((x - 5, axes.y(100 * end)), (x + 5, axes.y(100 * end)), style)
-        svg.text((x, y - 4), f"{100 * bar.height:.1f}", f'font-size="10" fill="{GREY}" text-anchor="middle"')
+        svg.text((x, reach - 4), f"{100 * bar.height:.1f}", f'font-size="10" fill="{GREY}" text-anchor="middle"')
         words = bar.name.split(", ")
         for line, word in enumerate(words):
             svg.text((x, HEIGHT - BOTTOM + 14 + 12 * line), word, f'text-anchor="middle" {TICK}', most=18)

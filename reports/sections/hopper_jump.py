@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from reports.figures.hopper_jump import Geometry, Pose, curve_figure, strip_figure
@@ -34,12 +35,11 @@ def content(result: Result) -> dict[str, Any] | Missing:
         for a, b in zip(table.columns["upper link angle"], table.columns["upper link end angle"], strict=True)
     )
     geometry = Geometry(metres("hip_spacing"), metres("upper_link"), metres("lower_link"), split)
-    last = len(times) - 1
     # Half of the poses in the push, half in flight.
     ends = (0.0, min(takeoff or 0.0, times[-1]), times[-1])
     wanted = [ends[0] + (ends[1] - ends[0]) * i / (POSES // 2) for i in range(POSES // 2 + 1)]
     wanted += [ends[1] + (ends[2] - ends[1]) * i / (POSES // 2) for i in range(1, POSES // 2 + 1)]
-    rows = [min(range(last + 1), key=lambda i, t=time: abs(times[i] - t)) for time in wanted]  # type: ignore[misc]
+    rows = [_nearest(times, time) for time in wanted]
     columns = [table.columns[name] for name in
                ("time", "hip height", "upper link angle", "upper link end angle", "lower link angle")]  # fmt: skip
     poses = [Pose(*(column[row] for column in columns)) for row in rows]
@@ -48,6 +48,12 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "curves": [curve_figure(name, shown, times, table.columns[name], takeoff) for name, shown, _ in CURVES],
         "table": FILE,
     }
+
+
+def _nearest(times: Sequence[float], wanted: float) -> int:
+    """Index of the time nearest to the one wanted."""
+    distances = [abs(time - wanted) for time in times]
+    return distances.index(min(distances))
 
 
 SECTION = Section("hopper-jump", "The jump", content)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("file", help="project file, kind: gap")
+    parser.add_argument("file", help="project file, kind: gap; its leg swings (kind: leg) or jumps (hopper-design)")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument(
         "--effect",
@@ -28,6 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, diagnose, write ``gap.json``, predictions, the diagnosed leg and a report."""
+    from synth.files.hopper_gap_project import is_hopper_gap
+
+    if is_hopper_gap(arguments.file):
+        from synth.commands.gap_jumps import run_jumps
+
+        return run_jumps(arguments, progress)
     from dataclasses import replace
 
     from synth.effects import load_file

@@ -101,7 +101,8 @@ class JumpPredictor:
             (predicted[name] - measured[:, None]) * (np.sqrt(jump.weight) / jump.sigma[name])
             for name, measured in jump.measured.items()
         ]
-        return np.nan_to_num(np.concatenate(parts), nan=LOST, posinf=LOST, neginf=-LOST)
+        found: Array = np.nan_to_num(np.concatenate(parts), nan=LOST, posinf=LOST, neginf=-LOST)
+        return found
 
 
 def _locks(jumps: JumpLanes) -> Array:

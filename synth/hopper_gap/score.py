@@ -34,7 +34,7 @@ def score_in_turn(bench: JumpBench, fit: JumpFit) -> tuple[Scored, ...]:
         return score(bench, fit, bench.trials)
     normal = Normal.of(fit, len(fit.unknowns))
     low, high = bench.bounds(fit.hypothesis)
-    made = []
+    made: list[Scored] = []
     for index, trial in enumerate(bench.trials):
         moved = np.clip(fit.unknowns + normal.without(index, fit), low, high)
         made += score(bench, replace(fit, unknowns=moved), [trial])
@@ -45,8 +45,8 @@ def _one(bench: JumpBench, fit: JumpFit, jump: Jump) -> Scored:
     """Gauss-Newton in the trial's own two unknowns, halving steps that do not help."""
     predictor = bench.predictor
     x = np.repeat(fit.unknowns[:, None], 1 + N_OWN, axis=1)
-    own = np.zeros(N_OWN)
-    step = np.zeros(N_OWN)
+    own: Array = np.zeros(N_OWN)
+    step: Array = np.zeros(N_OWN)
     best: tuple[float, dict[str, Array], Array] | None = None
     for _ in range(ROUNDS):
         mine = np.repeat(own[:, None], 1 + N_OWN, axis=1)
@@ -61,7 +61,7 @@ def _one(bench: JumpBench, fit: JumpFit, jump: Jump) -> Scored:
                 break
             slopes = (residual[:, 1:] - residual[:, :1]) / STEP
             matrix = slopes.T @ slopes + np.eye(N_OWN)
-            step = -np.linalg.solve(matrix, slopes.T @ residual[:, 0] + own)
+            step = np.asarray(-np.linalg.solve(matrix, slopes.T @ residual[:, 0] + own), dtype=float)
         else:
             step = 0.5 * step
         own = best[2] + step

@@ -44,7 +44,8 @@ class JumpTolerances:
 
         for column, name in (
             ("length", "length"), ("lower_length", "length"), ("body_mass", "mass"), ("mass_per_length", "mass"),
-            ("flexure_rate", "spring"), ("stop_rate", "bumper"), ("joint_damping", "damper"), ("contact_stiffness", "ground"),
+            ("flexure_rate", "spring"), ("stop_rate", "bumper"), ("joint_damping", "damper"),
+            ("contact_stiffness", "ground"),
             ("inductance", "inductance"), ("friction", "friction"), ("viscous", "friction"),
             ("rotor_inertia", "rotor_inertia"), ("driving", "efficiency"), ("voltage", "supply"),
             ("resistance", "resistance"), ("stall_torque", "supply"), ("stall_current", "supply"),

@@ -1,0 +1,61 @@
+"""What only a jumping leg's gap has: where it shows in a push, and whether it grows across designs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from reports.figures.hopper_across import STAGES, Trend, across_figure
+from reports.figures.legend import legend
+from reports.quantities import in_si
+from reports.reading import Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+from reports.sections import gap_where
+
+# Key in ``across`` -> axis, size of a drawn unit in SI, key of a design's value.
+AXES = {"length": ("upper link [mm]", 1e-3, "leg_length"), "gear_ratio": ("gear ratio", 1.0, "gear_ratio")}
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Rises trial by trial, and the error's trends."""
+    found = mapping(result.content, "across")
+    designs = [item for item in sequence(found, "designs") if isinstance(item, dict)]
+    if not designs:
+        return Missing("no scored jump has a measured rise: a force plate tells it")
+    figures = []
+    for by, (axis, unit, key) in AXES.items():
+        slopes = mapping(found, "slope", by)
+        if not slopes:
+            continue
+        x = [(in_si(item[key]) or 0.0) / unit if isinstance(item[key], dict) else float(item[key]) for item in designs]
+        trends = []
+        for stage, line in STAGES.items():
+            errors = [value_of(mapping(item, "error").get(stage)) or 0.0 for item in designs]
+            slope = _slope(slopes.get(stage))
+            trends.append(Trend(x, errors, None if slope is None else 100.0 * slope * unit, line))
+        figures.append(across_figure(f"Error of the rise against {axis}", axis, trends))
+    names = {"as_designed": "as designed", "after": "with the explanation"}
+    return {
+        "says": sequence(found, "says"),
+        "designs": designs,
+        "figures": figures,
+        "legend": legend([(line, names[stage]) for stage, line in STAGES.items()]),
+        "slopes": [
+            {"by": by.replace("_", " "), "stage": names[stage], "slope": mapping(found, "slope", by).get(stage)}
+            for by in AXES
+            for stage in STAGES
+            if mapping(found, "slope", by)
+        ],
+    }
+
+
+def _slope(quantity: object) -> float | None:
+    """A share a metre, or a unit of ratio."""
+    value = value_of(quantity)
+    if value is None:
+        return None
+    unit = quantity.get("unit") if isinstance(quantity, dict) else ""
+    return 100.0 * value if unit == "1/cm" else value
+
+
+WHERE = Section("hopper-where", "Where the gap lies", gap_where.content)
+ACROSS = Section("hopper-across", "How high, and across designs", content)

@@ -1,0 +1,158 @@
+"""The diagnosis of a jumping leg from end to end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import cast
+
+import numpy as np
+
+from synth.errors import UserError
+from synth.files.hopper_gap_project import HopperGapProject
+from synth.fit.result import Estimate
+from synth.fit.unknowns import NORMAL90
+from synth.gap.figures import label
+from synth.gap.result import Cause, Ranked
+from synth.gap.verdict import Judged
+from synth.hopper.leg import Array
+from synth.hopper_gap.across import across
+from synth.hopper_gap.candidates import JumpCandidate, candidates
+from synth.hopper_gap.data import ANGLE, Jump, pooled, prepared
+from synth.hopper_gap.experiment import menu, next_experiment
+from synth.hopper_gap.figures import JumpGaps, measured_gaps
+from synth.hopper_gap.predict import JumpPredictor
+from synth.hopper_gap.result import JumpGapResult
+from synth.hopper_gap.search import JumpAssessed, search
+from synth.hopper_gap.solve import JumpBench, JumpFit, Normal
+from synth.hopper_gap.tolerances import OF_MOTOR, SHARED, JumpTolerances
+from synth.hopper_gap.verdict import judge_jumps
+from synth.hopper_gap.where import missing, where
+from synth.hopper_gap.words import sentence
+from synth.parts.catalog import Catalogue
+
+SHOWN = {"H": "mH", "N/m": "N/m"}  # units that people read better
+
+
+def diagnose(
+    project: HopperGapProject, catalogue: Catalogue, progress: Callable[[str], None] | None = None
+) -> JumpGapResult:
+    """Say what the built leg does that its design does not.
+
+    Raises
+    ------
+    UserError : an unknown motor, or a trial that cannot be used.
+    """
+    say = progress or (lambda text: None)
+    jumps, warnings = prepared(project, catalogue)
+    given = tuple(jump for jump in jumps if not jump.trial.held_out)
+    held = tuple(jump for jump in jumps if jump.trial.held_out)
+    if not given:
+        raise UserError("every trial that is not a copy is held out; at least one must be there to learn from")
+    bench = _bench(project, jumps, given)
+    found = search(bench, candidates(given), say)
+    judged = judge_jumps(found)
+    accepted = cast(JumpAssessed, judged.accepted)
+    singles = [(cast(JumpAssessed, item), chance) for item, chance in judged.singles]
+    say("how far it shrinks")
+    gaps = measured_gaps(bench, held, found, accepted, [item for item, _ in singles], project.seed)
+    lacks = tuple(missing(trial, told) for trial, told in zip(gaps.trials, gaps.before, strict=True))
+    explained = judged.verdict in ("effect", "tie")
+    causes = _causes(bench, accepted.fit) if explained else ()
+    tied = tuple(_causes(bench, cast(JumpAssessed, rival).fit) for rival in judged.tied)
+    ranked = tuple(
+        Ranked(_causes(bench, item.fit)[0], chance, gaps.gap.shrink(label(item.keys))) for item, chance in singles
+    )
+    say("what next")
+    best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
+    before, after = gaps.gap.figure("before"), gaps.gap.figure("after")
+    return JumpGapResult(
+        name=project.name,
+        verdict=judged.verdict,
+        sentence=sentence(judged.verdict, causes, tied, best, before, after, gaps.gap.floor, bool(held), gaps.rises),
+        explanation=causes,
+        ranked=ranked,
+        probability_none=judged.none,
+        probability_unknown=judged.unknown,
+        tied=tied,
+        where=where(gaps.trials, gaps.before, lacks),
+        gaps=gaps,
+        lacks=lacks,
+        across=across(gaps),
+        held_out=bool(held),
+        noise=pooled(gaps.trials, ANGLE),
+        next_experiment=next_experiment(
+            bench, _open(judged), menu(project, catalogue, given), _why(judged, causes, tied)
+        ),
+        unknowns=_tolerances(bench, accepted.fit),
+        warnings=(*warnings, *(_worse(gaps) if explained else ())),
+    )
+
+
+def _bench(project: HopperGapProject, jumps: Sequence[Jump], given: tuple[Jump, ...]) -> JumpBench:
+    tolerances = JumpTolerances(project.tolerance, 1 + max(jump.group for jump in jumps))
+    leg = project.design.leg
+    return JumpBench(JumpPredictor(tolerances, leg.bending, leg.body_inertia), given)
+
+
+def _causes(bench: JumpBench, fit: JumpFit) -> tuple[Cause, ...]:
+    """The causes of a fit with their parameters and what the trials leave open of each."""
+    if not fit.hypothesis:
+        return ()
+    covariance = np.linalg.inv(Normal.of(fit, len(fit.unknowns)).matrix)
+    deviation = np.sqrt(np.diag(covariance))
+    made, first = [], bench.n_tolerance
+    for candidate in fit.hypothesis:
+        part = slice(first, first + candidate.size)
+        made.append(_cause(candidate, fit.unknowns[part], np.asarray(deviation[part])))
+        first += candidate.size
+    return tuple(made)
+
+
+def _cause(candidate: JumpCandidate, x: Array, deviation: Array) -> Cause:
+    low, high = candidate.bounds()
+    found = {}
+    for k, name in enumerate(candidate.shape.free):
+        index = candidate.effect.index(name)
+        points = np.repeat(x[:, None], 3, axis=1)
+        points[k, 1:] = np.clip(x[k] + NORMAL90 * deviation[k] * np.array([-1.0, 1.0]), low[k], high[k])
+        value, *ends = candidate.values(points)[index].tolist()
+        unit = candidate.effect.parameters[index].unit
+        found[name] = Estimate(value, SHOWN.get(unit, unit), min(value, *ends), max(value, *ends))
+    effect, place = candidate.key
+    return Cause(effect, place, found)
+
+
+def _open(judged: Judged) -> list[tuple[JumpFit, float]]:
+    """Fits that a further trial is to separate, with their weights."""
+    if judged.verdict == "tie":
+        return [(cast(JumpFit, item.fit), 1.0) for item in (judged.accepted, *judged.tied)]
+    return [(cast(JumpFit, item.fit), weight) for item, weight in judged.weighed[:6]]
+
+
+def _why(judged: Judged, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
+    if judged.verdict == "tie":
+        names = [" and ".join(c.effect.replace("_", " ") for c in option) for option in (causes, *tied)]
+        return f"{', '.join(names[:-1])} and {names[-1]} explain these trials alike."
+    if judged.verdict == "none":
+        return "Nothing is missing as far as these trials reach; this is where the likeliest causes would show first."
+    if judged.verdict == "unknown":
+        return "What is missing is not known; the explanations that come nearest part most here."
+    return "To be surer of the cause against the next likeliest."
+
+
+def _worse(gaps: JumpGaps) -> tuple[str, ...]:
+    """A warning where the explanation predicts scored trials no better."""
+    before, after = gaps.gap.squares["before"].sum(axis=1), gaps.gap.squares["after"].sum(axis=1)
+    names = [trial.name for trial, b, a in zip(gaps.trials, before, after, strict=True) if a > 1.1 * b]
+    if not names:
+        return ()
+    return (
+        f"{', '.join(names)}: predicted no better with the explanation than without; add a trial of that kind to "
+        "learn from",
+    )
+
+
+def _tolerances(bench: JumpBench, fit: JumpFit) -> dict[str, float]:
+    """Where the design's numbers are taken to be, in deviations of their tolerances."""
+    names = [*SHARED, *(f"{name} {k + 1}" for k in range(bench.predictor.tolerances.motors) for name in OF_MOTOR)]
+    return dict(zip(names, fit.unknowns[: bench.n_tolerance].tolist(), strict=True))
