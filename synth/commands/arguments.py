@@ -29,6 +29,24 @@ def one_of(known: Iterable[str]) -> Callable[[str], str]:
     return check
 
 
+def cluster_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare ``--scheduler``."""
+    words = "run on a Dask cluster, its scheduler at tcp://HOST:PORT; needs the extra limb-synth[cluster]"
+    parser.add_argument("--scheduler", metavar="ADDRESS", help=words)
+
+
+def workers_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare ``--workers``."""
+    parser.add_argument("--workers", type=count, metavar="N", help="so many projects at once; default all cores")
+
+
+def count(text: str) -> int:
+    """An argument's type: a whole number, one at least."""
+    if text.isdecimal() and int(text) > 0:
+        return int(text)
+    raise argparse.ArgumentTypeError(f'"{text}" is no whole number of at least 1')
+
+
 class Quantities:
     """Reads the quantities of a command line and keeps every mistake until ``require`` raises them together."""
 

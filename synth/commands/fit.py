@@ -1,4 +1,9 @@
-"""``synth fit``: springs, dampers and free angles of a leg from its trials."""
+"""``synth fit``: springs, dampers and free angles of a leg from its trials, or of many legs at once.
+
+FILE is a project, or a folder: then every project in it is fitted, on all cores or on a Dask cluster. What cannot be
+fitted is told at the end and stops no other. A run that was interrupted, even killed, goes on where it stopped when
+the same command is given again.
+"""
 
 from __future__ import annotations
 
@@ -6,76 +11,73 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from synth.commands.fit_choice import add_fit_arguments, fit_choice
+from synth.commands.arguments import cluster_argument, workers_argument
+from synth.commands.fit_choice import add_fit_arguments, fit_choice, not_for_folders
 
 if TYPE_CHECKING:
+    from synth.batch.one_fit import Ready
     from synth.commands.progress import Progress
+    from synth.fit.result import FitResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("file", help="project file, kind: fit")
+    parser.add_argument("file", metavar="FILE", help="project file, kind: fit, or a folder of such projects")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     add_fit_arguments(parser)
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    workers_argument(parser)
+    cluster_argument(parser)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, fit, write ``fit.json``, the fitted leg, responses and a report."""
+    if Path(arguments.file).is_dir():
+        from synth.commands.fit_folder import run_folder
+
+        not_for_folders(arguments)
+        return run_folder(arguments, progress)
+    _only_for_folders(arguments)
     from dataclasses import replace
 
-    from synth.design.stages import with_held_out
-    from synth.design.write import write_fit_responses
-    from synth.errors import Problem, UserError
-    from synth.files.leg import write_leg
-    from synth.files.output import output_folder, write_json
+    from synth.batch.one_fit import fit_project, ready, write_fit
+    from synth.files.output import output_folder
     from synth.files.projects import read_fit_project
-    from synth.fit.estimate import FitOptions
-    from synth.fit.methods import fit_by, require_method
-    from synth.fit.recordings import recordings
     from synth.parts.catalog import Catalogue
     from synth.parts.resolver import resolver
 
     with progress.stage("reading the project"):
         project = read_fit_project(arguments.file, resolve_part=resolver(Catalogue.load()))
-        choice = fit_choice(project.fit, arguments)
-        require_method(choice, str(project.path), static=bool(project.static), prior=project.prior is not None)
-        fitted = [trial for trial in project.trials if not trial.held_out]
-        if not fitted:
-            text = "every trial is held out; at least one must be fitted"
-            raise UserError(Problem(text, str(project.path), key="trials"))
-        curves = {j.name: j.damper.curve for j in project.leg.joints if j.damper and j.damper.curve}
-        made = recordings(project.leg, fitted)
-        held_out = recordings(project.leg, [trial for trial in project.trials if trial.held_out], ())
+        given = ready(replace(project, fit=fit_choice(project.fit, arguments)))
     if arguments.dry_run:
-        progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
+        progress.say(_usable(arguments.file, given))
         return 0
     with output_folder(arguments.out) as folder:
         progress.compiling(len(project.leg.joints))
         with progress.stage("fitting"):
-            options = FitOptions(
-                project.free_angle,
-                choice.weight,
-                curves,
-                choice.seed,
-                project.prior,
-                static=project.static,
-                intervals=choice.intervals,
-            )
-            result = with_held_out(fit_by(project.leg, made, options, choice), held_out)
-            inputs = {item.name: item.sha256 for item in project.inputs}
-            inputs |= {trial.name: trial.sha256 for trial in project.trials}
-            result = replace(result, inputs=inputs)
+            result = fit_project(given)
         with progress.stage("writing"):
-            write_json(folder / "fit.json", result.as_json())
-            write_leg(result.leg, folder / "fitted.leg.yaml")
-            write_fit_responses(result, folder / "responses" / "source")
-            from reports import write_fit_report
+            write_fit(result, folder)
+    _tell(result, progress)
+    progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
+    return 0
 
-            write_fit_report(folder)
+
+def _only_for_folders(arguments: argparse.Namespace) -> None:
+    from synth.errors import Problem, UserError
+
+    given = [name for name in ("--scheduler", "--workers") if getattr(arguments, name[2:]) is not None]
+    if given:
+        text = f"is for a folder of projects; {arguments.file} is one project and takes a second or two"
+        raise UserError([Problem(text, key=name) for name in given])
+
+
+def _usable(file: str, ready: Ready) -> str:
+    return f"{file} can be used: {len(ready.project.trials)} trials, {len(ready.project.inputs)} files"
+
+
+def _tell(result: FitResult, progress: Progress) -> None:
     for sentence in (*result.warnings, *result.not_separable):
         progress.say(f"note: {sentence}")
     for proposal in result.proposals:
         progress.say(f"worth measuring: {proposal.sentence}")
-    progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
-    return 0

@@ -11,7 +11,6 @@ in noise.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from synth.fit.unknowns import Unknowns
 from synth.model.chain import Chain, Conditions
 from synth.model.layout import LANES
 from synth.model.leg import Array, Leg
+from synth.threads import thread_count
 
 PERTURBATION = 1e-6  # of log rates, rad, and 10x that of rad/s
 FIT_STEPS = 8000
@@ -54,7 +54,7 @@ class Evaluation:
 
 @lru_cache(maxsize=1)
 def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-lanes")
+    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth-lanes")
 
 
 class TrajectoryModel:
@@ -116,7 +116,7 @@ class TrajectoryModel:
             mine = zip(recordings[first::workers], locals_[first::workers], strict=True)
             return [self.evaluate(recording, values, local, jacobian=jacobian) for recording, local in mine]
 
-        workers = min(os.cpu_count() or 1, len(recordings))  # one task a core: a trial alone is over too soon
+        workers = min(thread_count(), len(recordings))  # one task a core: a trial alone is over too soon
         found: list[list[Evaluation]] = list(_workers().map(share, range(workers)))
         return [found[index % workers][index // workers] for index in range(len(recordings))]
 

@@ -1,0 +1,23 @@
+"""The page of many fits at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reports import page
+from reports.reading import read_result
+from reports.section import Section
+from reports.sections import fits
+
+SECTIONS: tuple[Section, ...] = (fits.FAILED, fits.ACROSS, fits.LEGS, fits.WARNINGS)
+
+
+def write_fits_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``fits.json``.
+
+    Raises
+    ------
+    ReportError
+        If ``fits.json`` is missing or no result of many fits.
+    """
+    return page.write_page(read_result(folder, "fits.json", "fits"), "Fits of many legs", SECTIONS)

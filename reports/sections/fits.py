@@ -1,0 +1,101 @@
+"""Many fits: what could not be fitted, how the legs differ, and each leg's estimates."""
+
+from __future__ import annotations
+
+import statistics
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from reports.figures.intervals import Row, interval_figure
+from reports.reading import Json, Result
+from reports.section import Missing, Section, mapping, sequence
+
+MOST_ROWS = 400  # of the table; the CSV holds all
+MOST_DRAWN = 40  # legs in a figure; more would be a grey block
+RATES = (("spring_rate", "spring rate"), ("damper_rate", "damper rate"))
+
+
+def _failed(result: Result) -> dict[str, Any] | Missing:
+    found = _items(result, "failed")
+    return {"failed": found} if found else Missing("every project was fitted")
+
+
+def _across(result: Result) -> dict[str, Any] | Missing:
+    """A joint's rates over the legs: median, least and greatest, and each leg's ratio to the median."""
+    legs = _items(result, "legs")
+    rows, figures = [], []
+    for joint in _joints(legs):
+        drawn: list[Row] = []
+        for key, words in RATES:
+            held = [(leg["name"], _estimate(leg, joint, key)) for leg in legs]
+            known = [(name, estimate) for name, estimate in held if estimate is not None]
+            if len(known) < 2:
+                continue
+            values = [estimate["value"] for _, estimate in known]
+            middle = statistics.median(values)
+            unit = known[0][1]["unit"]
+            ends = [{"value": value, "unit": unit} for value in (middle, min(values), max(values))]
+            rows.append({"joint": joint, "what": words, "legs": len(known), "ends": ends})
+            group = 0 if key == "spring_rate" else 1
+            for index, (name, estimate) in enumerate(known[:MOST_DRAWN]):
+                low, high = estimate.get("interval90") or (None, None)
+                ratios = [None if end is None else end / middle for end in (low, high)]
+                label = f"{name}, {words}"
+                drawn.append(Row(label, group, estimate["value"] / middle, *ratios, first=index == 0 and group == 1))
+        if drawn:
+            title = f"{joint}: each leg's rates over the median of all legs"
+            figures.append({"title": title, "drawing": interval_figure(title, "rate over the legs' median", drawn)})
+    if not rows:
+        return Missing("fewer than two legs share a joint's name")
+    return {"rows": rows, "figures": figures, "drawn": MOST_DRAWN, "legs": len(legs)}
+
+
+def _legs(result: Result) -> dict[str, Any] | Missing:
+    """Each leg's joints."""
+    legs = _items(result, "legs")
+    rows: list[Json] = []
+    for leg in legs:
+        for index, (joint, estimates) in enumerate(mapping(leg, "joints").items()):
+            rows.append(
+                {
+                    "leg": leg["name"] if index == 0 else "",
+                    "report": leg["report"],
+                    "joint": joint,
+                    "trials": leg["trials"] if index == 0 else "",
+                    "estimates": estimates,
+                    "rms": mapping(leg, "rms", joint),
+                }
+            )
+    if not rows:
+        return Missing("no project could be fitted")
+    return {"rows": rows[:MOST_ROWS], "left": max(0, len(rows) - MOST_ROWS)}
+
+
+def _warnings(result: Result) -> dict[str, Any] | Missing:
+    """Warnings with the legs that have them; the same words of many legs once."""
+    legs = _items(result, "legs")
+    counted = Counter(str(text) for leg in legs for text in sequence(leg, "warnings"))
+    if not counted:
+        return Missing("no fit has a warning")
+    where = {text: [leg["name"] for leg in legs if text in sequence(leg, "warnings")] for text in counted}
+    return {"warnings": [{"text": text, "legs": where[text][:5], "count": n} for text, n in counted.most_common(100)]}
+
+
+def _items(result: Result, key: str) -> list[Json]:
+    return [dict(item) for item in sequence(result.content, key) if isinstance(item, Mapping)]
+
+
+def _joints(legs: list[Json]) -> list[str]:
+    return list(dict.fromkeys(joint for leg in legs for joint in mapping(leg, "joints")))
+
+
+def _estimate(leg: Json, joint: str, key: str) -> Json | None:
+    found = mapping(leg, "joints", joint, key)
+    return found if isinstance(found.get("value"), (int, float)) and found["value"] > 0 else None
+
+
+FAILED = Section("fits-failed", "Could not be fitted", _failed)
+ACROSS = Section("fits-across", "Across the legs", _across)
+LEGS = Section("fits-legs", "Leg by leg", _legs)
+WARNINGS = Section("fits-warnings", "Warnings of single fits", _warnings)

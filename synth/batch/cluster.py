@@ -1,0 +1,148 @@
+"""Tasks on a Dask cluster. ``distributed`` is an extra and is imported only here.
+
+A worker that dies takes nothing with it: the scheduler gives its tasks to another. Results come home to the client,
+which alone writes them, in an order of its own; so the bytes are those of a run on one machine.
+"""
+
+from __future__ import annotations
+
+import logging
+import uuid
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from synth.batch.ended import PACKAGES, Ended, differences, performed, versions
+from synth.errors import Problem, UserError
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+AHEAD = 2  # tasks a thread of the cluster that are sent before they are asked for
+CONNECT = 10.0  # s
+FIRST_WORKER = 30.0  # s
+OPTION = "--scheduler"
+
+
+class Cluster:
+    """A connection to a scheduler whose workers have this program's versions; see ``connected``."""
+
+    def __init__(self, client: Client, address: str) -> None:
+        self._client, self._address = client, address
+
+    @property
+    def threads(self) -> int:
+        """Tasks that run at once, as the cluster is now."""
+        return max(1, int(sum(self._client.nthreads().values())))
+
+    def run(self, function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Ended]]:
+        """Perform ``function(argument)`` for each ``(key, argument)``; yields them as they end.
+
+        Raises
+        ------
+        UserError : the scheduler is gone, or a worker has other versions.
+        """
+        from distributed import as_completed
+
+        rest, wanted, run = iter(calls), versions(), uuid.uuid4().hex
+        keys: dict[Future, str] = {}
+        completed = as_completed()
+
+        def send() -> None:
+            while len(keys) < AHEAD * self.threads and (call := next(rest, None)) is not None:
+                name = f"synth-{run}-{call[0]}"
+                with warnings.catch_warnings():
+                    warnings.filterwarnings("ignore", message="Sending large graph")  # recordings are what they are
+                    future = self._client.submit(performed, function, call[1], wanted, key=name, pure=False)
+                keys[future] = call[0]
+                completed.add(future)
+
+        try:
+            send()
+            while keys:
+                future = next(completed)
+                yield keys.pop(future), self._ended(future)
+                future.release()
+                send()
+        finally:
+            with suppress(Exception):
+                self._client.cancel(list(keys), force=True)
+
+    def _ended(self, future: Future) -> Ended:
+        from distributed import KilledWorker
+
+        if future.status == "finished":
+            ended = future.result()
+            assert isinstance(ended, Ended)
+            if ended.other:
+                raise UserError(Problem(f"a worker has {ended.other}; {SAME}", self._address))
+            return ended
+        if future.status != "error":
+            text = "the scheduler is gone. What is done is kept: start it and give the same command again"
+            raise UserError(Problem(text, self._address))
+        error = future.exception()
+        if isinstance(error, KilledWorker):
+            text = "every worker that took it up died, the system stops what takes too much memory; try it alone"
+            return Ended(problems=(Problem(text),))
+        raise UserError(Problem(f"a worker cannot run this program's tasks ({error}); {SAME}", self._address))
+
+
+SAME = "scheduler, workers and this program need the same versions, or the numbers would differ with the worker"
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Cluster]:
+    """A connection to the scheduler at ``address``.
+
+    Raises
+    ------
+    UserError : ``distributed`` is not installed, nothing answers there, no worker is there, or versions differ.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        text = "needs the package distributed, which is not installed here: pip install 'limb-synth[cluster]'"
+        raise UserError(Problem(text, key=OPTION)) from None
+    # Its warnings, of each connection that breaks and of each worker that goes, are told here in words of our own.
+    for name in ("distributed", "tornado", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            client = Client(address, timeout=CONNECT, set_as_default=False)
+        except (OSError, ValueError, TypeError, ImportError) as error:
+            known = isinstance(error, OSError)
+            why = f"nothing answers there within {CONNECT:.0f} s" if known else str(error)
+            text = f"no Dask scheduler at {address}: {why}. Start one with: dask scheduler; its address has the form"
+            raise UserError(Problem(f"{text} tcp://HOST:8786", key=OPTION)) from None
+    try:
+        _require_workers(client, address)
+        yield Cluster(client, address)
+    finally:
+        with warnings.catch_warnings(), suppress(TimeoutError, OSError):
+            warnings.simplefilter("ignore")
+            client.close(timeout=5)
+
+
+def _require_workers(client: Client, address: str) -> None:
+    """At least one worker, and the same versions everywhere."""
+    try:
+        client.wait_for_workers(1, timeout=FIRST_WORKER)
+    except TimeoutError:
+        text = f"the scheduler has no worker after {FIRST_WORKER:.0f} s; start one with: dask worker {address}"
+        raise UserError(Problem(text, key=OPTION)) from None
+    wanted = versions()
+    found = client.get_versions(packages=["synth", *PACKAGES])
+    here = found["client"]["packages"]["distributed"]
+    problems = []
+    if (there := found["scheduler"]["packages"]["distributed"]) != here:
+        problems.append(Problem(f"the scheduler has distributed {there} instead of {here}; {SAME}", key=OPTION))
+    for worker, about in sorted(found["workers"].items()):
+        packages = about["packages"]
+        has = {name: packages.get(name) for name in (*PACKAGES, "synth", "distributed")}
+        has["python"] = ".".join(about["host"]["python"].split(".")[:2])
+        if other := differences(wanted | {"distributed": here}, has):
+            problems.append(Problem(f"the worker at {worker} has {other}; {SAME}", key=OPTION))
+    if problems:
+        raise UserError(problems)

@@ -1,0 +1,142 @@
+"""The fit projects in a folder, and what a run has finished of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from synth.batch.ended import versions
+from synth.errors import Problem, UserError
+from synth.files.projects import FitProject
+from synth.files.yaml_lines import load
+
+SUFFIXES = (".yaml", ".yml")
+LEG_FILES = (".leg.yaml", ".leg.yml")
+PROJECT_LIMIT = 20_000
+MARK = "fits.txt"
+WORDS = "finished fits of an interrupted `synth fit` on a folder; the same command goes on from here\n"
+IDENTITY = "identity.json"
+
+
+@dataclass(frozen=True)
+class Found:
+    """A project: its ``name`` in the results, and its file; ``problems`` where even its kind cannot be read."""
+
+    name: str
+    path: Path
+    problems: tuple[Problem, ...] = ()
+
+
+def find_projects(folder: Path) -> list[Found]:
+    """Every project of kind ``fit`` in the folder's tree, by name; ``case/fit.yaml`` is called ``case``.
+
+    A YAML file that cannot be read counts as a project: it may be meant as one. Hidden folders are left alone, and so
+    are files of other kinds.
+
+    Raises
+    ------
+    UserError : there is none, or too many.
+    """
+    found: list[Found] = []
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for file in sorted(files):
+            if file.startswith(".") or not file.endswith(SUFFIXES) or file.endswith(LEG_FILES):
+                continue
+            path = Path(place) / file
+            stem = path.relative_to(folder).with_suffix("").as_posix()
+            try:
+                if load(path).value.get("kind", "fit") == "fit":
+                    found.append(Found(stem, path))
+            except UserError as error:
+                found.append(Found(stem, path, tuple(error.problems)))
+    if not any(not item.problems for item in found):
+        problems = [problem for item in found for problem in item.problems]
+        text = "holds no project that could be fitted: a YAML file with the line kind: fit"
+        raise UserError([Problem(text, str(folder)), *problems])
+    if len(found) > PROJECT_LIMIT:
+        raise UserError(Problem(f"holds {len(found)} projects, at most {PROJECT_LIMIT} can be fitted", str(folder)))
+    return _short_names(found)
+
+
+def _short_names(found: list[Found]) -> list[Found]:
+    """``case`` for ``case/fit`` where nothing else is called so."""
+    taken = {item.name for item in found}
+    named = []
+    for item in found:
+        short = item.name.removesuffix("/fit")
+        inside = any(other.startswith(f"{short}/") for other in taken if other != item.name)
+        named.append(item if short in taken or inside else Found(short, item.path, item.problems))
+    return sorted(named, key=lambda item: item.name)
+
+
+def identity_of(project: FitProject) -> dict[str, str]:
+    """What a fit's numbers rest on: its files by their SHA-256, and versions."""
+    files = {item.name: item.sha256 for item in project.inputs}
+    return files | {trial.name: trial.sha256 for trial in project.trials} | versions()
+
+
+class Kept:
+    """The folder ``.NAME.fits`` beside the folder that a run is to write, one folder a finished fit.
+
+    Raises
+    ------
+    UserError : it holds something else, or cannot be written.
+    """
+
+    def __init__(self, target: Path) -> None:
+        whole = target.resolve()
+        self.folder = whole.parent / f".{whole.name}.fits"
+        self.was_there = self.folder.exists()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            mark = self.folder / MARK
+            if not mark.exists():
+                if any(self.folder.iterdir()):
+                    raise UserError(Problem("holds what is no interrupted run; move it away", str(self.folder)))
+                mark.write_text(WORDS, encoding="utf-8")
+            for left in self.folder.glob("partial-*"):
+                shutil.rmtree(left, ignore_errors=True)
+        except OSError as error:
+            raise UserError(Problem(f"cannot be written: {error.strerror}", str(self.folder))) from None
+
+    def place(self, name: str) -> Path:
+        """Where the fit of this project is kept."""
+        return self.folder / f"fit-{sha256(name.encode()).hexdigest()[:24]}"
+
+    def has(self, name: str, identity: Mapping[str, str]) -> bool:
+        """Whether its fit is kept, from these very files; one of other files is thrown away."""
+        place = self.place(name)
+        if not place.is_dir():
+            return False
+        with suppress(OSError, json.JSONDecodeError):
+            if json.loads((place / IDENTITY).read_text(encoding="utf-8")) == dict(identity):
+                return True
+        shutil.rmtree(place)
+        return False
+
+    def save(self, name: str, identity: Mapping[str, str], files: Mapping[str, bytes]) -> None:
+        """Keep a fit's files, all or none."""
+        partial = Path(tempfile.mkdtemp(prefix="partial-", dir=self.folder))
+        for file, content in files.items():
+            path = partial / "fit" / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+        (partial / IDENTITY).write_text(json.dumps(dict(identity), indent=1), encoding="utf-8")
+        partial.chmod(0o755)
+        partial.rename(self.place(name))
+
+    def files(self, name: str) -> Path:
+        """The folder with a kept fit's files."""
+        return self.place(name) / "fit"
+
+    def remove(self) -> None:
+        """The run has written its result."""
+        shutil.rmtree(self.folder, ignore_errors=True)

@@ -1,0 +1,102 @@
+"""Tasks on this machine's cores, a process each: spawned, of one thread, gone with whoever started them."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+from synth.batch.ended import Ended, performed
+from synth.errors import Problem
+from synth.threads import children_of_one_thread
+
+AHEAD = 2  # tasks a process that wait for it: each holds a project's recordings
+DIED = (
+    "its process ended without a word, twice: the system stops what takes too much memory. Try it alone, or with "
+    "fewer at once (--workers)"
+)
+
+
+class _Pool:
+    """Processes that end when this object is closed, or when this process dies, even killed."""
+
+    def __init__(self, workers: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        watched, self._lifeline = context.Pipe(duplex=False)
+        self.processes = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(watched,))
+
+    def close(self, finished: bool) -> None:
+        if not finished:
+            self._lifeline.close()
+        self.processes.shutdown(wait=True, cancel_futures=True)
+        if finished:
+            self._lifeline.close()
+
+
+def _begin(watched: Connection) -> None:
+    """Leave interrupts to the parent, and go when it goes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        with suppress(EOFError, OSError):
+            watched.recv()  # nothing is ever sent: this returns when the other end is closed
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def run_here(
+    function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]], workers: int
+) -> Iterator[tuple[str, Ended]]:
+    """Perform ``function(argument)`` for each ``(key, argument)``; yields them as they end.
+
+    A task whose process died is tried once more, alone, so that it takes no other one with it.
+    """
+    rest = iter(calls)
+    with children_of_one_thread():
+        pool, finished = _Pool(workers), False
+        waiting: dict[Future[Ended], tuple[str, Any]] = {}
+        try:
+            while True:
+                while len(waiting) < AHEAD * workers and (call := next(rest, None)) is not None:
+                    waiting[pool.processes.submit(performed, function, call[1])] = call
+                if not waiting:
+                    break
+                broken: list[tuple[str, Any]] = []
+                for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                    call = waiting.pop(future)
+                    try:
+                        ended = future.result()
+                    except BrokenProcessPool:
+                        broken.append(call)
+                        continue
+                    yield call[0], ended
+                if broken:
+                    broken += waiting.values()
+                    waiting.clear()
+                    pool.close(finished=True)
+                    for key, argument in broken:
+                        yield key, _alone(function, argument)
+                    pool = _Pool(workers)
+            finished = True
+        finally:
+            pool.close(finished)
+
+
+def _alone(function: Callable[[Any], Any], argument: Any) -> Ended:
+    pool, finished = _Pool(1), False
+    try:
+        ended = pool.processes.submit(performed, function, argument).result()
+        finished = True
+        return ended
+    except BrokenProcessPool:
+        return Ended(problems=(Problem(DIED),))
+    finally:
+        pool.close(finished)

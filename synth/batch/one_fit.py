@@ -1,0 +1,87 @@
+"""One fit from its project: what ``synth fit`` does with a file, and does with each of a folder's."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from synth.design.stages import with_held_out
+from synth.design.write import write_fit_responses
+from synth.errors import Problem, UserError
+from synth.files.leg import write_leg
+from synth.files.output import write_json
+from synth.files.projects import FitProject
+from synth.fit.estimate import FitOptions
+from synth.fit.methods import fit_by, require_method
+from synth.fit.recordings import Recording, recordings
+from synth.fit.result import FitResult
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """A project with its trials as recordings, checked."""
+
+    project: FitProject
+    fitted: list[Recording]
+    held_out: list[Recording]
+
+
+def ready(project: FitProject) -> Ready:
+    """Check everything that can be checked before the fit.
+
+    Raises
+    ------
+    UserError : the method does not fit the rest, every trial is held out, or a recording cannot be used.
+    """
+    given = {"static": bool(project.static), "prior": project.prior is not None}
+    require_method(project.fit, str(project.path), **given)
+    fitted = [trial for trial in project.trials if not trial.held_out]
+    if not fitted:
+        text = "every trial is held out; at least one must be fitted"
+        raise UserError(Problem(text, str(project.path), key="trials"))
+    held_out = [trial for trial in project.trials if trial.held_out]
+    return Ready(project, recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
+
+
+def fit_project(given: Ready) -> FitResult:
+    """Fit, and score what is held out.
+
+    Raises
+    ------
+    UserError : no motion of this leg comes near the trials.
+    """
+    project = given.project
+    options = FitOptions(
+        project.free_angle,
+        project.fit.weight,
+        {j.name: j.damper.curve for j in project.leg.joints if j.damper and j.damper.curve},
+        project.fit.seed,
+        project.prior,
+        static=project.static,
+        intervals=project.fit.intervals,
+    )
+    result = with_held_out(fit_by(project.leg, given.fitted, options, project.fit), given.held_out)
+    inputs = {item.name: item.sha256 for item in project.inputs}
+    inputs |= {trial.name: trial.sha256 for trial in project.trials}
+    return replace(result, inputs=inputs)
+
+
+def write_fit(result: FitResult, folder: Path) -> None:
+    """Write ``fit.json``, the fitted leg, responses and a report."""
+    from reports import write_fit_report
+
+    write_json(folder / "fit.json", result.as_json())
+    write_leg(result.leg, folder / "fitted.leg.yaml")
+    write_fit_responses(result, folder / "responses" / "source")
+    write_fit_report(folder)
+
+
+def fit_files(project: FitProject) -> dict[str, bytes]:
+    """A fit's files, content by relative name: what a worker sends home, wherever it runs."""
+    result = fit_project(ready(project))
+    with tempfile.TemporaryDirectory(prefix="synth-fit-") as name:
+        folder = Path(name)
+        write_fit(result, folder)
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}

@@ -1,0 +1,158 @@
+"""``synth fit`` on a folder: every project in it, on all cores or on a Dask cluster."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.batch.cluster import connected
+from synth.batch.ended import Ended
+from synth.batch.folder import Found, Kept, find_projects, identity_of
+from synth.batch.local import run_here
+from synth.batch.one_fit import fit_files, ready
+from synth.batch.summary import Failed, fits_json, messages, table
+from synth.errors import Problem, UserError
+from synth.files.output import output_folder, write_csv, write_json
+from synth.files.projects import read_fit_project
+from synth.parts.catalog import Catalogue
+from synth.parts.resolver import resolver
+
+if TYPE_CHECKING:
+    import argparse
+
+    from synth.commands.progress import Progress
+
+Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, Ended]]]
+
+
+def run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Fit every project of a folder; 2 where one could not be fitted, 1 where the fault is this program's."""
+    _require_outside(Path(arguments.file), Path(arguments.out))
+    with progress.stage("looking for projects"):
+        found = find_projects(Path(arguments.file))
+    if arguments.dry_run:
+        return _dry_run(found, progress)
+    with output_folder(arguments.out) as folder, ExitStack() as stack:
+        runner = _runner(arguments, stack, progress, found)
+        kept = Kept(Path(arguments.out))
+        if kept.was_there:
+            progress.say("going on with an interrupted run: what is done and has not changed is kept")
+        with progress.stage(f"fitting {len(found)} projects"):
+            failed = _fit_all(found, kept, runner, progress)
+        with progress.stage("writing"):
+            _write(folder, [item.name for item in found], kept, failed)
+    if failed:
+        _tell_failed(failed, len(found), kept, progress)
+    else:
+        kept.remove()
+    progress.say(f"fits: {Path(arguments.out) / 'fits.csv'}")
+    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
+    return 1 if any(item.crash for item in failed) else 2 if failed else 0
+
+
+def _require_outside(folder: Path, out: Path) -> None:
+    """The results of one run must not be the next one's projects, nor lie where they overwrite them."""
+    if out.resolve() == folder.resolve():
+        raise UserError(Problem("is the folder of the projects; name another", str(out), key="--out"))
+
+
+def _dry_run(found: list[Found], progress: Progress) -> int:
+    resolve = resolver(Catalogue.load())
+    problems: list[Problem] = []
+    trials = 0
+    for item in found:
+        try:
+            if item.problems:
+                raise UserError(list(item.problems))
+            trials += len(ready(read_fit_project(item.path, resolve_part=resolve)).project.trials)
+        except UserError as error:
+            problems += error.problems
+    if problems:
+        raise UserError(problems)
+    progress.say(f"{len(found)} projects can be used, {trials} trials in all")
+    return 0
+
+
+def _runner(arguments: argparse.Namespace, stack: ExitStack, progress: Progress, found: list[Found]) -> Runner:
+    """The cores of this machine, or the cluster."""
+    if arguments.scheduler is not None:
+        if arguments.workers is not None:
+            raise UserError(Problem("belongs to this machine; a cluster has its own workers", key="--workers"))
+        with progress.stage(f"connecting to {arguments.scheduler}"):
+            cluster = stack.enter_context(connected(arguments.scheduler))
+        progress.say(f"{cluster.threads} fits at once on the cluster")
+        return cluster.run
+    workers = min(arguments.workers or os.cpu_count() or 1, len(found))
+    # Here, so that not every worker compiles the same; three links are what most legs have.
+    progress.compiling(3)
+    return lambda function, calls: run_here(function, calls, workers)
+
+
+def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress) -> list[Failed]:
+    resolve = resolver(Catalogue.load())
+    failed: list[Failed] = []
+    identities: dict[str, dict[str, str]] = {}
+    done = 0
+
+    def told(name: str, word: str) -> None:
+        nonlocal done
+        done += 1
+        progress.say(f"  {done}/{len(found)} {name}: {word}")
+
+    def refuse(name: str, problems: tuple[Problem, ...]) -> None:
+        failed.append(Failed(name, messages(problems)))
+        told(name, "cannot be fitted")
+
+    def waiting() -> Iterator[tuple[str, Any]]:
+        for item in found:
+            if item.problems:
+                refuse(item.name, item.problems)
+                continue
+            try:
+                project = read_fit_project(item.path, resolve_part=resolve)
+                identity = identity_of(project)
+                if kept.has(item.name, identity):
+                    told(item.name, "kept")
+                    continue
+            except UserError as error:
+                refuse(item.name, tuple(error.problems))
+                continue
+            identities[item.name] = identity
+            yield item.name, project
+
+    for name, ended in runner(fit_files, waiting()):
+        if ended.value is not None:
+            kept.save(name, identities.pop(name), ended.value)
+            told(name, "fitted")
+        elif ended.crash:
+            sys.stderr.write(ended.crash)
+            failed.append(Failed(name, (ended.crash.strip().splitlines()[-1],), crash=True))
+            told(name, "a fault of this program's")
+        else:
+            refuse(name, ended.problems)
+    return sorted(failed, key=lambda item: item.name)
+
+
+def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed]) -> None:
+    from reports.fits import write_fits_report
+
+    without = {item.name for item in failed}
+    fitted = [name for name in names if name not in without]
+    for name in fitted:
+        shutil.copytree(kept.files(name), folder / "legs" / name)
+    content = fits_json(folder, fitted, failed)
+    write_json(folder / "fits.json", content)
+    write_csv(folder / "fits.csv", table(content))
+    write_fits_report(folder)
+
+
+def _tell_failed(failed: list[Failed], count: int, kept: Kept, progress: Progress) -> None:
+    """On stderr, last, so that nobody overlooks it; also when quiet."""
+    lines = [f"synth: {item.name}: {message}\n" for item in failed for message in item.messages]
+    sys.stderr.write(f"synth: {len(failed)} of {count} projects could not be fitted:\n{''.join(lines)}")
+    progress.say(f"mend them and give the same command again: the others are kept in {kept.folder}")
