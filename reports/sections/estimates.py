@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from markupsafe import Markup
@@ -38,7 +39,30 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "stages": [{"name": stage, "what": _STAGES[stage]} for stage in fits],
         "single": "" in fits,
         "choices": sorted(choices, key=lambda choice: choice["stage"] != "target"),
-        "not_separable": _not_separable(fits),
+        "not_separable": _by_text(fits, "not_separable", str),
+        "proposals": _by_text(fits, "proposals", lambda item: str(mapping(item).get("text", ""))),
+        "static": [
+            {"stage": stage, **point}
+            for stage, fit in fits.items()
+            for point in sequence(fit, "static")
+            if isinstance(point, dict)
+        ],
+        "refits": [found for stage, fit in fits.items() if (found := _refits(stage, fit))],
+    }
+
+
+def _refits(stage: str, fit: Json) -> Json | None:
+    """How the bootstrap's refits went, where intervals are theirs."""
+    intervals = mapping(fit, "intervals")
+    if intervals.get("by") != "bootstrap":
+        return None
+    ratios = [float(value) for value in mapping(intervals, "over_sensitivities").values()]
+    return {
+        "stage": stage,
+        "refits": intervals.get("refits"),
+        "settled": intervals.get("settled"),
+        "least": f"{min(ratios):.2f}",
+        "greatest": f"{max(ratios):.2f}",
     }
 
 
@@ -111,11 +135,12 @@ def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> 
     return interval_figure(title, "rate over that of the treatment used", rows) if rows else None
 
 
-def _not_separable(fits: dict[str, Json]) -> list[Json]:
+def _by_text(fits: dict[str, Json], key: str, text_of: Callable[[Any], str]) -> list[Json]:
+    """Each sentence under ``key`` once, with the stages that say it."""
     found: dict[str, list[str]] = {}
     for stage, fit in fits.items():
-        for sentence in sequence(fit, "not_separable"):
-            found.setdefault(str(sentence), []).append(stage)
+        for item in sequence(fit, key):
+            found.setdefault(text_of(item), []).append(stage)
     return [{"text": text, "stages": [stage for stage in stages if stage]} for text, stages in found.items()]
 
 

@@ -28,6 +28,8 @@ AIM = np.log(1.1) / NORMAL90  # standard deviation of a log rate: +-10 % at 90 %
 TORQUE_SHARES = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005)  # of the torque: what gauges do, the crudest first
 ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])
 ANGLES = 25  # tried over the joint's travel
+TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, hung at its tip
+FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel has an end
 LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose says nothing of the rate
 
 
@@ -161,15 +163,15 @@ def _proposal(
 def _with_tip_mass(
     made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Array, j: int
 ) -> Proposal:
-    """The proposal with the smallest of a few masses at the tip that reaches the aim, if one does within 25 deg."""
+    """The proposal with the smallest of a few masses at the tip that reaches the aim, if one does."""
     leg, place = unknowns.leg, unknowns.rates.index(j)
     mass = sum(joint.link.mass for joint in leg.joints)
-    for share in (0.1, 0.2, 0.5, 1.0, 2.0):
+    for share in TIP_SHARES:
         try:
             hung = rest_pose(fitted, share * mass, pose)
         except ArithmeticError:
             break
-        if np.abs(hung - pose).max() > np.radians(25.0):
+        if np.abs(hung - pose).max() > FARTHEST_SAG:
             break
         spring = -float(static_torque(coefficients(leg, share * mass), hung, leg.tilt)[j])
         point = Balance("", j, float(hung[j]), spring, 1e-9, made.angle_error)

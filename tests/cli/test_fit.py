@@ -60,3 +60,47 @@ def test_the_shared_cases_are_recovered(case: str, tmp_path: Path) -> None:
         assert found["spring_rate"]["value"] == pytest.approx(answer["spring_rate"], rel=0.01)
         assert found["damper_rate"]["value"] == pytest.approx(answer["damper_rate"], rel=0.01)
         assert found["free_angle"]["value"] == pytest.approx(answer["free_angle"], abs=0.2)
+
+
+def test_method_and_cost_are_chosen_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
+    file, out = tmp_path / "project" / "fit.yaml", tmp_path / "out"
+    assert main(["fit", str(file), "--out", str(out), "--method", "piecewise", "--cost", "transient"]) == 0
+    fit = json.loads((out / "fit.json").read_text())
+    assert (fit["method"], fit["cost"]) == ("piecewise", "transient")
+    assert "piecewise with the cost transient leaves" in capsys.readouterr().out
+    assert main(["fit", str(file), "--out", str(tmp_path / "no"), "--cost", "characteristics"]) == 2
+    assert "Write method: piecewise or swarm" in capsys.readouterr().err
+    assert main(["fit", str(file), "--out", str(tmp_path / "no"), "--method", "swam"]) == 2
+    assert "did you mean swarm?" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
+
+
+def test_a_static_point_and_bootstrap_intervals_stand_in_the_result(tmp_path: Path) -> None:
+    shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
+    file = tmp_path / "project" / "fit.yaml"
+    point = "static:\n  - {angles: {hip: 140 deg}, torque: {hip: 12 N*m}, supported: true}\n"
+    file.write_text(file.read_text() + point)
+    assert main(["--quiet", "fit", str(file), "--out", str(tmp_path / "out"), "--intervals", "bootstrap"]) == 0
+    fit = json.loads((tmp_path / "out" / "fit.json").read_text())
+    (static,) = fit["static"]
+    assert (static["point"], static["joint"]) == ("static[1]", "hip")
+    assert static["spring_torque"]["measured"] == {"value": 12.0, "unit": "N*m"}
+    assert fit["intervals"]["by"] == "bootstrap"
+    assert fit["intervals"]["refits"] == 200
+    assert not any("mass scale" in text for text in fit["not_separable"])
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "static[1]" in page
+    assert "200" in page
+
+
+def test_a_mistake_in_a_static_point_is_named_with_its_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
+    file = tmp_path / "project" / "fit.yaml"
+    lines = file.read_text().rstrip("\n").splitlines()
+    file.write_text("\n".join([*lines, "static:", "  - {angles: {hip: 140 deg}, torque: {hip: 12 N*m}}", ""]))
+    assert main(["fit", str(file), "--out", str(tmp_path / "no")]) == 2
+    said = capsys.readouterr().err
+    assert f"fit.yaml:{len(lines) + 2}" in said
+    assert "supported: true" in said
+    assert not (tmp_path / "no").exists()

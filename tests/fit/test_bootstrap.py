@@ -1,0 +1,65 @@
+"""Intervals by block bootstrap: as wide as those of the sensitivities where both hold, and drawn as described."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import Rig, fitted, releases, robot
+from synth.files.trials import Trial
+from synth.fit.result import FitResult
+
+LEG = robot()
+
+
+def widths(result: FitResult) -> np.ndarray:
+    """(9,) widths of the 90 % intervals, rates in logarithms."""
+    found = []
+    for joint in result.joints.values():
+        assert joint.damper_rate is not None
+        found += [np.log(e.high / e.low) for e in (joint.spring_rate, joint.damper_rate)]  # type: ignore[operator]
+        found.append(joint.free_angle.high - joint.free_angle.low)  # type: ignore[operator]
+    return np.array(found)
+
+
+def both(trials: list[Trial], seed: int = 0) -> tuple[FitResult, FitResult]:
+    options = {"free_angle": "common", "seed": seed}
+    return fitted(LEG, trials, **options), fitted(LEG, trials, intervals="bootstrap", **options)
+
+
+@pytest.mark.parametrize(("seed", "rig", "count"), [(1, Rig(noise=0.1), 7), (3, Rig(0.3, 1024, 1.0, 200.0), 3)])
+def test_both_intervals_agree_within_a_fifth(seed: int, rig: Rig, count: int) -> None:
+    sensitivities, bootstrap = both(releases(LEG, seed, rig, count))
+    assert bootstrap.intervals["by"] == "bootstrap"
+    assert bootstrap.intervals["settled"] >= 190
+    ratio = widths(bootstrap) / widths(sensitivities)
+    # 200 refits leave 6.5 % of uncertainty on each width
+    assert ratio.min() > 0.8
+    assert ratio.max() < 1.25
+    assert np.exp(np.log(ratio).mean()) == pytest.approx(1.0, abs=0.08)
+    for name, joint in sensitivities.joints.items():
+        assert bootstrap.joints[name].spring_rate.value == joint.spring_rate.value
+
+
+def test_errors_that_hang_together_widen_both() -> None:
+    """Residuals that swing for many samples say less: blocks keep what single samples would lose."""
+    generator = np.random.default_rng(2)
+    white = releases(LEG, 2, Rig(noise=0.2, counts=0, rate=250.0), 4)
+    coloured = []
+    for trial in releases(LEG, 2, Rig(noise=0.0, counts=0, rate=250.0), 4):
+        noise = generator.normal(0.0, np.radians(0.2), trial.angles.shape)
+        for i in range(1, len(noise)):  # a first-order process of the same variance, correlation time nine samples
+            noise[i] = 0.8 * noise[i - 1] + 0.6 * noise[i]
+        coloured.append(Trial(trial.name, trial.time, trial.angles + noise))
+    plain, _ = both(white)
+    sensitivities, bootstrap = both(coloured)
+    assert np.median(widths(bootstrap) / widths(plain)) > 1.5
+    assert np.exp(np.log(widths(bootstrap) / widths(sensitivities)).mean()) == pytest.approx(1.0, abs=0.3)
+
+
+def test_the_same_seed_draws_the_same_blocks() -> None:
+    trials = releases(LEG, 1, Rig(noise=0.2, rate=200.0), 2)
+    first, again = (fitted(LEG, trials, intervals="bootstrap", seed=4) for _ in range(2))
+    other = fitted(LEG, trials, intervals="bootstrap", seed=5)
+    assert np.array_equal(widths(first), widths(again))
+    assert not np.array_equal(widths(first), widths(other))

@@ -1,0 +1,84 @@
+"""The measurement that is proposed is the one that helps, and helps as much as is said."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import DAMPER, SPRING, Rig, errors, fitted, releases, robot
+from fit.test_static_points import OVERDAMPED, held
+from synth.fit.proposal import Proposal
+from synth.fit.result import FitResult
+from synth.fit.unknowns import NORMAL90
+from synth.model.leg import Leg
+
+TRIALS = releases(OVERDAMPED, 1, Rig(noise=0.5), 3)
+ALONE = fitted(OVERDAMPED, TRIALS)
+
+
+def only(result: FitResult) -> Proposal:
+    (proposal,) = result.proposals
+    return proposal
+
+
+def test_the_overdamped_hip_is_to_be_held_far_from_rest_by_a_named_torque() -> None:
+    proposal = only(ALONE)
+    assert proposal.joint == "hip"
+    hip = ALONE.joints["hip"]
+    # some 14 deg from the free angle, the farthest that the trials went
+    assert abs(np.degrees(proposal.angles[0] - hip.free_angle.value)) > 10.0
+    expected = hip.spring_rate.value * (proposal.angles[0] - hip.free_angle.value)
+    assert proposal.torque == pytest.approx(expected, rel=0.2)  # the rest is the leg's weight
+    assert "hold it still at" in proposal.sentence
+    assert "N*m about the hip" in proposal.sentence
+    assert proposal.before > 0.2
+    assert proposal.after < 0.1
+    written = proposal.as_json()
+    assert written["torque"]["unit"] == "N*m"
+    assert written["spring_rate_within"]["then"]["value"] == pytest.approx(proposal.after)
+
+
+def test_what_it_promises_comes_true() -> None:
+    """Measured as proposed, on the true leg: the interval is the promised one, and holds the truth."""
+    proposal = only(ALONE)
+    point = held(
+        OVERDAMPED,
+        np.degrees(proposal.angles),
+        0,
+        torque_error=proposal.torque_error,
+        angle_error=proposal.angle_error,
+    )
+    after = fitted(OVERDAMPED, TRIALS, static=(point,))
+    missed = errors(after, OVERDAMPED)
+    assert np.expm1(NORMAL90 * missed.spring_sd[0]) == pytest.approx(proposal.after, rel=0.25)
+    assert abs(missed.spring[0]) < 3 * missed.spring_sd[0]
+    assert not after.proposals
+
+
+def test_a_leg_whose_rates_are_fixed_gets_no_proposal() -> None:
+    leg = robot()
+    assert not fitted(leg, releases(leg, 3, Rig(noise=0.1), 3)).proposals
+
+
+def test_it_stays_within_the_joints_travel() -> None:
+    travel = tuple(np.radians([100.0, 112.0]))
+    joints = (dataclasses.replace(OVERDAMPED.joints[0], range=travel), *OVERDAMPED.joints[1:])
+    leg: Leg = dataclasses.replace(OVERDAMPED, joints=joints)
+    proposal = only(fitted(leg, TRIALS))
+    assert travel[0] - 1e-9 <= proposal.angles[0] <= travel[1] + 1e-9
+
+
+def test_a_mass_at_the_tip_is_offered_where_the_joint_sags_under_it() -> None:
+    """The foot hangs under the hip, whose spring a mass there hardly turns; the knee folds, and that tells its rate."""
+    leg = robot(SPRING, DAMPER * np.array([10.0, 12.0, 1.0]))
+    found = {p.joint: p for p in fitted(leg, releases(leg, 5, Rig(noise=0.5), 2)).proposals}
+    knee = found["knee"]
+    assert knee.tip_mass is not None
+    assert knee.tip_after is not None
+    assert 0.0 < knee.tip_mass < 1.1  # kg, twice the leg
+    assert knee.tip_after < knee.before
+    assert f"{1e3 * knee.tip_mass:.0f} g at the tip" in knee.sentence
+    assert knee.as_json()["or_tip_mass"]["rest_angle"]["unit"] == "deg"
+    assert found["hip"].tip_mass is None
