@@ -74,19 +74,23 @@ class Progress:
         lines = text.split("\n")
         self._results.write("".join(f"{printable(line)}\n" for line in lines))
 
-    def compiling(self, n_link: int) -> None:
-        """Load the equations of motion of ``n_link`` links; compile them, and say so, where that was never done."""
+    def compiling(self, n_link: int, *, effects: bool = True) -> None:
+        """Load the equations of motion of ``n_link`` links; compile them, and say so, where that was never done.
+
+        Without ``effects`` for springs, linear dampers and gravity alone.
+        """
         from synth.model.chain import compiled_chain, is_compiled
         from synth.model.generate import cache_folder
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"
         text = f"loading the equations of motion for {links}"
-        if not is_compiled(n_link):
-            # Measured on two cores, nothing on disk: 7 s for one link, 8 s for three, 10 s for six.
-            once = f"once on this machine, 5 to 10 s; kept in {cache_folder()}"
+        if not is_compiled(n_link, plain=not effects):
+            # Measured on two idle cores, nothing on disk: 3 s for three links, 9 s with effects.
+            what, spent = ("effects and all", "8 to 15") if effects else ("without effects", "3 to 6")
+            once = f"{what}, once on this machine, {spent} s; kept in {cache_folder()}"
             text = f"compiling the equations of motion for {links} ({once})"
         with self.stage(text):
-            compiled_chain(n_link)
+            compiled_chain(n_link).load(plain=not effects)
 
     def _tick(self, key: object, label: str, start: float, finished: threading.Event) -> None:
         """Count the seconds in a terminal's line while it is this stage's."""

@@ -25,16 +25,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     import time
 
     wanted = _links(arguments.links)
-    from synth.model.chain import compiled_chain
+    from synth.model.chain import is_compiled
     from synth.model.generate import cache_folder
 
     start = time.perf_counter()
     n_compiled = 0
     for n_link in wanted:
+        n_compiled += not is_compiled(n_link)
         progress.compiling(n_link)
-        chain = compiled_chain(n_link)
-        functions = (chain.right_hand_side, chain.extra_torques, chain.bearing_forces, chain.integrate)
-        n_compiled += any(function.stats.cache_misses for function in functions)
     spent = time.perf_counter() - start
     folder = cache_folder()
     files = [path for path in folder.rglob("synth_*") if path.is_file()]

@@ -132,8 +132,8 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
     bound = 1.0 if effect.bristle else 1e300
     gap = layout.parameter_rows(effect.name, effect.index(effect.play)).start if effect.play else -1
     _loop()(
-        chain.extra_torques, workspace, active, rows, layout.row("extra_torque"), memory, change, bound,
-        gap, np.ascontiguousarray(time), np.ascontiguousarray(inputs), steps, torque,
+        chain.extra_torques, workspace, workspace.reshape(-1), active, rows, layout.row("extra_torque"),
+        memory, change, bound, gap, np.ascontiguousarray(time), np.ascontiguousarray(inputs), steps, torque,
     )  # fmt: skip
     return torque
 

@@ -7,20 +7,22 @@ from numba import float64, int64, njit, types
 from synth.model.layout import LANES
 
 NEAR = 1e-6  # rad
-_extra = types.FunctionType(types.void(float64[:, ::1], int64, int64[::1]))
+_extra = types.FunctionType(types.void(float64[::1], int64, int64[::1]))
 _signature = types.void(
-    _extra, float64[:, ::1], int64[::1], int64[::1], int64, int64, int64, float64, int64, float64[::1],
+    _extra, float64[:, ::1], float64[::1], int64[::1], int64[::1], int64, int64, int64, float64, int64, float64[::1],
     float64[:, :, ::1], int64[::1], float64[:, ::1],
 )  # fmt: skip
 
 
 @njit(_signature, error_model="numpy", nogil=True, cache=True)
-def along(extra, Z, active, rows, torque, memory, change, bound, gap, time, inputs, steps, out):  # type: ignore[no-untyped-def]
+def along(  # type: ignore[no-untyped-def]
+    extra, Z, flat, active, rows, torque, memory, change, bound, gap, time, inputs, steps, out
+):
     """Fill ``out`` (n_time, 16) with the torque along the motion; ``steps`` (n_time,) of the memory up to each sample.
 
-    ``inputs`` (n_time, n_input, 16) belong into ``rows``, rotation first, rest third; ``memory``, ``change`` and
-    ``gap`` are rows, -1 for none. A memory stays within ``bound``, or within half a gap of the deflection; next to a
-    flank it is put onto it, from which the errors of interpolation would else part it.
+    ``Z`` and ``flat`` are the same memory; ``inputs`` (n_time, n_input, 16) belong into ``rows``, rotation first, rest
+    third; ``memory``, ``change`` and ``gap`` are rows, -1 for none. A memory stays within ``bound``, or within half a
+    gap of the deflection; next to a flank it is put onto it, from which the errors of interpolation would else part it.
     """
     before = [0.0] * LANES
     for i in range(len(time)):
@@ -31,7 +33,7 @@ def along(extra, Z, active, rows, torque, memory, change, bound, gap, time, inpu
                 for k in range(len(rows)):
                     for lane in range(LANES):
                         Z[rows[k], lane] = (1.0 - share) * inputs[i - 1, k, lane] + share * inputs[i, k, lane]
-                extra(Z, 1, active)
+                extra(flat, 1, active)
                 for lane in range(LANES):
                     if half == 0:
                         before[lane] = Z[memory, lane]
@@ -51,6 +53,6 @@ def along(extra, Z, active, rows, torque, memory, change, bound, gap, time, inpu
         for k in range(len(rows)):
             for lane in range(LANES):
                 Z[rows[k], lane] = inputs[i, k, lane]
-        extra(Z, 1, active)
+        extra(flat, 1, active)
         for lane in range(LANES):
             out[i, lane] = Z[torque, lane]

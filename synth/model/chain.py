@@ -5,10 +5,11 @@ from __future__ import annotations
 import importlib.util
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,12 @@ from numba.core.types import WrapperAddressProtocol
 from synth.effects import Effect, effect_named, registered
 from synth.model import generate
 from synth.model.lanes import LegLanes
-from synth.model.layout import LANES, Law, Layout
+from synth.model.layout import LANES, MOST_MEMORIES, Law, Layout
 from synth.model.leg import Array, Leg
 
 MAX_STEPS = 20_000
+FIRST_STEP = 1e-3  # s
+PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
 BEND_TOLERANCE = 1e3  # a bristle's bend, of one at most, may be wrong by a thousand times as much as an angle
 
 
@@ -53,14 +56,39 @@ class Compiled(WrapperAddressProtocol):
 
 @dataclass(frozen=True)
 class Chain:
-    """The compiled functions for one number of links; obtain it from ``compiled_chain``."""
+    """The compiled functions for one number of links; obtain it from ``compiled_chain``.
+
+    Each is loaded, or compiled, where it is first asked for: a leg without effects needs but two of them.
+    """
 
     layout: Layout
-    right_hand_side: Any
-    extra_torques: Any
-    bearing_forces: Any
-    integrate: Any
     effects: tuple[Effect, ...]  # those with a torque, in the order of ``layout.laws``
+    sources: Mapping[str, Source]
+
+    @cached_property
+    def right_hand_side(self) -> Any:
+        """Joint accelerations."""
+        return self.sources["chain"].load().right_hand_side
+
+    @cached_property
+    def extra_torques(self) -> Any:
+        """Torques of damper curves and effects."""
+        return self.sources["torques"].load().extra_torques
+
+    @cached_property
+    def bearing_forces(self) -> Any:
+        """Forces that the hinges carry."""
+        return self.sources["bearing"].load().bearing_forces
+
+    @cached_property
+    def integrate(self) -> Any:
+        """The integrator, with all that effects and known torques need."""
+        return self.sources["integrator"].load().integrate
+
+    @cached_property
+    def integrate_plain(self) -> Any:
+        """The integrator for springs, linear dampers and gravity alone."""
+        return self.sources["plain"].load().integrate
 
     def parameters(self, leg: Leg, conditions: Conditions = Conditions()) -> Array:
         """(n_row,) one lane of the workspace for this leg under these conditions, state rows zero."""
@@ -71,9 +99,28 @@ class Chain:
         locked = tuple(legs.own[j] for j in conditions.locked)
         return legs.write(self.layout, locked, conditions.tip_mass, conditions.tilt, self._off)
 
+    def load(self, *, plain: bool = False) -> None:
+        """Load, or compile, everything now, or all that a leg without effects needs (``plain``).
+
+        Where several modules are to be compiled the integrator, half of the work, is compiled by a process of its own.
+        """
+        wanted = [self.sources[name] for name in (PLAIN if plain else self.sources)]
+        missing = [source for source in wanted if not source.on_disk]
+        aside = self.sources["integrator"]
+        helper = generate.compile_aside(*aside.parts) if aside in missing and len(missing) > 1 else None
+        for source in wanted:
+            if source is aside and helper is not None:
+                helper.wait()  # if it fails, compiled here after all
+            source.load()
+
     @cached_property
-    def _functions(self) -> tuple[Compiled, ...]:
-        return tuple(Compiled(f) for f in (self.right_hand_side, self.extra_torques, self.bearing_forces))
+    def _whole(self) -> tuple[Any, ...]:
+        called = (self.right_hand_side, self.extra_torques, self.bearing_forces)
+        return self.integrate, *(Compiled(function) for function in called)
+
+    @cached_property
+    def _plain(self) -> tuple[Any, ...]:
+        return self.integrate_plain, Compiled(self.right_hand_side), 0, 0
 
     @cached_property
     def _off(self) -> Array:
@@ -118,6 +165,8 @@ class Chain:
             workspace[layout.rows(f"{effect.name} memory")] = effect.function("start")(deflection, *values)
             strengths = [values[effect.index(name)] for name in effect.strengths]
             on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
+        if len(on) > MOST_MEMORIES:
+            raise ValueError(f"{len(on)} memories of effects at once; the integrator has room for {MOST_MEMORIES}")
         state, derivative = layout.states(on)
         factors = np.ones(len(state))
         factors[2 * layout.n :] = [BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on]
@@ -161,23 +210,47 @@ class Chain:
         n, n_lane = self.layout.n, lanes.shape[1]
         known = known_torque or (np.zeros(0), np.zeros((0, n)))
         times = np.ascontiguousarray(times, dtype=float)
-        both = np.array([tolerance, tolerance])
-        result = np.empty((len(times), 2 * n if rates else n, n_lane))
-        out = np.empty((len(times), result.shape[1], LANES))
-        flat = out.reshape(len(times), -1)
+        limits = (tolerance, tolerance, FIRST_STEP)
+        shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
+        result = np.empty((len(times), shown, width))
+        out = result.reshape(-1)
         active = self.active(lanes)
+        integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
+        workspace = np.empty((self.layout.n_row, LANES))
+        flat = workspace.reshape(-1)
         for first in range(0, n_lane, LANES):
             group = lanes[:, first : first + LANES]
-            width = group.shape[1]
-            workspace = np.empty((self.layout.n_row, LANES))
-            workspace[:, :width] = group
-            workspace[:, width:] = group[:, :1]
+            workspace[:, : group.shape[1]] = group
+            workspace[:, group.shape[1] :] = group[:, :1]
             states = self._states(active, workspace)
-            self.integrate(
-                *self._functions, workspace, n, states, active, known, times, both, 1e-3, max_steps, flat,
+            integrate(
+                *functions, workspace, flat, n, states, active, known, times, limits, max_steps, out,
+                (shown, width, first),
             )  # fmt: skip
-            result[:, :, first : first + width] = out[:, :, :width]
-        return result
+        return result[:, :, :n_lane]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A module to compile: its name, its text and the files that it depends on."""
+
+    name: str
+    text: str
+    depends_on: tuple[Path, ...]
+
+    @property
+    def parts(self) -> tuple[str, str, tuple[Path, ...]]:
+        """Name, text and files, as ``generate`` takes them."""
+        return self.name, self.text, self.depends_on
+
+    def load(self) -> ModuleType:
+        """Import it, compiled anew only where that is not on disk."""
+        return generate.load(*self.parts)
+
+    @property
+    def on_disk(self) -> bool:
+        """Whether it is compiled."""
+        return generate.on_disk(*self.parts)
 
 
 def _file_of(module: str) -> Path:
@@ -191,12 +264,12 @@ def _file_of(module: str) -> Path:
 
 
 def compiled_chain(n: int) -> Chain:
-    """The compiled chain of ``n`` links. The first call on a machine compiles for some seconds, then it is on disk."""
+    """The compiled chain of ``n`` links. What is used for the first time on a machine compiles, then it is on disk."""
     with _loading:
         effects = _torque_effects()
         key = (n, *map(id, effects))  # an effect loaded again from its file is another one; a chain keeps its own alive
         if key not in _chains:
-            _chains[key] = _compiled(n, effects)
+            _chains[key] = _chain_of(n, effects)
         return _chains[key]
 
 
@@ -204,37 +277,33 @@ _chains: dict[tuple[int, ...], Chain] = {}
 _loading = threading.RLock()  # a module that another thread is still running has no functions yet
 
 
-def is_compiled(n: int) -> bool:
-    """Whether ``compiled_chain(n)`` finds everything on disk."""
-    return all(generate.on_disk(*source) for source in _sources(n, _torque_effects())[1])
+def is_compiled(n: int, *, plain: bool = False) -> bool:
+    """Whether ``compiled_chain(n)`` finds everything on disk, or all that a leg without effects needs (``plain``)."""
+    sources = compiled_chain(n).sources
+    return all(sources[name].on_disk for name in (PLAIN if plain else sources))
 
 
 def _torque_effects() -> tuple[Effect, ...]:
     return tuple(effect for effect in registered() if effect.way == "torque")
 
 
-def _sources(n: int, effects: tuple[Effect, ...]) -> tuple[Layout, list[tuple[str, str, tuple[Path, ...]]]]:
-    """The layout, and of each generated module its name, its text and the files that it depends on."""
+def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
+    """The chain with the text of each module that it may need."""
     layout = Layout(n, tuple(Law(effect.name, len(effect.parameters), effect.memory) for effect in effects))
     imports = {effect.name: effect.module for effect in effects}
     modules = ("synth.model.trigonometry", "synth.effects.compiled", *imports.values())
     files = tuple(_file_of(module) for module in modules)
-    integrator = _file_of("synth.model.integrator")
+    integrator = _file_of("synth.model.integrator").read_text(encoding="utf-8")
+    plain = integrator.replace("\nWHOLE = True\n", "\nWHOLE = False\n")
     called = tuple(_file_of(f"synth.{name}") for name in ("model.layout", "model.turning", "effects.compiled"))
-    return layout, [
-        (f"chain{n}", generate.right_hand_side(layout), files[:1]),
-        ("torques", generate.extra_torques(layout, imports), files),
-        ("bearing", generate.bearing_forces(layout), files[:1]),
-        ("integrator", integrator.read_text(encoding="utf-8"), called),
-    ]
-
-
-def _compiled(n: int, effects: tuple[Effect, ...]) -> Chain:
-    layout, sources = _sources(n, effects)
-    chain, extra, bearing, integrator = (generate.load(*source) for source in sources)
-    return Chain(
-        layout, chain.right_hand_side, extra.extra_torques, bearing.bearing_forces, integrator.integrate, effects
-    )
+    sources = {
+        "chain": Source(f"chain{n}", generate.right_hand_side(layout), files[:1]),
+        "plain": Source("plain", plain, called[:1]),
+        "torques": Source("torques", generate.extra_torques(layout, imports), files),
+        "bearing": Source("bearing", generate.bearing_forces(layout), files[:1]),
+        "integrator": Source("integrator", integrator, called),
+    }
+    return Chain(layout, effects, sources)
 
 
 def simulate(

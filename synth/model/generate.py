@@ -10,8 +10,10 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import subprocess
 import sys
 import tempfile
+import threading
 from pathlib import Path
 from types import ModuleType
 
@@ -64,20 +66,23 @@ def on_disk(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> bool:
     return any((cache_folder() / "__pycache__").glob(f"{_module_name(name, text, depends_on)}.*.nbc"))
 
 
+_loading = threading.RLock()  # two threads that want the same module: the second must not get it half-executed
+
+
 def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
     """Import generated source ``text`` as a module whose compiled functions are cached on disk.
 
     ``depends_on`` : files whose functions are inlined into it, so that editing them compiles anew.
     """
     module_name = _module_name(name, text, depends_on)
+    with _loading:
+        return _loaded(module_name, text)
+
+
+def _loaded(module_name: str, text: str) -> ModuleType:
     if module_name in sys.modules:
         return sys.modules[module_name]
-    path = cache_folder() / f"{module_name}.py"
-    if not path.exists() or path.read_text() != text:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-        with os.fdopen(handle, "w") as stream:
-            stream.write(text)
-        Path(temporary).replace(path)
+    path = _written(module_name, text)
     spec = importlib.util.spec_from_file_location(module_name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"cannot import generated code from {path}")
@@ -91,46 +96,75 @@ def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
     return module
 
 
+def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> subprocess.Popen[bytes] | None:
+    """Start a process that compiles the source and keeps it on disk; None on a single core."""
+    if (os.cpu_count() or 1) < 2:
+        return None
+    path = _written(_module_name(name, text, depends_on), text)
+    program = f"import runpy, sys; sys.path[:0] = {[entry or str(Path.cwd()) for entry in sys.path]!r}; "
+    program += f"runpy.run_path({str(path)!r}, run_name={path.stem!r})"
+    return subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def _written(module_name: str, text: str) -> Path:
+    """The file that holds the source, made where it is not there."""
+    path = cache_folder() / f"{module_name}.py"
+    if not path.exists() or path.read_text() != text:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+        with os.fdopen(handle, "w") as stream:
+            stream.write(text)
+        Path(temporary).replace(path)
+    return path
+
+
 def right_hand_side(layout: Layout) -> str:
     """Source of ``right_hand_side(workspace)``: joint accelerations of a chain of ``layout.n`` links.
 
     Absolute rotations give mass matrix and velocity terms in closed form; suffix sums turn them into joint
     coordinates, where a locked joint is a row and column of the identity; LDL^T solves (Golub & Van Loan,
-    *Matrix Computations*, 4th ed., algorithm 4.1.2).
+    *Matrix Computations*, 4th ed., algorithm 4.1.2). The workspace is taken as one row (n_row * 16,): every place in
+    it is then a constant, and no loop has to ask whether what it stores overlaps what it loads.
     """
     n = layout.n
     lines: list[str] = []
     put = lines.append
+
+    def at(row: int) -> str:
+        return f"Z[{row * LANES} + l]"
+
     for i in range(n):
-        put(f"q{i} = Z[{layout.row('rotation', i)}, l]")
-        put(f"w{i} = Z[{layout.row('rate', i)}, l]")
-        put(f"phi{i} = Z[{layout.row('tilt')}, l] + q0" if i == 0 else f"phi{i} = phi{i - 1} + q{i}")
+        put(f"q{i} = {at(layout.row('rotation', i))}")
+        put(f"w{i} = {at(layout.row('rate', i))}")
+        put(f"phi{i} = {at(layout.row('tilt'))} + q0" if i == 0 else f"phi{i} = phi{i - 1} + q{i}")
         put("omega0 = w0" if i == 0 else f"omega{i} = omega{i - 1} + w{i}")
         put(f"s{i}, c{i} = sine_cosine(phi{i})")
         put(f"square{i} = omega{i} * omega{i}")
     for i in range(n):
-        put(f"m{i}{i} = Z[{layout.inertia_row(i, i)}, l]")
+        put(f"m{i}{i} = {at(layout.inertia_row(i, i))}")
         for j in range(i + 1, n):
-            put(f"a = Z[{layout.inertia_row(i, j)}, l]")
+            put(f"a = {at(layout.inertia_row(i, j))}")
             put(f"m{i}{j} = a * (c{i} * c{j} + s{i} * s{j})")
             put(f"h{i}{j} = a * (s{i} * c{j} - c{i} * s{j})")
     for i in range(n):
-        terms = [f"Z[{layout.row('gravity', i)}, l] * s{i}"]
+        terms = [f"{at(layout.row('gravity', i))} * s{i}"]
         terms += [f"h{i}{j} * square{j}" for j in range(i + 1, n)]
         put(f"bias{i} = {' + '.join(terms)}" + "".join(f" - h{j}{i} * square{j}" for j in range(i)))
     lines += _joint_coordinates(n)
     for i in range(n):
-        spring = f"Z[{layout.row('spring_rate', i)}, l] * (q{i} - Z[{layout.row('rest', i)}, l])"
-        damper = f"Z[{layout.row('damper_rate', i)}, l] * w{i}"
-        put(f"free{i} = Z[{layout.row('free', i)}, l]")
-        put(f"r{i} = free{i} * (Z[{layout.row('extra_torque', i)}, l] - {spring} - {damper} - bias{i})")
+        spring = f"{at(layout.row('spring_rate', i))} * (q{i} - {at(layout.row('rest', i))})"
+        damper = f"{at(layout.row('damper_rate', i))} * w{i}"
+        put(f"free{i} = {at(layout.row('free', i))}")
+        put(f"r{i} = free{i} * ({at(layout.row('extra_torque', i))} - {spring} - {damper} - bias{i})")
     for i in range(n):
         for j in range(i, n):
             masked = f"J{i}{i} * free{i} + (1.0 - free{i})" if i == j else f"J{i}{j} * free{i} * free{j}"
             put(f"J{i}{j} = {masked}")
     lines += _solve(n)
-    lines += [f"Z[{layout.row('acceleration', i)}, l] = x{i}" for i in range(n)]
-    decorator = DECORATOR.format(signature="void(float64[:, ::1])")
+    lines += [f"{at(layout.row('acceleration', i))} = x{i}" for i in range(n)]
+    decorator = DECORATOR.format(signature="void(float64[::1])")
     body = "\n".join(f"        {line}" for line in lines)
     return f"{HEADER}\n\n{decorator}\ndef right_hand_side(Z):\n    for l in range({LANES}):\n{body}\n"
 
@@ -173,44 +207,44 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
     spring_rate, damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and
     the memory's rate of change. The block is generic in n at run time, so one compilation serves every leg.
     """
-    row = layout.row
-    q, w, torque, damping = row("rotation"), row("rate"), row("extra_torque"), row("damper_torque")
-    speed, slope = row("curve_speed"), row("curve_slope")
+
+    def at(block: str, parameter: int = 0) -> str:
+        return f"Z[{layout.row(block, parameter * MOST_LINKS) * LANES} + e]"
+
     header = HEADER + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
+    each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # masked, so that no place can be negative
     lines = [
-        "for j in range(n):",
-        f"    for l in range({LANES}):",
-        f"        Z[{torque} + j, l] = 0.0",
+        each,
+        f"    {at('extra_torque')} = 0.0",
         "if active[0] >= 0:",
-        "    for j in range(n):",
-        f"        for l in range({LANES}):",
-        f"            Z[{damping} + j, l] = Z[{row('damper_rate')} + j, l] * Z[{w} + j, l]",
+        f"    {each}",
+        f"        {at('damper_torque')} = {at('damper_rate')} * {at('rate')}",
         "if active[0] > 0:",
-        "    for j in range(n):",
+        f"    for j in range(n & {MOST_LINKS}):",
         f"        for m in range({CURVE_POINTS}):",
-        f"            s = {speed} + j * {CURVE_POINTS} + m",
-        f"            c = {slope} + j * {CURVE_POINTS} + m",
         f"            for l in range({LANES}):",
-        f"                resisting = Z[c, l] * max(-Z[s, l], min(Z[s, l], Z[{w} + j, l]))",
-        f"                Z[{torque} + j, l] -= resisting",
-        f"                Z[{damping} + j, l] += resisting",
+        f"                e = j * {LANES} + l",
+        f"                c = (j * {CURVE_POINTS} + m) * {LANES} + l",
+        f"                most = Z[{layout.row('curve_speed') * LANES} + c]",
+        f"                slope = Z[{layout.row('curve_slope') * LANES} + c]",
+        f"                resisting = slope * max(-most, min(most, {at('rate')}))",
+        f"                {at('extra_torque')} -= resisting",
+        f"                {at('damper_torque')} += resisting",
     ]
     for index, law in enumerate(layout.laws):
-        given = [f"Z[{q} + j, l]", f"Z[{w} + j, l]", f"Z[{q} + j, l] - Z[{row('rest')} + j, l]"]
-        given += [f"Z[{row(block)} + j, l]" for block in ("spring_rate", "damper_rate", "damper_torque")]
-        given += [f"Z[{row('bearing_force')} + j, l]"]
-        given += [f"Z[{row(f'{law.name} memory')} + j, l]" if law.memory else "0.0"]
-        given += [f"Z[{row(law.name, p * MOST_LINKS)} + j, l]" for p in range(law.n_parameter)]
+        given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
+        given += [at(block) for block in ("spring_rate", "damper_rate", "damper_torque", "bearing_force")]
+        given += [at(f"{law.name} memory") if law.memory else "0.0"]
+        given += [at(law.name, p) for p in range(law.n_parameter)]
         lines += [
             f"if active[{index + 1}] != 0:",
-            "    for j in range(n):",
-            f"        for l in range({LANES}):",
-            f"            value, change = {law.name}({', '.join(given)})",
-            f"            Z[{torque} + j, l] += value",
+            f"    {each}",
+            f"        value, change = {law.name}({', '.join(given)})",
+            f"        {at('extra_torque')} += value",
         ]
         if law.memory:
-            lines += [f"            Z[{row(f'{law.name} memory rate')} + j, l] = change"]
-    decorator = DECORATOR.format(signature="void(float64[:, ::1], int64, int64[::1])")
+            lines += [f"        {at(f'{law.name} memory rate')} = change"]
+    decorator = DECORATOR.format(signature="void(float64[::1], int64, int64[::1])")
     body = "\n".join(f"    {line}" for line in lines)
     return f"{header}\n\n{decorator}\ndef extra_torques(Z, n, active):\n{body}\n"
 
@@ -222,41 +256,42 @@ def bearing_forces(layout: Layout) -> str:
     sin phi_k ddphi_k + cos phi_k dphi_k^2)`` the acceleration that link k adds a unit of length, the force on joint j
     is ``sum_{k<j} length_k carried_j p_k + sum_{k>=j} moment_k p_k + carried_j g (0, 1)``.
     """
-    row = layout.row
-    x, z, fx, fz = (row(block) for block in ("link_x", "link_z", "force_x", "force_z"))
-    carried = f"Z[{row('carried_mass')} + j, l]"
+
+    def at(block: str, link: str = "e") -> str:
+        return f"Z[{layout.row(block) * LANES} + {link}]"
+
+    links = f"n & {MOST_LINKS}"  # masked, so that no place can be negative
     lines = [
         "phi = np.zeros(16)",
         "omega = np.zeros(16)",
         "alpha = np.zeros(16)",
         f"for l in range({LANES}):",
-        f"    phi[l] = Z[{row('tilt')}, l]",
-        "for k in range(n):",
+        f"    phi[l] = {at('tilt', 'l')}",
+        f"for k in range({links}):",
         f"    for l in range({LANES}):",
-        f"        phi[l] += Z[{row('rotation')} + k, l]",
-        f"        omega[l] += Z[{row('rate')} + k, l]",
-        f"        alpha[l] += Z[{row('acceleration')} + k, l]",
+        f"        e = k * {LANES} + l",
+        f"        phi[l] += {at('rotation')}",
+        f"        omega[l] += {at('rate')}",
+        f"        alpha[l] += {at('acceleration')}",
         "        s, c = sine_cosine(phi[l])",
-        f"        Z[{x} + k, l] = c * alpha[l] - s * omega[l] * omega[l]",
-        f"        Z[{z} + k, l] = s * alpha[l] + c * omega[l] * omega[l]",
-        "for j in range(n):",
+        f"        {at('link_x')} = c * alpha[l] - s * omega[l] * omega[l]",
+        f"        {at('link_z')} = s * alpha[l] + c * omega[l] * omega[l]",
+        f"for j in range({links}):",
         f"    for l in range({LANES}):",
-        f"        Z[{fx} + j, l] = 0.0",
-        f"        Z[{fz} + j, l] = {carried} * Z[{row('weight')}, l]",
-        "    for k in range(n):",
-        "        if k < j:",
-        f"            for l in range({LANES}):",
-        f"                arm = Z[{row('length')} + k, l] * {carried}",
-        f"                Z[{fx} + j, l] += arm * Z[{x} + k, l]",
-        f"                Z[{fz} + j, l] += arm * Z[{z} + k, l]",
-        "        else:",
-        f"            for l in range({LANES}):",
-        f"                arm = Z[{row('first_moment')} + k, l]",
-        f"                Z[{fx} + j, l] += arm * Z[{x} + k, l]",
-        f"                Z[{fz} + j, l] += arm * Z[{z} + k, l]",
+        f"        e = j * {LANES} + l",
+        f"        {at('force_x')} = 0.0",
+        f"        {at('force_z')} = {at('carried_mass')} * {at('weight', 'l')}",
+        f"    for k in range({links}):",
+        f"        for l in range({LANES}):",
+        f"            e = j * {LANES} + l",
+        f"            i = k * {LANES} + l",
+        f"            arm = {at('length', 'i')} * {at('carried_mass')} if k < j else {at('first_moment', 'i')}",
+        f"            {at('force_x')} += arm * {at('link_x', 'i')}",
+        f"            {at('force_z')} += arm * {at('link_z', 'i')}",
         f"    for l in range({LANES}):",
-        f"        Z[{row('bearing_force')} + j, l] = sqrt(Z[{fx} + j, l] ** 2 + Z[{fz} + j, l] ** 2)",
+        f"        e = j * {LANES} + l",
+        f"        {at('bearing_force')} = sqrt({at('force_x')} ** 2 + {at('force_z')} ** 2)",
     ]
-    decorator = DECORATOR.format(signature="void(float64[:, ::1], int64)")
+    decorator = DECORATOR.format(signature="void(float64[::1], int64)")
     body = "\n".join(f"    {line}" for line in lines)
     return f"{HEADER}\nimport numpy as np\n\n\n{decorator}\ndef bearing_forces(Z, n):\n{body}\n"

@@ -30,7 +30,7 @@ from typing import Any
 from numba import njit
 
 from synth.effects.compiled import LEAST_GIVE, bend_that_holds, held
-from synth.model.layout import LANES
+from synth.model.layout import LANES, MOST_LINKS
 
 AT_ONCE = 1e-5  # s
 NEVER = 1e300
@@ -51,7 +51,7 @@ def slide_from_start(n, bends, Z, x, K):  # type: ignore[no-untyped-def]
     One that rests then counts as turning back, which finds whether it is held. One that gives as much where it turns
     as where it holds is straight instead.
     """
-    for j in range(2 * n, len(bends)):
+    for j in range(2 * (n & MOST_LINKS), len(bends)):
         if bends[j, 0] >= 0:
             for lane in range(LANES):
                 rate, pull = x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
@@ -119,7 +119,7 @@ def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
 @njit(**_options)
 def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
     """Fill ``slides`` with the sense in which each bristle slides through the coming step, 0 where it bends."""
-    for j in range(2 * n, len(bends)):
+    for j in range(2 * (n & MOST_LINKS), len(bends)):
         for lane in range(LANES):
             sense = 0.0
             if bends[j, 0] >= 0 and abs(x[j * LANES + lane]) >= 1.0 and _give(bends, j, lane, Z) < 1.0:
@@ -132,17 +132,18 @@ def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
 @njit(**_options)
 def keep_sliding(n, slides, k):  # type: ignore[no-untyped-def]
     """What slides does not bend, in whatever sense the rate of the stage ``k`` is."""
+    first = 2 * (n & MOST_LINKS) * LANES
     for e in range(len(slides)):
-        if slides[e] != 0.0:
-            k[2 * n * LANES + e] = 0.0
+        k[first + e] = 0.0 if slides[e] != 0.0 else k[first + e]
 
 
 @njit(**_options)
 def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
     """Put bends beyond -1..1 back there, and count their error from there."""
-    for j in range(2 * n, len(bends)):
+    for j in range(2 * (n & MOST_LINKS), len(bends)):
         if bends[j, 0] >= 0:
-            for e in range(j * LANES, (j + 1) * LANES):
+            for lane in range(LANES):
+                e = j * LANES + lane
                 kept = max(-1.0, min(1.0, y[e]))
                 error[e] = kept - max(-1.0, min(1.0, y[e] - error[e]))
                 y[e] = kept
@@ -155,7 +156,7 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
     ``h`` if none does before the step's end, give or take ``AT_ONCE``; ``due`` is filled with the moments of all.
     """
     first = h
-    for j in range(2 * n, len(bends)):
+    for j in range(2 * (n & MOST_LINKS), len(bends)):
         for lane in range(LANES):
             due[(j - 2 * n) * LANES + lane] = NEVER
             if bends[j, 0] < 0 or _give(bends, j, lane, Z) >= 1.0:
@@ -215,7 +216,7 @@ def first_contact(n, plays, Z, x, y, K, h):  # type: ignore[no-untyped-def]
     better as the step gets shorter, and is repeated until the end lies within ``AT_ONCE`` before the contact.
     """
     first = h
-    for j in range(2 * n, len(plays)):
+    for j in range(2 * (n & MOST_LINKS), len(plays)):
         for lane in range(LANES):
             if plays[j, 0] < 0 or Z[plays[j, 1], lane] <= 0.0:
                 continue

@@ -232,8 +232,8 @@ def test_the_bearing_carries_newtons_force() -> None:
     workspace = np.repeat(chain.parameters(made)[:, None], 16, axis=1)
     workspace[chain.layout.rows("rotation")] = states[at, :3].T
     workspace[chain.layout.rows("rate")] = states[at, 3:].T
-    chain.right_hand_side(workspace)
-    chain.bearing_forces(workspace, 3)
+    chain.right_hand_side(workspace.reshape(-1))
+    chain.bearing_forces(workspace.reshape(-1), 3)
     got = workspace[chain.layout.rows("bearing_force")].T
     assert np.ptp(expected[at - 1], axis=0).min() > 0.1
     np.testing.assert_allclose(got, expected[at - 1], rtol=3e-5)  # differences over 1e-4 s

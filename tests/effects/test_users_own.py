@@ -166,6 +166,8 @@ from synth.model.chain import compiled_chain, is_compiled
 load_file({str(magnet)!r})
 there = is_compiled(1)
 chain = compiled_chain(1)
+for source in chain.sources.values():
+    source.load()
 print(there, sum(chain.extra_torques.stats.cache_misses.values()), "cogging" in [e.name for e in chain.effects])
 """
     environment = os.environ | {"SYNTH_CACHE": str(tmp_path / "cache")}
