@@ -62,11 +62,21 @@ def _lagged(time: Array, reading: Array, lag: Array) -> Array:
 
 
 def _earlier(lead: Array, time: Array, rotation: Array, rate: Array) -> Array:
-    """Rotation at ``lead`` (m,) s < 0 before the first sample: at rest up to the release, if there was one."""
+    """Rotation at ``lead`` (m,) s < 0 before the first sample, by the first samples' rate and acceleration.
+
+    A joint that speeds up was released when its rate was zero, and stood still before. One that slows down was moving;
+    the slower it is, the likelier is a release whose rate came out on the wrong side of zero, so its motion counts the
+    less: without that the reading would jump where the rate changes sign, and no fit could pass there.
+    """
     bend = (rate[1] - rate[0]) / (time[1] - time[0])
-    if bend * rate[0] > 0.0 or rate[0] == 0.0:  # it had been speeding up: it stood still when its rate was zero
-        lead = np.maximum(lead, -rate[0] / bend if bend != 0.0 else 0.0)
-    return np.asarray(rotation[0] + lead * rate[0] + 0.5 * lead**2 * bend)
+    if bend == 0.0:
+        return np.asarray(rotation[0] + lead * rate[0])
+    since = rate[0] / bend  # s from standing still; below 0: until it will
+    if since >= 0.0:
+        lead = np.maximum(lead, -since)
+        return np.asarray(rotation[0] + lead * rate[0] + 0.5 * lead**2 * bend)
+    share = since**2 / (since**2 + lead**2)
+    return np.asarray(rotation[0] + share * (lead * rate[0] + 0.5 * lead**2 * bend))
 
 
 EFFECT = Effect(

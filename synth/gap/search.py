@@ -1,4 +1,4 @@
-"""The search over causes: none, each alone, and pairs where one alone leaves something."""
+"""The search over causes: none, each alone, and two or three together where fewer leave something."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.gap.candidates import Candidate
+from synth.gap.further import WORTH, Sifting, further
+from synth.gap.ladder import rungs
+from synth.gap.promise import prospects
 from synth.gap.score import fresh, score
-from synth.gap.solve import Fit, Frame, Normal, Workbench
+from synth.gap.solve import Fit, Workbench
 from synth.model.chain import Conditions
 from synth.model.leg import Array
 
@@ -25,12 +28,10 @@ KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
 CLOSER = 16  # of those, that are fitted there before the best are refined
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 6  # single causes that get derivatives of their own
-LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
-STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer
-ANCHORS = 4  # single causes that pairs are built on
-PAIRS = 6  # pairs that are tried, of those that promise most
-REFINED_PAIRS = 2
-SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
+ANCHORS, ANCHOR_PAIRS = 4, 1  # single causes that pairs are built on, pairs that a third is
+REFINED_FURTHER = 2
+PAYS = 0.4  # share of what one cause leaves that a second takes away, before a third is sought
+SATISFIED, WELL, LEAST_LEFT = 1.05, 1.2, 0.003  # RMS over the floor; share of the squared gap, see ``_leaves``
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,14 @@ class Assessed:
 
 @dataclass(frozen=True)
 class Search:
-    """All hypotheses that were brought to their best: ``none``, ``singles`` and ``pairs`` in order of cost."""
+    """All hypotheses that were brought to their best: ``none``, ``singles``, and ``several`` of two causes or three.
+
+    Each in order of cost.
+    """
 
     none: Assessed
     singles: tuple[Assessed, ...]
-    pairs: tuple[Assessed, ...]
+    several: tuple[Assessed, ...]
 
 
 def as_designed(bench: Workbench) -> Fit:
@@ -93,11 +97,15 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     best = _refine(bench, singles[:REFINED])
     assessed = sorted((_assess(bench, fit) for fit in [*best, *singles[REFINED:]]), key=lambda a: a.cost)
     none = _assess(bench, nominal)
-    pairs: list[Assessed] = []
-    if assessed and assessed[0].ratio > SATISFIED and none.ratio > SATISFIED:
+    several: list[Assessed] = []
+    if assessed and none.cost - assessed[0].cost > WORTH and _leaves(assessed[0], none):
         say("pairs of causes")
-        pairs = _pairs(bench, assessed, singles)
-    return Search(none, tuple(assessed), tuple(sorted(pairs, key=lambda a: a.cost)))
+        sifting = Sifting(some, few)
+        several = _further(bench, sifting, assessed[:ANCHORS], candidates)
+        if several and _leaves(several[0], none) and _pays(several[0], assessed[0]):
+            say("a third cause")
+            several += _further(bench, sifting, several[:ANCHOR_PAIRS], candidates)
+    return Search(none, tuple(assessed), tuple(sorted(several, key=lambda a: a.cost)))
 
 
 def _few(bench: Workbench) -> list[int]:
@@ -171,35 +179,19 @@ def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[F
     A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
     """
     p = bench.n_tolerance
-    ladders = [_ladder(start, p) for start in starts]
-    left = bench.prospects([fit for ladder in ladders for fit in ladder], designed)
+    ladders = [rungs(start, p) for start in starts]
+    left = prospects(bench, [fit for ladder in ladders for fit in ladder], designed)
     best: dict[int, list[tuple[float, Fit]]] = {}
     place = 0
     for start, ladder in zip(starts, ladders, strict=True):
         rung = int(np.argmin(left[place : place + len(ladder)]))
         best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
         place += len(ladder)
-    (alone,) = bench.prospects([Fit((), designed.unknowns, designed.states)], designed)
+    (alone,) = prospects(bench, [Fit((), designed.unknowns, designed.states)], designed)
     chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
     tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
     worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
     return bench.evaluate([fit for _, fit in tried[:worth]])
-
-
-def _ladder(fit: Fit, first: int) -> list[Fit]:
-    """The start with its strengths multiplied by ``LADDER``, those that its bounds allow."""
-    candidate = fit.hypothesis[0]
-    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
-    low, high = candidate.bounds()
-    made, seen = [], set()
-    for factor in LADDER if candidate.effect.way != "structure" else STIFF_LADDER:
-        unknowns = fit.unknowns.copy()
-        unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
-        key = tuple(unknowns[first:].round(9))
-        if key not in seen:
-            seen.add(key)
-            made.append(replace(fit, unknowns=unknowns))
-    return made
 
 
 def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
@@ -219,54 +211,24 @@ def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     return current
 
 
-def _pairs(bench: Workbench, singles: Sequence[Assessed], screened: Sequence[Fit]) -> list[Assessed]:
-    """Pairs that linear prediction says would pay, brought to their best."""
-    promised: dict[frozenset[tuple[str, str]], tuple[float, Fit, Frame]] = {}
-    for anchor in singles[:ANCHORS]:
-        frame = anchor.fit.frame
-        if frame is None:
-            continue
-        for other in screened:
-            pair = frozenset((anchor.keys[0], other.keys[0]))
-            if len(pair) < 2 or not _compatible(anchor.fit.hypothesis[0], other.hypothesis[0]):
-                continue
-            cost, start = _promise(bench, anchor.fit, other, frame)
-            if pair not in promised or cost < promised[pair][0]:
-                promised[pair] = cost, start, frame
-    best = sorted(promised.values(), key=lambda p: p[0])[:PAIRS]
-    fits = bench.solve([replace(start, frame=frame) for _, start, frame in best], None, 5)
-    fits.sort(key=lambda fit: fit.cost)
-    refined = _refine(bench, [fit for fit in fits[:REFINED_PAIRS] if np.isfinite(fit.cost)])
-    rest = [fit for fit in fits[REFINED_PAIRS:] if np.isfinite(fit.cost)]
-    return [_assess(bench, fit) for fit in [*refined, *rest]]
+def _further(
+    bench: Workbench, sifting: Sifting, anchors: Sequence[Assessed], candidates: Sequence[Candidate]
+) -> list[Assessed]:
+    """One cause more beside each of the anchors, those that pay brought to their best, in order of cost."""
+    fits = further(bench, sifting, [a.fit for a in anchors if a.fit.frame is not None], candidates)
+    refined = _refine(bench, fits[:REFINED_FURTHER])
+    return sorted((_assess(bench, fit) for fit in [*refined, *fits[REFINED_FURTHER:]]), key=lambda a: a.cost)
 
 
-def _compatible(first: Candidate, second: Candidate) -> bool:
-    """Two structures at one place would be one link twice, two dry frictions at one joint one friction."""
-    if first.joint != second.joint:
-        return True
-    both = first.effect.way == second.effect.way == "structure"
-    return not both and not (first.effect.kin and first.effect.kin == second.effect.kin)
+def _pays(found: Assessed, fewer: Assessed) -> bool:
+    """Whether a cause more takes away so much that yet another may, too."""
+    return found.ratio**2 - 1.0 < (1.0 - PAYS) * (fewer.ratio**2 - 1.0)
 
 
-def _promise(bench: Workbench, anchor: Fit, other: Fit, frame: Frame) -> tuple[float, Fit]:
-    """Cost that a linear model promises for a pair, and where to start it."""
-    p = bench.n_tolerance
-    columns = tuple(np.concatenate([a, b], axis=1) for a, b in zip(anchor.columns, other.columns, strict=True))
-    size = other.columns[0].shape[1]
-    held = Fit(
-        (*anchor.hypothesis, *other.hypothesis), np.concatenate([anchor.unknowns, np.zeros(size)]), anchor.states
-    )
-    joint = replace(held, residuals=anchor.residuals, columns=columns)
-    normal = Normal.of(bench, joint, frame)
-    step = -np.linalg.solve(normal.matrix, normal.gradient)
-    squares = sum(float(r @ r) for r in anchor.residuals)
-    for matrix, gradient, _ in normal.parts:
-        squares += 2.0 * float(gradient @ step) + float(step @ matrix @ step)
-    cost = bench.cost(max(squares, 0.0), joint.unknowns + step)
-    strengths = [name in other.hypothesis[0].effect.strengths for name in other.hypothesis[0].shape.free]
-    start = other.unknowns[p:] * np.where(strengths, 0.5, 1.0)
-    return cost, replace(held, unknowns=np.concatenate([anchor.unknowns, start]))
+def _leaves(found: Assessed, none: Assessed) -> bool:
+    """Whether a hypothesis leaves enough for a further cause to pay: more than forms differ by that are much alike."""
+    gap, left = none.ratio**2 - 1.0, found.ratio**2 - 1.0
+    return found.ratio > WELL or (found.ratio > SATISFIED and left > LEAST_LEFT * gap > 0.0)
 
 
 def _assess(bench: Workbench, fit: Fit) -> Assessed:

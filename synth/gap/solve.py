@@ -202,43 +202,6 @@ class Workbench:
             made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
         return made
 
-    def prospects(self, fits: Sequence[Fit], at: Fit) -> list[float]:
-        """Cost that each fit would have after one undamped step of tolerances and states, by the frame of ``at``.
-
-        One lane a fit: nothing is differentiated.
-        """
-        frame = at.frame
-        assert frame is not None
-        slopes = [part.tolerance - part.q @ (part.q.T @ part.tolerance) for part in frame.parts]
-
-        def one(i: int) -> list[tuple[Array, float]]:
-            trial, part = self.trials[i], frame.parts[i]
-            blocks = [Block(fit.hypothesis, fit.unknowns[:, None], fit.states[i][:, None]) for fit in fits]
-            found = []
-            for fit, out in zip(fits, self.predictor.predict(trial, blocks), strict=True):
-                residual = self.residual(trial, out[:, :, 0], fit.states[i])
-                if not np.all(np.isfinite(residual)):
-                    residual = np.full(len(residual), 1e6)
-                left = residual - part.q @ (part.q.T @ residual)
-                found.append((slopes[i].T @ left, float(left @ left)))
-            return found
-
-        parts = by_trial(one, len(self.trials))
-        p = self.n_tolerance
-        matrix = sum((s.T @ s for s in slopes), np.zeros((p, p)))
-        costs = []
-        for f, fit in enumerate(fits):
-            gradient = sum((part[f][0] for part in parts), np.zeros(p))
-            squares = left = sum(part[f][1] for part in parts)
-            cost = np.inf
-            for _ in range(3):  # less left weighs more
-                weight = 2.0 / (1.0 + left / self.total)
-                step = -np.linalg.solve(weight * matrix + np.eye(p), weight * gradient)
-                left = max(squares + 2.0 * float(gradient @ step) + float(step @ matrix @ step), 0.0)
-                cost = self.cost(left, np.asarray(step)) + 0.5 * float(fit.unknowns[p:] @ fit.unknowns[p:])
-            costs.append(cost)
-        return costs
-
     def solve(self, fits: Sequence[Fit], frame: Frame | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
 
@@ -297,7 +260,9 @@ class Workbench:
         for i, (part, trial) in enumerate(zip(frame.parts, self.trials, strict=True)):
             ahead = fit.residuals[i] + part.tolerance @ step[: self.n_tolerance]
             ahead = ahead + fit.columns[i] @ step[self.n_tolerance :]
-            change: Array = -np.asarray(np.linalg.solve(part.r, part.q.T @ ahead))
+            square = part.r.T @ part.r
+            damped = square + damping * np.diag(np.diag(square))
+            change: Array = -np.asarray(np.linalg.solve(damped, part.r.T @ (part.q.T @ ahead)))
             states.append(self._state(trial, fit.states[i], change))
         return replace(
             fit, unknowns=unknowns, states=tuple(states), residuals=(), columns=(), cost=np.inf, damping=damping

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import factorial
 
 import numpy as np
 
@@ -22,20 +23,23 @@ class Calibration:
     """What turns costs into probabilities; tuned on simulated cases (``tests/blind``, seed 1000).
 
     ``temperature`` : of the softmax over costs, for forms that do not get their cause quite right. ``per_parameter`` :
-    what an unknown more must earn. ``none``, ``single``, ``pair`` : prior probabilities that nothing, one cause or two
-    are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the best explanation may
-    leave for an unknown cause to be as likely as not, ``misfit`` how fast that probability grows with its logarithm;
-    ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` : odds below which
-    explanations are said to be tied.
+    what an unknown more must earn. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that nothing, one
+    cause, two or three are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the
+    best explanation may leave for an unknown cause to be as likely as not, ``misfit`` how fast that probability grows
+    with its logarithm; ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` :
+    odds below which explanations are said to be tied. ``pays`` : share of what fewer causes leave of the squared gap
+    that one more must take away; form errors of a cause that is right are taken up by others by a tenth.
     """
 
     temperature: float = 5.0
     per_parameter: float = 4.0
     none: float = 0.3
     single: float = 0.5
-    pair: float = 0.2
-    misfit: float = 1.5
-    left: float = 0.06
+    pair: float = 0.19
+    triple: float = 0.01
+    misfit: float = 2.0
+    left: float = 0.15
+    pays: float = 0.4
     clean: float = 1.25
     tie_odds: float = 6.0
 
@@ -70,27 +74,38 @@ def weigh(hypotheses: Sequence[Assessed], calibration: Calibration) -> Array:
     counts = np.array([len(h.fit.hypothesis) for h in hypotheses])
     unknowns = np.array([sum(candidate.size for candidate in h.fit.hypothesis) for h in hypotheses])
     singles = max(int(np.sum(counts == 1)), 1)
-    shares = {0: calibration.none, 1: calibration.single / singles, 2: calibration.pair / (0.5 * singles**2)}
-    prior = np.array([shares[int(count)] for count in counts])
+    together = [calibration.none, calibration.single, calibration.pair, calibration.triple]
+    prior = np.array([together[k] * factorial(k) / singles**k for k in counts])
     cost = np.array([h.cost for h in hypotheses]) + calibration.per_parameter * unknowns
     weights = prior * np.exp(-(cost - cost.min()) / calibration.temperature)
     return np.asarray(weights / weights.sum())
 
 
+def paying(hypotheses: Sequence[Assessed], share: float) -> list[Assessed]:
+    """Those of several causes only that leave clearly less than the best of fewer causes does."""
+    kept = []
+    for hypothesis in hypotheses:
+        count = len(hypothesis.keys)
+        fewer = [h.ratio for h in hypotheses if 0 < len(h.keys) < count]
+        if count < 2 or hypothesis.ratio**2 - 1.0 <= (1.0 - share) * (min(fewer) ** 2 - 1.0):
+            kept.append(hypothesis)
+    return kept
+
+
 def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
     """Weigh all hypotheses.
 
-    Each cause's weight is that of itself alone and of every pair it is part of, shared by what each of the two does.
+    Each cause's weight is that of itself alone and its share of every set that it is part of, by what it does there.
     """
-    hypotheses = [search.none, *search.singles, *search.pairs]
+    hypotheses = paying([search.none, *search.singles, *search.several], calibration.pays)
     weights = weigh(hypotheses, calibration)
     heaviest = int(np.argmax(weights))
     best = hypotheses[heaviest]
     unknown = _unknown(search.none, best, calibration)
     by_key: dict[Key, float] = {}
-    alone = {single.keys[0]: single.cost for single in search.singles}
+    costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
     for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):
-        for key, share in _credit(hypothesis, alone).items():
+        for key, share in _credit(hypothesis, costs).items():
             by_key[key] = by_key.get(key, 0.0) + float(weight) * share
     singles = sorted(
         ((single, by_key.get(single.keys[0], 0.0) * (1.0 - unknown)) for single in search.singles),
@@ -102,14 +117,15 @@ def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
     return Judged(verdict, best, tied, tuple(singles), none, unknown, tuple(weighed))
 
 
-def _credit(found: Assessed, alone: dict[Key, float]) -> dict[Key, float]:
-    """What each cause of a hypothesis does for it: by how much the cost is higher without it."""
-    if len(found.keys) == 1:
-        return {found.keys[0]: 1.0}
-    first, second = found.keys
-    gains = {first: alone.get(second, found.cost) - found.cost, second: alone.get(first, found.cost) - found.cost}
-    total = sum(max(gain, 0.0) for gain in gains.values())
-    return {key: max(gain, 0.0) / total if total > 0.0 else 0.5 for key, gain in gains.items()}
+def _credit(found: Assessed, costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
+    """What each cause of a hypothesis does for it: by how much the cost of the best without it is higher."""
+    gains = {}
+    for key in found.keys:
+        rest = frozenset(found.keys) - {key}
+        without = min(cost for keys, cost in costs.items() if keys <= rest)
+        gains[key] = max(without - found.cost, 0.0)
+    total = sum(gains.values())
+    return {key: gain / total if total > 0.0 else 1.0 / len(gains) for key, gain in gains.items()}
 
 
 def with_counts(judged: Judged, coarse: Sequence[Coarse]) -> Judged:

@@ -22,7 +22,7 @@ from bench.gap_case import pendulum, write_project
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say
 from synth.effects import Effect, registered
 from synth.files.gap_project import GapProject, read_gap_project
-from synth.gap import candidates, experiment, figures, predict, score, solve
+from synth.gap import candidates, experiment, figures, predict, promise, score, solve
 from synth.gap.diagnose import diagnose
 from synth.model.chain import Chain
 from synth.parts.catalog import Catalogue
@@ -124,7 +124,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     def one_thread(function: Callable[[int], Any], count: int) -> list[Any]:
         return [function(i) for i in range(count)]
 
-    for module in (solve, score, experiment, figures):
+    for module in (solve, promise, score, experiment, figures):
         if hasattr(module, "by_trial"):
             put_back.append((module, "by_trial", module.by_trial))
             module.by_trial = one_thread  # type: ignore[attr-defined]
@@ -154,7 +154,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     put(solve.Workbench, "evaluate", "derivatives from lanes, whitening")
     put(solve.Workbench, "_steps", "steps of Levenberg-Marquardt")
     put(solve.Workbench, "_part", "frames: derivatives by tolerances and states")
-    put(solve.Workbench, "prospects", "prospects of starts")
+    put(promise.Ground, "residuals", "promises of starts")
     whole = shares.timed(diagnose, "everything else")
     try:
         whole(project.leg, project.trials, project.tolerance, seed=project.seed)
