@@ -18,13 +18,17 @@ from cad.dimensions import (
     arm_offset,
     included_angle_of,
 )
+from cad.fittings import AdapterDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
 from cad.layout import clear_upper_arm_angle
 from cad.limits import DimensionError, DimensionProblem
 
 if TYPE_CHECKING:
     from cad.checks import CheckResult, GateError, check_leg
-    from cad.export import ExportedFile, PreviewError, export_leg
+    from cad.export import ExportedFile, PreviewError, draw_leg, export_leg
+    from cad.failures import draw_failures
     from cad.leg import BuiltLeg, build_leg
+    from cad.printing import PrintPlan, plan_leg
+    from cad.sizing import SIZED, sized
 
 # Loaded on first use: these modules need numpy and, when called, cadquery.
 _LATER = {
@@ -33,29 +37,46 @@ _LATER = {
     "ExportedFile": "cad.export",
     "GateError": "cad.checks",
     "PreviewError": "cad.export",
+    "SIZED": "cad.sizing",
+    "sized": "cad.sizing",
+    "PrintPlan": "cad.printing",
     "build_leg": "cad.leg",
     "check_leg": "cad.checks",
+    "draw_failures": "cad.failures",
+    "draw_leg": "cad.export",
     "export_leg": "cad.export",
+    "plan_leg": "cad.printing",
 }
 
 __all__ = [
+    "SIZED",
+    "AdapterDimensions",
     "BuiltLeg",
     "CheckResult",
     "DamperDimensions",
     "DimensionError",
     "DimensionProblem",
+    "EncoderDimensions",
     "ExportedFile",
     "GateError",
     "JointDimensions",
     "LegDimensions",
+    "LoadDimensions",
+    "MountDimensions",
     "PreviewError",
+    "PrintDimensions",
+    "PrintPlan",
     "SpringDimensions",
     "arm_offset",
     "build_leg",
     "check_leg",
     "clear_upper_arm_angle",
+    "draw_failures",
+    "draw_leg",
     "export_leg",
     "included_angle_of",
+    "plan_leg",
+    "sized",
 ]
 
 

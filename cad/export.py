@@ -9,15 +9,19 @@ from typing import Any, Literal
 import numpy as np
 
 from cad.checks import check_leg
+from cad.dxf import flat_brackets, write_flat
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
 from cad.parts import BuiltPart, Mesh, file_name
 from cad.preview import Camera, Colour, PreviewError
+from cad.print_file import on_the_bed, write_3mf
+from cad.printing import plan_part
 from cad.results import CheckResult, require
+from cad.scene_file import write_glb
 from cad.step_text import normalised_step
 
-Kind = Literal["step", "stl", "png"]
-PICTURED = ("upper", "lower", "damper_bracket", "spring")
+Kind = Literal["step", "stl", "3mf", "glb", "dxf", "png"]
+PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat", "spring")
 
 
 @dataclass(frozen=True)
@@ -61,8 +65,23 @@ def export_leg(
     for index in range(len(leg.joints)):
         written += _write_assembly(leg, index, folder)
     written += _write_assembly(leg, None, folder)
+    written += _write_for_others(leg, folder)
     if pictures:
         written += draw_leg(leg, folder)
+    return written
+
+
+def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
+    """The printed parts as one 3MF, the leg as GLB, the flat brackets as DXF."""
+    printing = leg.dimensions.printing
+    plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]
+    write_3mf(on_the_bed(plans, max(printing.bed[:2])), folder / "leg_print.3mf", leg.dimensions.name)
+    write_glb(leg, folder / "leg.glb")
+    written = [ExportedFile("leg_print.3mf", "3mf", "leg"), ExportedFile("leg.glb", "glb", "leg")]
+    for joint in leg.joints:
+        for bracket in flat_brackets(joint):
+            write_flat(bracket, folder / f"{bracket.name}.dxf")
+            written.append(ExportedFile(f"{bracket.name}.dxf", "dxf", bracket.name))
     return written
 
 

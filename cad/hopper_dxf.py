@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from cad.dxf import drawing
 
 HOLE_DIAMETER = 1.6
 
@@ -44,15 +44,8 @@ class Layer:
 
 def write_layer(layer: Layer, path: Path) -> None:
     """Write the layer; the same layer gives the same bytes."""
-    ezdxf: Any = importlib.import_module("ezdxf")  # its types hide what its manual names
-
-    fixed = ezdxf.options.write_fixed_meta_data_for_testing
-    ezdxf.options.write_fixed_meta_data_for_testing = True  # no time stamps, no random identifiers
-    try:
-        document = ezdxf.new("R2010", units=ezdxf.units.MM)
-        document.layers.add("CUT", color=1)
+    with drawing(path) as (document, space):
         document.layers.add("FOLD", color=5, linetype="CONTINUOUS")
-        space = document.modelspace()
         for begin, end in layer.plates:
             corners = [(begin, 0.0), (end, 0.0), (end, layer.width), (begin, layer.width)]
             space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "CUT"})
@@ -61,6 +54,3 @@ def write_layer(layer: Layer, path: Path) -> None:
         if layer.folded:
             for x in layer.folds:
                 space.add_line((x, 0.0), (x, layer.width), dxfattribs={"layer": "FOLD"})
-        document.saveas(path)
-    finally:
-        ezdxf.options.write_fixed_meta_data_for_testing = fixed

@@ -30,6 +30,10 @@ COLOURS: dict[str, tuple[float, float, float]] = {
     "encoder": (0.15, 0.35, 0.25),
 }
 
+# g/cm^3 of what is not printed; the bought damper's and encoder's insides are not known.
+DENSITIES = {"spring": 7.85, "shaft": 7.85, "arm_shaft": 7.85, "link": 2.70}
+MATERIALS = {"spring": "spring steel", "shaft": "steel", "arm_shaft": "steel", "link": "aluminium tube"}
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -73,6 +77,22 @@ class BuiltPart:
     def colour(self) -> tuple[float, float, float]:
         """Red, green, blue in 0-1."""
         return COLOURS[self.family]
+
+    @property
+    def material(self) -> str:
+        """What it is made of, where that is known."""
+        return "print" if self.printed else MATERIALS.get(self.family, "")
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Extent along x, y and z, mm, to a hundredth."""
+        x, y, z = (round(float(extent), 2) for extent in np.ptp(self.mesh.vertices, axis=0))
+        return x, y, z
+
+    def mass(self, print_density: float) -> float | None:
+        """Mass in g, printed parts solid at ``print_density`` g/cm^3; None where the material is not known."""
+        density = print_density if self.printed else DENSITIES.get(self.family)
+        return None if density is None else density * float(self.solid.Volume()) * 1e-3
 
 
 def mesh_of(solid: Any) -> Mesh:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from cad.parts import Mesh
 
 Colour = tuple[float, float, float]
+Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, 1 where it is left out
 VIEW = (0.55, 0.35, 0.76)  # direction from the part to the eye: from the front right, a little above
 FEATURE_ANGLE = 25.0  # deg; sharper edges are drawn
 
@@ -38,7 +40,7 @@ class Camera:
 
     def draw(
         self,
-        items: list[tuple[Mesh, Colour]],
+        items: Sequence[Item],
         path: Path,
         view: tuple[float, float, float] = VIEW,
         up: tuple[float, float, float] = (0.0, 1.0, 0.0),
@@ -51,10 +53,10 @@ class Camera:
             when the picture came out blank, as a broken graphics driver leaves it.
         """
         self._renderer.RemoveAllViewProps()
-        for mesh, colour in items:
-            for actor in _actors(mesh, colour):
+        for item in items:
+            for actor in _actors(item[0], item[1], item[2] if len(item) == 3 else 1.0):
                 self._renderer.AddActor(actor)
-        self._frame([mesh for mesh, _ in items], view, up)
+        self._frame([item[0] for item in items], view, up)
         self._renderer.ResetCameraClippingRange()
         self._window.Render()
         self._write(path)
@@ -122,7 +124,7 @@ def _require_a_way_to_draw() -> None:
         raise PreviewError(text) from None
 
 
-def _actors(mesh: Mesh, colour: Colour) -> list[Any]:
+def _actors(mesh: Mesh, colour: Colour, opacity: float) -> list[Any]:
     """The shaded surface and its sharp edges."""
     from vtkmodules.vtkFiltersCore import vtkFeatureEdges, vtkPolyDataNormals
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
@@ -138,6 +140,7 @@ def _actors(mesh: Mesh, colour: Colour) -> list[Any]:
     body.SetMapper(surface)
     body.GetProperty().SetColor(*colour)
     body.GetProperty().SetSpecular(0.15)
+    body.GetProperty().SetOpacity(opacity)
     edges = vtkFeatureEdges()
     edges.SetInputData(data)
     edges.SetFeatureAngle(FEATURE_ANGLE)
@@ -151,6 +154,7 @@ def _actors(mesh: Mesh, colour: Colour) -> list[Any]:
     outline.SetMapper(lines)
     outline.GetProperty().SetColor(0.1, 0.1, 0.12)
     outline.GetProperty().SetLineWidth(1.2)
+    outline.GetProperty().SetOpacity(max(opacity, 0.5))
     return [body, outline]
 
 

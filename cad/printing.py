@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from cad.fittings import PrintDimensions
 from cad.joint import BuiltJoint
+from cad.leg import BuiltLeg
 from cad.parts import BuiltPart, Mesh
 from cad.results import CheckResult, at_least, at_most
 from cad.strength import Axis, check_strength
-from cad.travel import manifold
+from cad.travel import CHORDS, manifold
 
 Array = NDArray[np.float64]
 SAMPLES = 1000  # points on a part's surface at which its thickness is measured
@@ -45,43 +46,55 @@ class PrintPlan:
     strong: bool
 
 
-def _triangles(mesh: Mesh) -> tuple[Array, Array, Array]:
-    """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of the triangles that have any."""
+def _triangles(mesh: Mesh) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of the triangles that have any, and which do."""
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(cross, axis=1)
     kept = length > 1e-12
-    return corners[kept], cross[kept] / length[kept, None], length[kept] / 2
+    return corners[kept], cross[kept] / length[kept, None], length[kept] / 2, kept
 
 
-def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> Array:
-    """Thickness (mm) at points spread over the surface by area: inwards along the normal to the opposite face.
+def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> tuple[Array, Array]:
+    """Points (n, 3) spread over the surface by area, and the thickness (n,) mm there, inwards to the opposite face.
 
     Rays that leave through a face that is not nearly opposed are left out: they cut a corner, no wall.
     """
-    corners, normals, areas = _triangles(mesh)
+    corners, normals, areas, _ = _triangles(mesh)
     random = np.random.default_rng(seed)
     chosen = random.choice(len(areas), samples, p=areas / areas.sum())
     first, second = np.sqrt(random.random(samples)), random.random(samples)
     weights = np.column_stack([1 - first, first * (1 - second), first * second])
     points = np.einsum("nk,nkj->nj", weights, corners[chosen])
     far = 2 * float(np.ptp(mesh.vertices, axis=0).sum())
-    solid, found = manifold(mesh), []
+    solid, places, found = manifold(mesh), [], []
     for point, normal in zip(points, normals[chosen], strict=True):
         hits: list[Any] = solid.ray_cast(point - 1e-4 * normal, point - far * normal)
         if hits and float(np.dot(hits[0].normal, normal)) < -OPPOSED:
+            places.append(point)
             found.append(float(np.linalg.norm(np.array(hits[0].position) - point)))
-    return np.array(found)
+    return np.array(places).reshape(-1, 3), np.array(found)
+
+
+def thin_points(mesh: Mesh, thinnest: float) -> Array:
+    """Points (n, 3) mm on the surface under which the wall is thinner than ``thinnest`` mm."""
+    points, thickness = wall_thickness(mesh)
+    return points[thickness < thinnest]
+
+
+def hanging_faces(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.int64]:
+    """Indices of the faces that lean out by more than ``angle`` deg from the vertical, but for what lies on the bed."""
+    corners, normals, _, kept = _triangles(mesh)
+    height = corners @ np.array(up)
+    leaning = normals @ np.array(up) < -math.sin(math.radians(angle))
+    hanging = leaning & (height.max(axis=1) > height.min() + BASE_LAYER)
+    return np.asarray(np.flatnonzero(kept)[hanging], dtype=np.int64)
 
 
 def overhang(mesh: Mesh, up: Axis, angle: float) -> float:
-    """Area (mm^2) that leans out by more than ``angle`` deg from the vertical, what lies on the bed left out."""
-    corners, normals, areas = _triangles(mesh)
-    height = corners @ np.array(up)
-    hanging = (normals @ np.array(up) < -math.sin(math.radians(angle))) & (
-        height.max(axis=1) > height.min() + BASE_LAYER
-    )
-    return float(areas[hanging].sum())
+    """Area (mm^2) that needs support; see :func:`hanging_faces`."""
+    hanging = Mesh(mesh.vertices, mesh.faces[hanging_faces(mesh, up, angle)])
+    return float(_triangles(hanging)[2].sum())
 
 
 def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple[float, float, float], bool]:
@@ -112,15 +125,20 @@ def plan_joint(joint: BuiltJoint, printing: PrintDimensions) -> tuple[PrintPlan,
     return tuple(plan_part(joint, part, printing) for part in joint.parts if part.printed)
 
 
+def plan_leg(leg: BuiltLeg) -> tuple[PrintPlan, ...]:
+    """The plan of every printed part of a leg."""
+    return tuple(plan for joint in leg.joints for plan in plan_joint(joint, leg.dimensions.printing))
+
+
 def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckResult]:
     """Walls, bed, support and strength of the printed parts, each in its best way up; strength of the steel ones."""
     results: list[CheckResult] = []
     plans = plan_joint(joint, printing)
     for plan in plans:
         part = next(part for part in joint.parts if part.name == plan.part)
-        wall = float(np.percentile(wall_thickness(part.mesh), PERCENTILE))
+        wall = float(np.percentile(wall_thickness(part.mesh)[1], PERCENTILE))
         text = f"{PERCENTILE:g} % of the surface is thinner"
-        results.append(at_least("print: wall", part.name, wall, printing.thinnest, "mm", text))
+        results.append(at_least("print: wall", part.name, wall, printing.thinnest - CHORDS, "mm", text))
         long, wide, high = plan.size
         room = " x ".join(f"{size:g}" for size in printing.bed)
         results.append(

@@ -17,6 +17,7 @@ from reports.reading import Result, read_result
 from reports.section import Missing, Section, sequence
 from reports.sections import (
     built,
+    checks,
     damper_curves,
     equations,
     estimates,
@@ -45,6 +46,7 @@ LEG_SECTIONS: tuple[Section, ...] = (
     damper_curves.SECTION,
     built.SECTION,
     spring_sheet.SECTION,
+    checks.SECTION,
     pictures.SECTION,
     files.SECTION,
     equations.SECTION,

@@ -6,10 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from synth.errors import UserError
+
 if TYPE_CHECKING:
-    from cad import BuiltLeg, ExportedFile
     from synth.commands.progress import Progress
     from synth.design.leg_design import LegDesign
+    from synth.files.leg_project import LegProject
+    from synth.files.stage_cache import StageCache
+    from synth.parts.catalog import Catalogue
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,15 +22,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--no-cad", action="store_true", help="leave the solids out")
     parser.add_argument("--no-pictures", action="store_true", help="leave the pictures of the solids out")
+    parser.add_argument("--no-cache", action="store_true", help="do everything again, keep nothing for a later run")
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read, fit, choose, draw and write."""
-    from synth.design.leg_design import design_leg
-    from synth.design.write import write_files
+    """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
+    from synth.files.stage_cache import StageCache, key_of
     from synth.parts.catalog import Catalogue
     from synth.parts.resolver import resolver
 
@@ -36,78 +40,81 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if arguments.dry_run:
         progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
+    cache = StageCache(on=not arguments.no_cache)
+    key = key_of("leg", arguments.file, _inputs(project), arguments.no_cad, arguments.no_pictures)
+    report = Path(arguments.out) / "report.html"
+    failure: UserError | None = None
     with output_folder(arguments.out) as folder:
-        progress.compiling(len(project.target.joints))
-        design = design_leg(project, catalogue, progress.stage)
-        with progress.stage("writing the design"):
-            write_files(design, folder)
-        extra: dict[str, Any] = {"pictures": [], "solids": {"drawn": False, "checks": [], "notes": []}}
-        if not arguments.no_cad:
-            with progress.stage("drawing, checking and writing the joints"):
-                extra = _solids(design, folder, pictures=not arguments.no_pictures)
-        with progress.stage("writing the report"):
-            _report(design, folder, extra)
+        if cache.fetch(key, folder):
+            progress.say("nothing changed since an earlier run: its result is copied (--no-cache does it again)")
+        else:
+            failure = _made(arguments, project, catalogue, folder, cache, progress, report)
+            if failure is None:
+                cache.keep(key, folder)
+    if failure is not None:
+        raise failure
     progress.say(f"design: {Path(arguments.out) / 'design.json'}")
-    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
+    progress.say(f"report: {report}")
     return 0
 
 
-def _solids(design: LegDesign, folder: Path, *, pictures: bool) -> dict[str, Any]:
-    """Draw, gate and export the joints; what cannot be drawn is a user's mistake with the dimension named."""
-    import cad
-    from synth.commands.solids import dimensions_of
-    from synth.errors import Problem, UserError
+def _inputs(project: LegProject) -> list[tuple[str, str]]:
+    """Name and hash of every file that the project reads."""
+    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
+    files = [(item.name, item.sha256) for item in project.inputs]
+    return [*files, *((trial.name, trial.sha256) for trial in trials)]
 
-    file = str(design.project.path)
+
+def _made(
+    arguments: argparse.Namespace,
+    project: LegProject,
+    catalogue: Catalogue,
+    folder: Path,
+    cache: StageCache,
+    progress: Progress,
+    report: Path,
+) -> UserError | None:
+    """Do the whole work into ``folder``; where gates fail, the error to end with once the folder is whole."""
+    from synth.commands.drawn import NOT_DRAWN, draw_solids, require_drawn
+    from synth.design.bom import write_bom
+    from synth.design.write import write_files
+
+    design = _designed(project, catalogue, cache, progress)
+    with progress.stage("writing the design"):
+        write_files(design, folder)
+    extra: dict[str, Any] = NOT_DRAWN
+    if not arguments.no_cad:
+        with progress.stage("drawing, checking and writing the joints"):
+            extra = draw_solids(design, folder, cache, pictures=not arguments.no_pictures)
+    with progress.stage("writing the report"):
+        write_bom(design, extra["solids"]["parts"], folder / "bom.csv")
+        _report(design, folder, extra)
     try:
-        solids = dimensions_of(design)
-        leg = cad.build_leg(solids.dimensions)
-        checks = cad.check_leg(leg)
-        written = cad.export_leg(leg, folder / "parts", checks=checks, pictures=False)
-        notes = list(solids.notes)
-        if pictures:
-            written += _pictures(leg, folder / "parts", notes)
-    except cad.DimensionError as error:
-        hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
-        raise UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems]) from None
-    except cad.GateError as error:
-        raise UserError(Problem(f"the joints cannot be exported: {error}", file, key="cad")) from None
-    shown = [item for item in written if item.kind == "png"]
-    return {
-        "pictures": [{"path": f"parts/{item.path}", "caption": _caption(design, item.path)} for item in shown],
-        "solids": {
-            "drawn": True,
-            "checks": [{"name": c.name, "part": c.part, "passed": c.passed, "text": str(c)} for c in checks],
-            "notes": notes,
-        },
-    }
+        require_drawn(extra["solids"], project.path, report)
+    except UserError as error:
+        return error
+    return None
 
 
-def _pictures(leg: BuiltLeg, folder: Path, notes: list[str]) -> list[ExportedFile]:
-    """Pictures of the parts; a machine that cannot draw gets a design without them, and is told."""
-    import cad
-    from cad.export import draw_leg
+def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, progress: Progress) -> LegDesign:
+    """The chosen design: kept from an earlier run where only what concerns drawing and printing changed."""
+    from dataclasses import replace
 
-    try:
-        return draw_leg(leg, folder)
-    except cad.PreviewError as error:
-        notes.append(str(error))
-        return []
+    from synth.design.leg_design import LegDesign, design_leg
+    from synth.files.options import CadOptions
+    from synth.files.stage_cache import digest_of, key_of
 
-
-def _caption(design: LegDesign, path: str) -> str:
-    """What a picture shows: the leg, a joint with its arm offset, or a part of a joint."""
-    from math import degrees
-
-    stem = path.removesuffix(".png")
-    for index, name in enumerate(design.built.joint_names):
-        if stem == name or stem.startswith(f"{name}_"):
-            part = stem.removeprefix(name).lstrip("_").replace("_", " ")
-            offset = f"arm offset {degrees(design.arm_offset(index)):+.1f} deg"
-            return (
-                f"{name}, {part}" if part and part != "inside" else f"{name} joint{', cut open' * bool(part)}: {offset}"
-            )
-    return "the whole leg in its rest pose" if stem == "leg" else stem
+    # The choice of springs looks at the joint's room: shaft, clearance and wall.
+    room = CadOptions(project.cad.shaft_diameter, project.cad.clearance, project.cad.wall)
+    rest = replace(project, cad=room, defaults=(), inputs=())
+    key = key_of("design", digest_of(rest), digest_of(catalogue), _inputs(replace(project, inputs=project.inputs[1:])))
+    kept = cache.value(key)
+    if isinstance(kept, LegDesign):
+        return replace(kept, project=project)
+    progress.compiling(len(project.target.joints))
+    design = design_leg(project, catalogue, progress.stage)
+    cache.keep_value(key, design)
+    return design
 
 
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any]) -> None:

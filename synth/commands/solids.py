@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from synth.design.leg_design import LegDesign
+from synth.design.leg_design import LegDesign, fastest_rates
 from synth.errors import Problem, UserError
+from synth.model.curves import torque_at
+from synth.model.leg import Joint
 from synth.model.mechanics import rest_pose
 
 if TYPE_CHECKING:
-    from cad import JointDimensions, LegDimensions
+    from cad import JointDimensions, LegDimensions, PrintDimensions
 
 MARGIN = 5.0  # deg, of travel drawn beyond what the leg does where the leg file gives no range
 
@@ -27,18 +29,34 @@ class Solids:
 
 
 def dimensions_of(design: LegDesign) -> Solids:
-    """Dimensions of the built leg's joints; the pose drawn is where the leg rests."""
+    """Dimensions of the built leg's joints; the pose drawn is where the leg rests.
+
+    Plates, pins and, where the project leaves it open, the shaft grow until they bear the joint's torque.
+    """
     import cad
 
     notes: list[str] = []
+    options = design.project.cad
+    printing = cad.PrintDimensions(
+        bed=(options.bed[0] * 1e3, options.bed[1] * 1e3, options.bed[2] * 1e3),
+        strength=options.print_strength * 1e-6,
+        between_layers=options.between_layers,
+        density=options.print_density * 1e-3,
+        safety=options.safety,
+    )
     pose = np.degrees(design.built.to_measured(rest_pose(design.built)))
-    joints = [_joint(design, j, float(pose[j]), notes) for j in range(len(design.built.joints))]
+    fastest = fastest_rates(design.built_motions, [release.time for release in design.wanted.releases])
+    joints = []
+    for j in range(len(design.built.joints)):
+        dimensions = _joint(design, j, float(pose[j]), float(fastest[j]), notes)
+        joints.append(_borne(design, dimensions, printing, notes))
     return Solids(
-        cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=degrees(design.built.tilt)), tuple(notes)
+        cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=degrees(design.built.tilt), printing=printing),
+        tuple(notes),
     )
 
 
-def _joint(design: LegDesign, j: int, rest: float, notes: list[str]) -> JointDimensions:
+def _joint(design: LegDesign, j: int, rest: float, fastest: float, notes: list[str]) -> JointDimensions:
     import cad
 
     joint, options = design.built.joints[j], design.project.cad
@@ -57,6 +75,8 @@ def _joint(design: LegDesign, j: int, rest: float, notes: list[str]) -> JointDim
         shaft_diameter=options.shaft_diameter * 1e3,
         clearance=options.clearance * 1e3,
         wall=options.wall * 1e3,
+        loads=cad.LoadDimensions(joint.spring.rate, _damper_torque(joint, fastest)),
+        mount=cad.MountDimensions() if options.mount and j == 0 else None,
     )
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
@@ -65,6 +85,47 @@ def _joint(design: LegDesign, j: int, rest: float, notes: list[str]) -> JointDim
             f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm's shaft at {turned.arm_offset:+.1f} deg"
         )
     return turned
+
+
+def _damper_torque(joint: Joint, fastest: float) -> float:
+    """The damper's torque (N*m) at the joint's fastest speed, rad/s."""
+    if joint.damper is None:
+        return 0.0
+    if joint.damper.curve is not None:
+        return float(torque_at(joint.damper.curve, np.array(fastest)))
+    return (joint.damper.rate or 0.0) * fastest
+
+
+def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions, notes: list[str]) -> JointDimensions:
+    """The joint large enough for its loads, with an encoder's seat where that fits; what changed is noted."""
+    import cad
+
+    left_open = {default.key for default in design.project.defaults}
+    may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
+    grown = cad.sized(asked, printing, may)
+    changed = [
+        f"{name.replace('_', ' ')} {after:g} mm instead of {before:g}"
+        for name, before, after in (
+            ("pin_diameter", asked.pin_diameter, grown.pin_diameter),
+            ("plate", asked.plate, grown.plate),
+            ("floor", asked.floor_thickness, grown.floor_thickness),
+            ("shaft_diameter", asked.shaft_diameter, grown.shaft_diameter),
+        )
+        if after != before
+    ]
+    if changed:
+        notes.append(
+            f"{asked.name}: to bear the spring's {asked.spring_torque:.3g} N*m and the damper's "
+            f"{asked.loads.damper_torque:.3g} N*m: {', '.join(changed)}"
+        )
+    if not design.project.cad.encoder:
+        return grown
+    seated = replace(grown, encoder=cad.EncoderDimensions())
+    try:
+        return replace(seated, upper_arm_angle=cad.clear_upper_arm_angle(seated))
+    except cad.DimensionError as error:
+        notes.append(f"{asked.name}: no seat for an encoder is drawn: {error.problems[0]}")
+        return grown
 
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
@@ -106,7 +167,9 @@ def _damper(design: LegDesign, j: int, notes: list[str]) -> Any:
     import cad
 
     row, name = design.dampers.chosen[j].row, design.built.joint_names[j]
-    default = cad.DamperDimensions()
+    own = design.project.cad.damper_shafts.get(name)
+    adapter = cad.AdapterDimensions(output_diameter=own * 1e3) if own is not None else None
+    default = cad.DamperDimensions(adapter=adapter)
     diameter = row.outer_diameter * 1e3 if row is not None and row.outer_diameter is not None else None
     if diameter is None:
         notes.append(
@@ -114,4 +177,4 @@ def _damper(design: LegDesign, j: int, notes: list[str]) -> Any:
             f"{default.outer_diameter:g} mm across and screws on a circle of {default.bolt_circle:g} mm. Measure yours"
         )
         return default
-    return cad.DamperDimensions(outer_diameter=diameter, bolt_circle=diameter + 10.0)
+    return cad.DamperDimensions(outer_diameter=diameter, bolt_circle=diameter + 10.0, adapter=adapter)

@@ -1,33 +1,37 @@
-"""A leg as MJCF for MuJoCo: springs, dampers with their curve as MuJoCo's cubic, dry friction, inertias.
+"""A leg as MJCF for MuJoCo, which then moves as ours does: springs, dampers with their curve, dry friction, inertias.
 
-MuJoCo's joint damping may be a polynomial, ``-(a v + b v|v| + c v^3)`` (XML reference, joint/damping); a torque-speed
-curve goes in as the cubic that fits it best over the speeds that matter, and the error of that is written beside it.
-Effects other than dry friction, which MuJoCo's joints do not have, are named in a comment.
+A torque-speed curve that bends downwards goes in exactly, as a row of MuJoCo's dry frictions on one joint (fixed
+tendons with ``frictionloss``). Below its torque limit such a friction is a constraint with reference acceleration
+``-b w`` and regularisation R = (1 - d)/d A, A being the joint's inverse inertia in the straight pose
+(MuJoCo, Computation: Constraint model); its force is then ``-(b/R) w`` but for a share d of what accelerates the joint,
+and d is the smallest that MuJoCo allows. What else a curve holds is MuJoCo's own polynomial damping
+``-(a w + b w|w| + c w^3)``. Effects that MuJoCo's joints do not have are named in a comment.
 """
 
 from __future__ import annotations
 
+from math import floor, log10
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from synth.model.curves import torque_at
-from synth.model.leg import Array, DamperCurve, Joint, Leg
+from synth.files.joint_curves import (
+    IN_DAMPING,
+    IN_SPRING,
+    DampingTerms,
+    damping_terms,
+    spring_terms,
+    without_held,
+)
+from synth.model.leg import Array, Joint, Leg
+from synth.model.mechanics import coefficients, mass_matrix
 
-
-def cubic_damping(curve: DamperCurve, fastest: float) -> tuple[Array, float]:
-    """Coefficients (3,) of ``a v + b v|v| + c v^3`` and the largest error as a share of the largest torque.
-
-    Least squares over 0 to ``fastest`` rad/s; the result damps at every speed in it (checked, else a straight line).
-    """
-    speed = np.linspace(0.0, fastest, 200)[1:]
-    torque = torque_at(curve, speed)
-    design = np.column_stack([speed, speed**2, speed**3])
-    found = np.linalg.lstsq(design, torque, rcond=None)[0]
-    if np.any(design @ found <= 0):
-        found = np.array([float(speed @ torque / (speed @ speed)), 0.0, 0.0])
-    return np.asarray(found), float(np.abs(design @ found - torque).max() / torque.max())
+IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
+SHARP = 'solreffriction="0.002 1" solimpfriction="0.99 0.99 1"'  # dry friction that holds nearly as hard as ours
+LARGEST_STEP = 5e-4  # s
+STABLE = 1.0  # of step times the fastest damping; Runge-Kutta bears 2.8
+HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING)
 
 
 def mjcf_text(leg: Leg, fastest: Array) -> str:
@@ -36,44 +40,75 @@ def mjcf_text(leg: Leg, fastest: Array) -> str:
     Links hang along -z of their body, joints turn about -y so that a positive angle is counter-clockwise seen with x to
     the right and z up. Inertias other than about the joint axis are those of a rod of the same length.
     """
+    terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
+    weights = inverse_inertia(leg)
     lines = [
         f"<mujoco model={quoteattr(leg.name)}>",
         "  <!-- written by synth; joint angles are rotations q = sign * (measured - zero) -->",
         *([f"  <!-- not in this model: {', '.join(sorted(leg.effects))} of the base -->"] if leg.effects else []),
         '  <compiler angle="radian" autolimits="true"/>',
-        f'  <option gravity="0 0 {-leg.gravity:.10g}" integrator="RK4" timestep="0.0005"/>',
+        f'  <option gravity="0 0 {-leg.gravity:.10g}" integrator="RK4" timestep="{time_step(terms, weights):.10g}"/>',
         "  <worldbody>",
         f'    <body name="base" euler="0 {-leg.tilt:.10g} 0">',
     ]
     indent = "      "
     for index, joint in enumerate(leg.joints):
         height = 0.0 if index == 0 else leg.joints[index - 1].link.length
-        lines += [indent + line for line in _body(joint, height, float(fastest[index]))]
+        lines += [indent + line for line in _body(joint, height, terms[index])]
         indent += "  "
     for _ in leg.joints:
         indent = indent[:-2]
         lines.append(f"{indent}</body>")
-    lines += ["    </body>", "  </worldbody>", "</mujoco>", ""]
+    lines += ["    </body>", "  </worldbody>"]
+    rows = [row for j, item, w in zip(leg.joints, terms, weights, strict=True) for row in _tendons(j.name, item, w)]
+    if rows:
+        lines += ["  <!-- each friction is one straight piece of a damper's torque-speed curve -->", "  <tendon>"]
+        lines += [f"    {row}" for row in rows] + ["  </tendon>"]
+    lines += ["</mujoco>", ""]
     return "\n".join(lines)
 
 
-def _body(joint: Joint, height: float, fastest: float) -> list[str]:
+def inverse_inertia(leg: Leg) -> Array:
+    """(n,) 1/(kg m^2), each joint's acceleration by a unit torque with the leg straight and the others free."""
+    straight = mass_matrix(coefficients(leg), np.zeros(len(leg.joints)), leg.tilt)
+    return np.asarray(np.diag(np.linalg.inv(straight)))
+
+
+def time_step(terms: list[DampingTerms], weights: Array) -> float:
+    """A step (s) at which the stiffest damper is stable, in round numbers."""
+    slopes = np.array([sum(item.slope) + item.polynomial[0] for item in terms])
+    stiffest = float(np.max(slopes * weights, initial=0.0))
+    step = min(LARGEST_STEP, STABLE / stiffest) if stiffest > 0.0 else LARGEST_STEP
+    power = 10.0 ** floor(log10(step))
+    return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= step * (1.0 + 1e-9))
+
+
+def _tendons(joint: str, terms: DampingTerms, weight: float) -> list[str]:
+    """One fixed tendon a clamp: a friction whose slope below its limit is the clamp's."""
+    regularisation = (1.0 - IMPEDANCE) / IMPEDANCE * weight
+    return [
+        f'<fixed name={quoteattr(f"{joint} damper {index + 1}")} frictionloss="{slope * speed:.10g}" '
+        f'solimpfriction="{IMPEDANCE} {IMPEDANCE} 1" solreffriction="-1 {-slope * regularisation * IMPEDANCE:.10g}">'
+        f'<joint joint={quoteattr(joint)} coef="1"/></fixed>'
+        for index, (speed, slope) in enumerate(zip(terms.speed, terms.slope, strict=True))
+    ]
+
+
+def _body(joint: Joint, height: float, terms: DampingTerms) -> list[str]:
     link = joint.link
-    attributes = ['axis="0 -1 0"']
-    note = ""
+    attributes, note = ['axis="0 -1 0"'], ""
     if joint.spring is not None:
         rest = joint.sign * (joint.spring.free_angle - joint.zero)
-        attributes.append(f'stiffness="{joint.spring.rate:.10g}" springref="{rest:.10g}"')
-    if joint.damper is not None and joint.damper.rate is not None:
-        attributes.append(f'damping="{joint.damper.rate:.10g}"')
-    elif joint.damper is not None and joint.damper.curve is not None:
-        cubic, error = cubic_damping(joint.damper.curve, fastest)
-        attributes.append('damping="{:.10g} {:.10g} {:.10g}"'.format(*cubic))
-        note = f"  <!-- damper's curve as a cubic up to {fastest:.3g} rad/s, at most {error:.0%} of its torque off -->"
+        found = spring_terms(joint, _reach(joint))
+        attributes.append(f'stiffness="{_polynomial(found.polynomial)}" springref="{rest:.10g}"')
+        note += _off("spring", found.error)
+    if any(terms.polynomial):
+        attributes.append(f'damping="{_polynomial(terms.polynomial)}"')
+    note += _off("damper", terms.error)
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
-        attributes.append(f'frictionloss="{friction["torque"]:.10g}"')
-    lost = sorted(set(joint.effects) - {"coulomb_friction"})
+        attributes.append(f'frictionloss="{friction["torque"]:.10g}" {SHARP}')
+    lost = without_held(joint, HELD)
     if lost:
         note += f"  <!-- not in this model: {', '.join(lost)} -->"
     if joint.range is not None:
@@ -89,6 +124,24 @@ def _body(joint: Joint, height: float, fastest: float) -> list[str]:
         f'diaginertia="{across:.10g} {link.inertia:.10g} {along:.10g}"/>',
         f'  <geom type="capsule" fromto="0 0 0 0 0 {-link.length:.10g}" size="0.008" contype="0" conaffinity="0"/>',
     ]
+
+
+def _reach(joint: Joint) -> float:
+    """Largest deflection (rad) of a joint's spring over its range; a radian where no range is given."""
+    assert joint.spring is not None
+    if joint.range is None:
+        return 1.0
+    return max(abs(angle - joint.spring.free_angle) for angle in joint.range)
+
+
+def _polynomial(coefficients: tuple[float, float, float]) -> str:
+    """One number where it is linear, which every version of MuJoCo reads; else three."""
+    first, second, third = coefficients
+    return f"{first:.10g}" if second == third == 0.0 else f"{first:.10g} {second:.10g} {third:.10g}"
+
+
+def _off(what: str, error: float) -> str:
+    return f"  <!-- the {what}'s curve is at most {error:.1%} of its torque off -->" if error > 1e-3 else ""
 
 
 def write_mjcf(leg: Leg, fastest: Array, path: Path) -> None:

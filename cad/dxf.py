@@ -1,0 +1,92 @@
+"""DXF files whose bytes do not change from run to run, and the flat brackets of a joint in them."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cad.damper_bracket import screw_centres
+from cad.encoder_seat import seat_floor
+from cad.fitting_layout import seat_screws
+from cad.joint import BuiltJoint
+from cad.layout import Point
+from cad.mount import flange_size, mount_screws
+from cad.parts import file_name
+
+Circle = tuple[Point, float]
+
+
+@contextmanager
+def drawing(path: Path) -> Iterator[tuple[Any, Any]]:
+    """An ezdxf document in millimetres and its model space, saved to ``path`` at the end without time stamps."""
+    ezdxf: Any = importlib.import_module("ezdxf")  # its types hide what its manual names
+    fixed = ezdxf.options.write_fixed_meta_data_for_testing
+    ezdxf.options.write_fixed_meta_data_for_testing = True  # no time stamps, no random identifiers
+    try:
+        document = ezdxf.new("R2010", units=ezdxf.units.MM)
+        document.layers.add("CUT", color=1)
+        yield document, document.modelspace()
+        document.saveas(path)
+    finally:
+        ezdxf.options.write_fixed_meta_data_for_testing = fixed
+
+
+@dataclass(frozen=True)
+class FlatBracket:
+    """One sheet of a bracket that is the same at every height: outline and holes, mm, seen from its outer face.
+
+    ``outline``: a radius about the origin, or the width and height of a rectangle about it.
+    """
+
+    name: str
+    outline: float | tuple[float, float]
+    holes: tuple[Circle, ...]
+    thickness: float
+
+
+def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
+    """The sheets that damper bracket, encoder seat and mount consist of, for whom cuts them instead of printing."""
+    d, layout = joint.dimensions, joint.layout
+    name, damper, clear = file_name(d.name), d.damper, d.clearance
+    screws = tuple((at, damper.bolt_diameter / 2) for at in screw_centres(damper))
+    middle, base, ring = (0.0, 0.0), d.shaft_diameter / 2 + 2 * clear, damper.outer_diameter / 2 + clear
+    bracket = layout.bracket_radius
+    found = [
+        FlatBracket(f"{name}_damper_bracket_base", bracket, ((middle, base), *screws), d.wall),
+        FlatBracket(f"{name}_damper_bracket_ring", bracket, ((middle, ring), *screws), layout.bracket_height - d.wall),
+    ]
+    if d.encoder is not None:
+        small = tuple((at, d.encoder.bolt_diameter / 2) for at in seat_screws(d.encoder, layout.upper))
+        bore, recess = d.shaft_diameter / 2 + clear, d.encoder.body_diameter / 2 + d.fit
+        found += [
+            FlatBracket(f"{name}_encoder_seat_base", layout.seat_radius, ((middle, bore), *small),
+                        seat_floor(d.encoder)),
+            FlatBracket(f"{name}_encoder_seat_ring", layout.seat_radius, ((middle, recess), *small),
+                        d.encoder.body_depth),
+        ]  # fmt: skip
+    if d.mount is not None:
+        bolts = tuple((at, d.mount.bolt_diameter / 2) for at in mount_screws(d, layout))
+        found.append(FlatBracket(f"{name}_mount", flange_size(d, layout), bolts, d.mount.thickness))
+    return tuple(found)
+
+
+def write_flat(bracket: FlatBracket, path: Path) -> None:
+    """Write a flat bracket: what is cut on layer CUT, its name and thickness on layer TEXT."""
+    with drawing(path) as (document, space):
+        document.layers.add("TEXT", color=3)
+        cut = {"layer": "CUT"}
+        if isinstance(bracket.outline, tuple):
+            x, y = bracket.outline[0] / 2, bracket.outline[1] / 2
+            space.add_lwpolyline([(-x, -y), (x, -y), (x, y), (-x, y)], close=True, dxfattribs=cut)
+            low = -y
+        else:
+            space.add_circle((0.0, 0.0), bracket.outline, dxfattribs=cut)
+            low = -bracket.outline
+        for at, radius in bracket.holes:
+            space.add_circle(at, radius, dxfattribs=cut)
+        label = f"{bracket.name}, {bracket.thickness:.2f} mm thick"
+        space.add_text(label, height=3.0, dxfattribs={"layer": "TEXT"}).set_placement((0.0, low - 6.0))

@@ -1,0 +1,58 @@
+"""The gates that the joints passed or failed before anything was exported, and how each part is best printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.quantities import number
+from reports.reading import Result, png_uri
+from reports.section import Missing, Section, mapping, sequence
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Failed gates with their pictures; of the passed ones, each kind's nearest to its limit; the print plans."""
+    solids = mapping(result.content, "solids")
+    checks = [check for check in sequence(solids, "checks") if isinstance(check, Mapping)]
+    if not checks:
+        return Missing("no joints were drawn")
+    failed = [check for check in checks if not check.get("passed")]
+    kinds: dict[str, list[Mapping[str, Any]]] = {}
+    for check in checks:
+        kinds.setdefault(str(check.get("name")), []).append(check)
+    return {
+        "count": len(checks),
+        "failed": [{**check, "uri": _picture(result, check)} for check in failed],
+        "kinds": [
+            {"name": name, "count": len(found), "failed": sum(not c.get("passed") for c in found), **_nearest(found)}
+            for name, found in kinds.items()
+        ],
+        "plans": [_plan(plan) for plan in sequence(solids, "print") if isinstance(plan, Mapping)],
+    }
+
+
+def _picture(result: Result, check: Mapping[str, Any]) -> str | None:
+    path = result.path(str(check.get("picture"))) if check.get("picture") else None
+    return png_uri(path) if path is not None and path.suffix.lower() == ".png" else None
+
+
+def _nearest(checks: list[Mapping[str, Any]]) -> dict[str, Any]:
+    """The check whose value is nearest to its limit, in relation to the limit."""
+
+    def margin(check: Mapping[str, Any]) -> float:
+        value, limit = (mapping(check, key).get("value") for key in ("value", "limit"))
+        if not isinstance(value, (int, float)) or not isinstance(limit, (int, float)):
+            return 1e300
+        return abs(value - limit) / (abs(limit) or 1.0)
+
+    nearest = min(checks, key=lambda check: (bool(check.get("passed")), margin(check)))
+    return {"part": nearest.get("part"), "value": nearest.get("value"), "limit": nearest.get("limit")}
+
+
+def _plan(plan: Mapping[str, Any]) -> dict[str, Any]:
+    size = [mapping(item).get("value") for item in sequence(plan, "size")]
+    shown = " × ".join(number(value, 3) for value in size if isinstance(value, (int, float)))
+    return {"part": plan.get("part"), "up": plan.get("up"), "support": plan.get("support"), "size": f"{shown} mm"}
+
+
+SECTION = Section("checks", "Checks of the joints", content)

@@ -1,0 +1,134 @@
+"""A joint's damper and spring in the forms that other engines' joints have, with what each form leaves out.
+
+MuJoCo's joints know ``a w + b w|w| + c w^3`` and dry friction; its dry friction, given its own viscous slope, is a
+clamped speed, ``slope * clamp(w, -s, s)``, and a sum of those is any curve that bends downwards, exactly.
+SDF's and URDF's joints know one linear rate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.model.curves import clamps, thin, torque_at
+from synth.model.leg import Array, Joint
+
+IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are part of the damper's curve
+IN_SPRING = ("hardening_spring",)
+LEAST = 1e-9  # of the largest torque, below which a term is left out
+
+
+@dataclass(frozen=True)
+class DampingTerms:
+    """Damper torque as ``sum slope_m clamp(w, +-speed_m) + a w + b w|w| + c w^3``, all positive: it always damps.
+
+    ``error``: largest error over the speeds that matter, as a share of the largest torque there.
+    """
+
+    speed: tuple[float, ...]  # rad/s
+    slope: tuple[float, ...]  # N m s/rad
+    polynomial: tuple[float, float, float]
+    error: float
+
+    def torque(self, speed: Array) -> Array:
+        """Torque (N m) at speeds (rad/s), any shape."""
+        a, b, c = self.polynomial
+        found = a * speed + b * speed * np.abs(speed) + c * speed**3
+        for limit, slope in zip(self.speed, self.slope, strict=True):
+            found = found + slope * np.clip(speed, -limit, limit)
+        return np.asarray(found)
+
+
+@dataclass(frozen=True)
+class SpringTerms:
+    """Spring torque as ``k1 u + k2 u|u| + k3 u^3`` of the deflection u, and its largest error as a share."""
+
+    polynomial: tuple[float, float, float]
+    error: float
+
+
+def damper_torque(joint: Joint, speed: Array) -> Array:
+    """Torque (N m) that resists ``speed`` (rad/s, any shape): rate or curve, with the effects that belong to it."""
+    damper, held = joint.damper, joint.effects
+    torque = np.zeros_like(speed)
+    if damper is not None and damper.curve is not None:
+        torque = torque_at(thin(damper.curve), speed)
+    elif damper is not None and damper.rate is not None:
+        torque = damper.rate * speed
+    thinning = held.get("shear_thinning_damping")
+    if thinning is not None:
+        loss, scale, knee = (thinning.get(name, off) for name, off in (("loss", 0.5), ("speed", 1.0), ("knee", 2.0)))
+        torque = torque * (1.0 + (np.abs(speed / scale) + 1e-9) ** knee) ** (-loss / knee)
+    drag = held.get("quadratic_damping")
+    if drag is not None:
+        scale, exponent = drag.get("speed", 1.0), drag.get("exponent", 2.0)
+        torque = torque + drag["coefficient"] * scale**2 * np.abs(speed / scale) ** exponent * np.sign(speed)
+    return np.asarray(torque)
+
+
+def damping_terms(joint: Joint, fastest: float) -> DampingTerms:
+    """The damper in MuJoCo's terms over 0 to ``fastest`` rad/s, by least squares with positive coefficients."""
+    from scipy.optimize import nnls
+
+    damper = joint.damper
+    plain = not any(name in joint.effects for name in IN_DAMPING)
+    if plain and (damper is None or damper.curve is None):
+        rate = 0.0 if damper is None else damper.rate or 0.0
+        return DampingTerms((), (), (rate, 0.0, 0.0), 0.0)
+    corners = np.geomspace(fastest / 300.0, fastest, 14)
+    if damper is not None and damper.curve is not None:
+        corners = clamps(thin(damper.curve))[0][:-1]
+    even, near_zero = np.linspace(0.0, fastest, 120)[1:], np.geomspace(fastest / 1e3, fastest, 80)
+    grid = np.unique(np.concatenate([corners, even, near_zero]))
+    grid = grid[grid <= max(fastest, float(corners[0]))]
+    wanted = damper_torque(joint, grid)
+    terms = np.column_stack([np.minimum(grid[:, None], corners), grid, grid**2, grid**3])
+    scale = terms.max(axis=0)
+    found = nnls(terms / scale, wanted)[0] / scale
+    found[found * scale < LEAST * wanted.max()] = 0.0
+    kept = found[:-3] > 0.0
+    error = float(np.abs(terms @ found - wanted).max() / wanted.max())
+    a, b, c = (float(value) for value in found[-3:])
+    return DampingTerms(tuple(corners[kept].tolist()), tuple(found[:-3][kept].tolist()), (a, b, c), error)
+
+
+def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
+    """The straight line (N m s/rad) nearest to the damper up to ``fastest`` rad/s, and its error as a share."""
+    speed = np.linspace(0.0, fastest, 200)[1:]
+    torque = damper_torque(joint, speed)
+    rate = float(speed @ torque / (speed @ speed))
+    largest = float(np.abs(torque).max())
+    return rate, float(np.abs(rate * speed - torque).max()) / largest if largest > 0.0 else 0.0
+
+
+def spring_torque(joint: Joint, deflection: Array) -> Array:
+    """Torque (N m) against a deflection (rad, any shape) of spring and what hardens it."""
+    assert joint.spring is not None
+    torque = joint.spring.rate * deflection
+    hard = joint.effects.get("hardening_spring")
+    if hard is not None:
+        beyond = (np.maximum(np.abs(deflection) - hard.get("onset", 0.0), 0.0) + 1e-9) / hard.get("reach", 1.0)
+        torque = torque / np.sqrt(1.0 + (hard.get("softening", 0.0) * deflection) ** 2)
+        torque = torque + hard.get("stiffening", 0.0) * beyond ** hard.get("exponent", 3.0) * np.sign(deflection)
+    return np.asarray(torque)
+
+
+def spring_terms(joint: Joint, reach: float) -> SpringTerms:
+    """The spring in MuJoCo's terms over deflections up to ``reach`` rad."""
+    assert joint.spring is not None
+    if not any(name in joint.effects for name in IN_SPRING):
+        return SpringTerms((joint.spring.rate, 0.0, 0.0), 0.0)
+    grid = np.linspace(0.0, reach, 200)[1:]
+    wanted = spring_torque(joint, grid)
+    terms = np.column_stack([grid, grid**2, grid**3])
+    scale = terms.max(axis=0)
+    found = np.linalg.lstsq(terms / scale, wanted, rcond=None)[0] / scale
+    found[np.abs(found) * scale < 1e-7 * np.abs(wanted).max()] = 0.0
+    error = float(np.abs(terms @ found - wanted).max() / np.abs(wanted).max())
+    return SpringTerms((float(found[0]), float(found[1]), float(found[2])), error)
+
+
+def without_held(joint: Joint, names: tuple[str, ...]) -> list[str]:
+    """The joint's effects that are not in ``names``, sorted."""
+    return sorted(set(joint.effects) - set(names))
