@@ -49,12 +49,12 @@ def search(
     """Find how well each cause, and each promising pair, explains the trials."""
     say("the nominal leg within its tolerances")
     designed = as_designed(bench)
-    none = _assess(bench, bench.solve(designed))
+    none = _assess(bench, bench.solve_softly(designed))
     say(f"{len({c.key for c in candidates})} single causes")
     best: dict[tuple[str, str], JumpFit] = {}
     for candidate in candidates:
         for start in _starts(bench, candidate, designed):
-            fit = bench.solve(start)
+            fit = bench.solve_softly(start)
             if candidate.key not in best or fit.cost < best[candidate.key].cost:
                 best[candidate.key] = fit
     singles = sorted((_assess(bench, fit) for fit in best.values()), key=lambda a: a.cost)
@@ -95,7 +95,7 @@ def _pair(bench: JumpBench, one: JumpFit, other: JumpFit) -> JumpAssessed:
     for first, second in ((one, other), (other, one)):
         unknowns = np.concatenate([first.unknowns, 0.5 * second.unknowns[p:]])
         fits.append(bench.evaluate(JumpFit((*first.hypothesis, *second.hypothesis), unknowns, first.own)))
-    return _assess(bench, bench.solve(min(fits, key=lambda fit: fit.cost)))
+    return _assess(bench, bench.solve_softly(min(fits, key=lambda fit: fit.cost)))
 
 
 def _assess(bench: JumpBench, fit: JumpFit) -> JumpAssessed:
