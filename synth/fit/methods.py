@@ -20,7 +20,7 @@ from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import result_of
 from synth.fit.result import FitResult
-from synth.fit.search import Bounds, Search
+from synth.fit.search import Bounds, CostByJoint, Search
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, root_mean_square
 from synth.fit.unknowns import all_of
@@ -79,7 +79,7 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choic
 def search_of(
     leg: Leg,
     recordings: Sequence[Recording],
-    cost: Cost,
+    cost: CostByJoint,
     curves: Mapping[str, DamperCurve] | None = None,
     *,
     common: bool = False,

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
-from synth.fit.costs import Cost
 from synth.fit.population import Candidates, motions
 from synth.fit.recordings import Recording
 from synth.fit.simplex import Found, simplex
@@ -63,6 +63,13 @@ def starts(recordings: Sequence[Recording]) -> tuple[Start, ...]:
     return tuple(found)
 
 
+class CostByJoint(Protocol):
+    """What a search makes small."""
+
+    def of(self, motions: Sequence[Array]) -> Array:
+        """(c, n) costs of candidates by joint, from their motions (m, n, c) rad a trial."""
+
+
 @dataclass
 class Search:
     """A leg, its recordings and a cost; rates are (2, n): spring rates and damper rates, in natural units.
@@ -73,7 +80,7 @@ class Search:
 
     model: TrajectoryModel
     recordings: Sequence[Recording]
-    cost: Cost
+    cost: CostByJoint
     common: bool = False
     starts: tuple[Start, ...] = ()
     calls: int = field(default=0, init=False)
@@ -133,19 +140,25 @@ class Search:
         within = (rates > 0.01 * natural) & (rates < 100 * natural)
         return np.where(within.all(axis=0), rates, natural)
 
-    def piecewise(self, start: Array, bounds: Bounds, order: Sequence[int] | None = None) -> tuple[Array, list[Found]]:
+    def piecewise(
+        self,
+        start: Array,
+        bounds: Bounds,
+        order: Sequence[int] | None = None,
+        judged: Sequence[Sequence[int]] | None = None,
+    ) -> tuple[Array, list[Found]]:
         """(2, n) rates by a simplex joint after joint, the others held: knee, hip, ankle, as in the thesis.
 
-        Each joint's two rates are sought by its own cost and that of the joints before it in the order.
+        Each joint's two rates are sought by its own cost and that of the joints before it in the order, or by those of
+        the joints ``judged`` at each step.
         """
-        rates, done, found = start.copy(), [], []
-        for j in order if order is not None else order_of(self.n):
-            done.append(j)
+        rates, found = start.copy(), []
+        steps = tuple(order) if order is not None else order_of(self.n)
+        for place, j in enumerate(steps):
+            done = tuple(judged[place]) if judged is not None else steps[: place + 1]
             rows = [0, 1] if j in self.unknowns.dampers else [0]
 
-            def cost(
-                columns: Array, j: int = j, rows: Sequence[int] = rows, done: Sequence[int] = tuple(done)
-            ) -> Array:
+            def cost(columns: Array, j: int = j, rows: Sequence[int] = rows, done: Sequence[int] = done) -> Array:
                 tried = np.repeat(rates[:, :, None], columns.shape[1], axis=2)
                 tried[rows, j] = columns
                 return np.asarray(self.by_joint(tried)[:, list(done)].sum(axis=1))
