@@ -31,6 +31,7 @@ from reports.sections import (
     motion,
     parts,
     pictures,
+    sets,
     spring_sheet,
     summary,
     warnings,
@@ -43,6 +44,7 @@ LEG_SECTIONS: tuple[Section, ...] = (
     estimates.SECTION,
     motion.SECTION,
     parts.SECTION,
+    sets.SECTION,
     damper_curves.SECTION,
     built.SECTION,
     spring_sheet.SECTION,
@@ -174,6 +176,7 @@ def _environment() -> Environment:
         "interval": quantities.interval_text,
         "number": quantities.number,
         "unit": quantities.unit_text,
+        "signed": quantities.signed,
         "percent": quantities.whole_percent,
         "percent_interval": quantities.percent_interval,
     }

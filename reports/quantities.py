@@ -111,6 +111,12 @@ def brief(quantity: object) -> str:
     return _with_unit(number(value_of(quantity), 3, bare=False), quantity)
 
 
+def signed(quantity: object) -> str:
+    """``brief`` with its sign, for what something costs or gains."""
+    value = value_of(quantity)
+    return ("+" if value is not None and value >= 0.0 else "") + brief(quantity)
+
+
 def _with_unit(shown: str, quantity: object) -> str:
     if value_of(quantity) is None:
         return "–"

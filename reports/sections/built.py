@@ -11,21 +11,20 @@ from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import number, unit_text
 from reports.reading import Json, Result
 from reports.responses import Response, extremes, read_response
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import Missing, Section, mapping
 
 FOLDER = "responses/target"
 _LINES = {"animal": RECORDED, "wanted": WANTED, "built": BUILT}
 
 
 def content(result: Result) -> dict[str, Any] | Missing:
-    """Figures of the trials to show, errors by joint and the other sets of parts."""
+    """Figures of the trials to show and errors by joint."""
     response = mapping(result.content, "response")
     files = result.files(FOLDER)
     if not files and not response:
         return Missing(f"design.json has no response and there is no file in {FOLDER}")
     read = {file: found for file in files if (found := read_response(result, file)) is not None}
     shown = extremes(files, {file: _error(found) for file, found in read.items()})
-    alternatives = [item for item in sequence(response, "alternatives") if isinstance(item, dict)]
     return {
         "figures": _figures([read[file] for file in shown]),
         "legend": legend([(RECORDED, "animal, scaled"), (WANTED, "wanted"), (BUILT, "built")]),
@@ -33,8 +32,6 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "total": len(files),
         "shown": len(shown),
         "errors": mapping(response, "wanted_to_built"),
-        "alternatives": alternatives,
-        "joints": list(mapping(result.content, "joints")),
     }
 
 

@@ -16,7 +16,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     rows = [_joint(name, joint) for name, joint in joints.items() if isinstance(joint, Mapping)]
     if not any(row["spring"] or row["damper"] for row in rows):
         return Missing("design.json names no part")
-    return {"joints": rows}
+    return {"joints": rows, "forecast": bool(mapping(result.content, "response", "forecast"))}
 
 
 def _joint(name: str, joint: Mapping[str, Any]) -> Json:

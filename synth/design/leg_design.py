@@ -105,7 +105,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
                 for joint, turn in zip(fitted.joints, travels(fitted, wanted.motions), strict=True)
             ]
             seed = project.fit.seed
-            sets = choose_sets(wanted, fitted, dampers, sources, project.parts, only_chosen=settled, seed=seed)
+            sets = choose_sets(wanted, fitted, dampers, sources, project.parts, settled=settled, seed=seed)
         before = [option.label for option in dampers.chosen]
         dampers, springs = sets.dampers, sets.springs
         if before == [option.label for option in dampers.chosen]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.design.dampers import DamperChoiceMade, DamperOption
 from synth.design.forecast import Forecast, Forecaster, damper_tolerance, spring_tolerance
-from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_lanes import Acting, Index, PartLanes
 from synth.design.search import Found, best_sets
 from synth.design.springs import SpringChoiceMade, SpringOption, SpringSource, other_springs, spring_options
 from synth.errors import UserError
@@ -92,7 +92,7 @@ def choose_sets(
     sources: Sequence[SpringSource],
     parts: PartsOptions,
     *,
-    only_chosen: bool = False,
+    settled: bool = False,
     seed: int = 0,
 ) -> SetsMade:
     """Choose springs and dampers together.
@@ -105,8 +105,8 @@ def choose_sets(
         ranked dampers of each joint, each with the spring that suits it.
     sources
         where each joint's springs come from.
-    only_chosen
-        the dampers are settled.
+    settled
+        the chosen dampers stay; other sets are alternatives only.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def choose_sets(
         spring = fitted.joints[j].spring
         assert spring is not None
         chosen = dampers.chosen[j]
-        others = [] if only_chosen else [option for option in dampers.ranked[j] if option.label != chosen.label]
+        others = [option for option in dampers.ranked[j] if option.label != chosen.label]
         made, reasons, said = _pairs(source, chosen, spring.rate, others[: DAMPERS - 1])
         pairs.append(made)
         left_out.append(reasons)
@@ -126,7 +126,7 @@ def choose_sets(
     pairs, cut = _cut(lanes, pairs)
     lanes = PartLanes(wanted, fitted, [_acting(each) for each in pairs])
     found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
-    sets = _judged(wanted, fitted, pairs, found, parts, seed)
+    sets = _judged(wanted, fitted, pairs, _with_settled(lanes, pairs, found), parts, settled, seed)
     leg = _leg(lanes, fitted, sets[0].pairs)
     return SetsMade(
         sets,
@@ -179,10 +179,34 @@ def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], t
     return kept, tuple(len(a) - len(b) for a, b in zip(pairs, kept, strict=True))
 
 
+def _with_settled(lanes: PartLanes, pairs: Sequence[Sequence[Pair]], found: Found) -> Found:
+    """The finalists, and where none has the first damper of every joint, the set of first pairs too."""
+    if any(_has_first_dampers(pairs, row) for row in found.index):
+        return found
+    first = np.zeros((1, len(pairs)), dtype=np.int64)
+    return replace(
+        found, index=np.concatenate([found.index, first]), error=np.concatenate([found.error, lanes.errors(first)])
+    )
+
+
+def _has_first_dampers(pairs: Sequence[Sequence[Pair]], numbers: Index) -> bool:
+    return all(options[k].damper is options[0].damper for options, k in zip(pairs, numbers, strict=True))
+
+
 def _judged(
-    wanted: WantedResponse, leg: Leg, pairs: list[list[Pair]], found: Found, parts: PartsOptions, seed: int
+    wanted: WantedResponse,
+    leg: Leg,
+    pairs: list[list[Pair]],
+    found: Found,
+    parts: PartsOptions,
+    settled: bool,
+    seed: int,
 ) -> tuple[PartSet, ...]:
-    """The finalists with their tolerances, least expected error first; those that are shown with more samples."""
+    """The finalists with their tolerances, least expected error first; those that are shown with more samples.
+
+    ``settled``: a set with the first damper of every joint stands before all others.
+    """
+    behind = [settled and not _has_first_dampers(pairs, row) for row in found.index]
     lanes = PartLanes(wanted, leg, [_acting(each) for each in pairs], RELEASES)
     forecaster = Forecaster(lanes, parts.tolerance, parts.within, seed)
     sets = [tuple(options[k] for options, k in zip(pairs, row, strict=True)) for row in found.index]
@@ -190,10 +214,14 @@ def _judged(
     def judged(n_sample: int, chosen: Sequence[int]) -> dict[int, Forecast]:
         return {k: forecaster.forecast([(p.spring, p.damper) for p in sets[k]], n_sample) for k in chosen}
 
-    rough = judged(SAMPLES_FINAL, range(len(sets)))
-    shown = sorted(rough, key=lambda k: (rough[k].expected, k))[:SHOWN]
+    shown = list(range(len(sets)))
+    if len(sets) > SHOWN:
+        rough = judged(SAMPLES_FINAL, shown)
+        shown.sort(key=lambda k: (behind[k], rough[k].expected, k))
+        shown = [*shown[:1], *sorted(shown[1:], key=lambda k: (rough[k].expected, k))][:SHOWN]
     fine = judged(SAMPLES_SHOWN, shown)
-    order = sorted(fine, key=lambda k: (fine[k].expected, k))
+    order = sorted(fine, key=lambda k: (behind[k], fine[k].expected, k))
+    order = [*order[:1], *sorted(order[1:], key=lambda k: (fine[k].expected, k))]
     best = [(p.spring, p.damper) for p in sets[order[0]]]
     fine[order[0]] = forecaster.forecast(best, SAMPLES_CHOSEN, shares=True)
     return tuple(PartSet(sets[k], float(found.error[k]), fine[k]) for k in order)

@@ -199,7 +199,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
         )
         for off, count, row in found[:NEAREST]
     ]
-    if all(option.row is not None for option in taken):
+    if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # none can be wound either
             others.append(_to_wind(source.joint, source.choice, rate, source.turned, source.catalogue, source.cad)[0])
     return others

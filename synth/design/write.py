@@ -297,4 +297,3 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
 
 def _line(joint: str, item: str, vendor: str, part: str, count: str, source: str) -> dict[str, str]:
     return {"joint": joint, "item": item, "vendor": vendor, "part": part, "quantity": count, "source": source}
-

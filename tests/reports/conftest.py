@@ -237,14 +237,35 @@ def design_joint(folder: Path, name: str, index: int) -> Json:
         "arm_offset": quantity(-9.0 + 14 * index, DEG),
         "spring_alternatives": [
             {"part": "LTR120", "vendor": "Lee Spring", "rate": quantity(rate * 1.2, "N*m/rad"),
-             "response_error": quantity(1.4, DEG), "source": "catalogue"}
+             "rate_inch": quantity(rate * 0.154, "lbf*in/deg"), "within_tolerance": False,
+             "response_error": quantity(1.4, DEG), "cost": quantity(0.3, DEG), "source": "catalogue"}
         ],
         "damper_alternatives": [
             {"part": "6597K8", "vendor": "McMaster-Carr", "response_error": quantity(2.2, DEG), "source": "thesis"}
         ],
+        "tolerance": {
+            "rate": quantity(10.0, "percent"), "free_angle": quantity(10.0, DEG), "torque": quantity(15.0, "percent"),
+            "spring_source": "usual", "damper_source": "assumed",
+        },
         "left_out": {"springs": {"included angle": 31, "outside diameter": 12}, "dampers": {"one-way": 40}},
         "warnings": [f"the free angle of {name} is known to 0.4 deg only"],
     }  # fmt: skip
+
+
+def forecast(joints: list[str], expected: float) -> Json:
+    """The response under tolerances."""
+    causes = [{"joint": joints[0], "cause": "free angle"}, {"joint": "all", "cause": "temperature"}]
+    return {
+        "nominal": quantity(1.1, DEG),
+        "expected": quantity(expected, DEG, 0.9),
+        "within": quantity(3.0, DEG),
+        "chance": quantity(0.42, "1"),
+        "samples": 256,
+        "causes": [
+            {**cause, "share": quantity(share, "1"), "alone": quantity(share * 3, DEG)}
+            for cause, share in zip(causes, (0.9, 0.1), strict=True)
+        ],
+    }
 
 
 def make_design(folder: Path, joints: list[str] | None = None, trials: int = 7, name: str = "test leg") -> Json:
@@ -278,10 +299,13 @@ def make_design(folder: Path, joints: list[str] | None = None, trials: int = 7, 
         "joints": {joint: design_joint(folder, joint, i) for i, joint in enumerate(joints)},
         "response": {
             "wanted_to_built": {"rms": quantity(1.1, DEG), "joints": {joint: quantity(1.0, DEG) for joint in joints}},
+            "forecast": forecast(joints, 3.1),
+            "forecast_free_angles_measured": forecast(joints, 1.3),
             "alternatives": [
                 {"parts": {joint: {"spring": "LTR120", "damper": "6597K8"} for joint in joints[:2]},
-                 "rms": quantity(1.5, DEG)}
+                 "rms": quantity(1.5, DEG), **forecast(joints, 3.6), "cost": quantity(0.5, DEG)}
             ],
+            "search": {"sets": 1200, "simulated": 1200, "exhaustive": True, "none_better_left": True},
         },
         "warnings": [{"joint": joints[0], "text": "no single spring can do it"}, {"joint": None, "text": "30 s"}],
         "pictures": [

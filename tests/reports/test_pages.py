@@ -37,7 +37,9 @@ def test_leg_page_needs_nothing_outside_itself(leg_folder: LegFolder) -> None:
 def test_sections_come_in_order_with_warnings_first(leg_folder: LegFolder) -> None:
     folder, _ = leg_folder()
     _, page = page_of(write_leg_report(folder))
-    order = "warnings summary inputs estimates motion parts damper-curves built spring-sheet pictures files equations"
+    order = (
+        "warnings summary inputs estimates motion parts sets damper-curves built spring-sheet pictures files equations"
+    )
     assert [name for name in page.ids if not re.fullmatch(r"E\d+", name)] == order.split()
     assert "Left out" not in page.text
 
@@ -209,3 +211,20 @@ def test_reports_import_nothing_from_synth_and_no_plotting_library() -> None:
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             assert not {name.split(".")[0] for name in names} & {"synth", "cad", "matplotlib", "numpy", "pandas"}, path
+
+
+def test_sets_show_what_is_to_be_expected_and_what_it_hangs_on(leg_folder: LegFolder) -> None:
+    folder, design = leg_folder()
+    _, page = page_of(write_leg_report(folder))
+    text = " ".join(page.text.split())
+    assert "the chance to stay within the wished 3.00° is 42 %" in text.replace("\xa0", " ")
+    assert "hip: free angle" in text
+    assert "Measure the springs first." in text
+    assert "1,200 sets of parts met the constraints; every one was simulated." in text
+    assert "instead, another rate" in text
+    assert "costs +0.300°" in text
+    del design["response"]["forecast"]
+    (folder / "design.json").write_text(json.dumps(design))
+    _, page = page_of(write_leg_report(folder))
+    assert "Sets of parts, as they may come :" in page.text
+    assert "sets" not in page.ids

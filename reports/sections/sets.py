@@ -1,0 +1,94 @@
+"""The chosen set of parts and the next best as they may come: what tolerances leave of the response, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures.bars import Bar, Column, bar_figure
+from reports.quantities import brief, interval_of, share_text
+from reports.reading import Json, Result, value_of
+from reports.section import Missing, Section, mapping, sequence
+
+SHOWN = 6  # causes
+WIDTH, LABEL = 760.0, 80.0
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Sets with their expected error, its interval and chance; what causes the spread; how they were found."""
+    response = mapping(result.content, "response")
+    forecast = mapping(response, "forecast")
+    if not forecast:
+        return Missing("design.json has no forecast of the response under tolerances")
+    joints = list(mapping(result.content, "joints"))
+    others = [
+        dict(item) for item in sequence(response, "alternatives") if isinstance(item, Mapping) and "expected" in item
+    ]
+    chosen = {"parts": _parts(result.content), "rms": mapping(response, "wanted_to_built").get("rms"), **forecast}
+    measured = mapping(response, "forecast_free_angles_measured")
+    return {
+        "joints": joints,
+        "sets": [chosen, *others],
+        "within": forecast.get("within"),
+        "figure": _figure([chosen, *others]),
+        "causes": _causes(forecast),
+        "measured": measured,
+        "measured_causes": _causes(measured),
+        "search": mapping(response, "search"),
+        "tolerances": [
+            {"joint": name, **mapping(joint, "tolerance")}
+            for name, joint in mapping(result.content, "joints").items()
+            if mapping(joint, "tolerance")
+        ],
+    }
+
+
+def _parts(document: Json) -> Json:
+    """The chosen spring and damper of each joint, in the words of the other sets."""
+    found = {}
+    for name, joint in mapping(document, "joints").items():
+        spring, damper = mapping(joint, "spring"), mapping(joint, "damper")
+        count = value_of(spring.get("count")) or spring.get("count") or 1
+        words = spring.get("part") or "one to wind"
+        if isinstance(count, (int, float)) and count > 1:
+            words = f"{count:g} x {words}"
+        found[name] = {"spring": words, "damper": damper.get("arrangement") or damper.get("part") or "–"}
+    return found
+
+
+def _causes(forecast: Json) -> list[Json]:
+    """The largest causes of the spread, and all others as one."""
+    causes = [cause for cause in sequence(forecast, "causes") if isinstance(cause, Mapping)]
+    shown = [
+        {
+            **cause,
+            "words": str(cause["cause"]) if cause.get("joint") == "all" else f"{cause['joint']}: {cause['cause']}",
+        }
+        for cause in causes[:SHOWN]
+        if "joint" in cause and "cause" in cause
+    ]
+    return [cause for cause in shown if (value_of(cause.get("share")) or 0.0) >= 0.005]
+
+
+def _figure(sets: list[Json]) -> Markup | None:
+    """Expected errors with their 90 % intervals, the chosen set first."""
+    bars, labels, most = [], [], 0.0
+    for index, item in enumerate(sets):
+        expected = item.get("expected")
+        value, interval = value_of(expected), interval_of(expected)
+        if value is None or interval is None or None in interval:
+            return None
+        low, high = interval
+        assert low is not None
+        assert high is not None
+        most = max(most, high)
+        chance = share_text(item.get("chance"))
+        bars.append(Bar(value, f"{brief(expected)}, {chance}", low, high, strong=index == 0))
+        labels.append("chosen" if index == 0 else f"set {index + 1}")
+    heading = "expected response error with its 90 % interval, and the chance to stay within the wish"
+    return bar_figure("Sets of parts under tolerance", labels, [Column(heading, bars, most, 130.0)], WIDTH, LABEL)
+
+
+SECTION = Section("sets", "Sets of parts, as they may come", content)

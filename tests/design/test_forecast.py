@@ -1,0 +1,143 @@
+"""Tolerances carried through in lanes: against limit cases and against a simple response in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from synth.design.dampers import DamperOption
+from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
+from synth.design.part_lanes import Acting, PartLanes
+from synth.design.springs import SpringOption
+from synth.files.options import ToleranceOptions
+from synth.model.chain import Conditions
+from synth.model.leg import Damper, Joint, Leg, Link, Spring
+from synth.parts.arrangement import Arrangement
+from synth.parts.catalog import Catalogue
+from synth.parts.response import Release, WantedResponse
+
+TIME = np.linspace(0.0, 6.0, 241)
+NONE = ToleranceOptions(1e-9, 1e-9, 1e-9, 1e-9, 0.0)
+
+
+def knee(rate: float) -> Leg:
+    """A knee without gravity whose damper is strong: it creeps back to where its spring is unloaded."""
+    link = Link(0.3, 0.3, 0.12, 4e-3)
+    return Leg("knee", (Joint("knee", link, np.pi, 1, None, Spring(rate, np.pi), Damper(1.0)),), gravity=0.0)
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> Catalogue:
+    return Catalogue.load()
+
+
+@pytest.fixture(scope="module")
+def spring(catalogue: Catalogue) -> SpringOption:
+    row = catalogue.find_spring("LTR135H 10 M")
+    assert row.rate is not None
+    assert row.included_angle is not None
+    return SpringOption(row.rate, row.included_angle, row=row)
+
+
+def forecaster(rate: float, asked: ToleranceOptions, within: float = 0.1) -> Forecaster:
+    leg = knee(rate)
+    wanted = WantedResponse.of(leg, [Release("a", TIME, np.array([0.4]), np.zeros(1), Conditions())])
+    lanes = PartLanes(wanted, leg, [[Acting(rate, Damper(1.0))]])
+    return Forecaster(lanes, asked, within)
+
+
+MEASURED = DamperOption(None, Damper(1.0), "curve", "measured")
+
+
+def test_without_tolerances_nothing_spreads(spring: SpringOption) -> None:
+    found = forecaster(spring.rate, NONE).forecast([(spring, MEASURED)], 32)
+    assert found.nominal < 1e-5
+    assert found.expected < 1e-5
+    assert found.chance == 1.0
+
+
+def test_a_shift_of_the_free_angle_is_the_error_in_closed_form(spring: SpringOption) -> None:
+    """Overdamped and slow, the error of a shift s is s times the RMS of 1 - exp(-k t / b), whatever its sign.
+
+    Shifts are uniform within s0, so the error is uniform from 0 to s0 g: mean a half, nine tenths from 5 % to 95 %.
+    """
+    limit = np.radians(10.0)
+    found = forecaster(spring.rate, replace(NONE, free_angle=float(limit)), within=0.05).forecast(
+        [(spring, MEASURED)], 256, shares=True
+    )
+    # The exact overdamped response: two real rates of I s^2 + b s + k.
+    inertia = 4e-3 + 0.3 * 0.12**2
+    fast, slow = np.sort(np.roots([inertia, 1.0, spring.rate]))
+    unit = 1.0 - (slow * np.exp(fast * TIME) - fast * np.exp(slow * TIME)) / (slow - fast)
+    gain = float(np.sqrt(np.mean(unit**2)))
+    assert found.expected == pytest.approx(0.5 * limit * gain, rel=0.01)
+    assert found.interval90 == pytest.approx((0.05 * limit * gain, 0.95 * limit * gain), rel=0.05, abs=2e-3)
+    assert found.chance == pytest.approx(0.05 / (limit * gain), abs=0.02)
+    assert found.shares[0].cause == "free angle"
+    assert found.shares[0].share == pytest.approx(1.0, abs=1e-6)
+    # The mean square of a uniform shift is a third of its limit's.
+    assert found.shares[0].alone == pytest.approx(limit * gain / np.sqrt(3.0), rel=1e-3)
+
+
+def test_more_tolerance_is_more_error_and_less_chance(spring: SpringOption) -> None:
+    tight, loose = (
+        forecaster(spring.rate, replace(NONE, rate=share), within=0.01).forecast([(spring, MEASURED)], 64)
+        for share in (0.02, 0.2)
+    )
+    assert tight.expected < 0.2 * loose.expected
+    assert tight.chance > loose.chance
+
+
+def test_temperature_acts_on_a_damper_as_its_coefficient_says(spring: SpringOption, catalogue: Catalogue) -> None:
+    """A warm damper is weaker by exp(c dT): the same error as a torque that is off by as much."""
+    row = replace(catalogue.find_damper("6597K19"), torque_per_kelvin=-0.02)
+    option = DamperOption(row, row.damper("linear"), "linear", "secant")
+    lanes = PartLanes(
+        WantedResponse.of(knee(spring.rate), [Release("a", TIME, np.array([0.4]), np.zeros(1), Conditions())]),
+        knee(spring.rate),
+        [[Acting(spring.rate, option.damper)]],
+    )
+    warm = Forecaster(lanes, replace(NONE, temperature=10.0), 0.1)
+    columns = warm._columns([(spring, option)], np.array([[0.0], [0.0], [0.0], [0.0], [1.0]]))
+    assert columns[0][2, 0] == pytest.approx((option.damper.rate or 0.0) * np.exp(-0.2))
+
+
+def test_the_exponent_of_an_assumed_law_is_drawn_between_its_limits(catalogue: Catalogue, spring: SpringOption) -> None:
+    row = catalogue.find_damper("6597K19")
+    option = DamperOption(row, row.damper(), "concave", "assumed")
+    made = forecaster(spring.rate, replace(NONE, torque=1e-9))
+    ends = np.zeros((5, 3))
+    ends[3] = -1.0, 0.0, 1.0
+    columns = made._columns([(spring, option)], ends)[0]
+    for lane, exponent in enumerate((0.44, 0.47, 0.50)):
+        from synth.design.part_lanes import column
+
+        assert columns[3:, lane] == pytest.approx(column(0.0, 0.0, row.damper("concave", exponent))[3:], rel=1e-6)
+
+
+def test_parallel_parts_spread_less(catalogue: Catalogue, spring: SpringOption) -> None:
+    both = replace(spring, count=4, rate=4 * spring.rate)
+    asked = ToleranceOptions()
+    assert spring_tolerance(both, asked).rate == pytest.approx(0.5 * spring_tolerance(spring, asked).rate)
+    row = catalogue.find_damper("6597K19")
+    one = DamperOption(row, row.damper(), "concave", "assumed")
+    four = replace(one, arrangement=Arrangement(count=2, pair=True))
+    assert damper_tolerance(four, asked).torque == pytest.approx(0.5 * damper_tolerance(one, asked).torque)
+
+
+def test_what_the_row_or_the_project_says_goes_before_what_is_usual(spring: SpringOption) -> None:
+    assert spring.row is not None
+    stated = replace(spring, row=replace(spring.row, rate_tolerance=0.03, free_angle_tolerance=0.02))
+    found = spring_tolerance(stated, ToleranceOptions())
+    assert (found.rate, found.free_angle, found.source) == (0.03, 0.02, "the catalogue row")
+    usual = spring_tolerance(spring, ToleranceOptions())
+    assert usual.rate == 0.10
+    assert np.degrees(usual.free_angle) == pytest.approx(10.0)
+    assert spring_tolerance(stated, ToleranceOptions(rate=0.2)).rate == 0.2
+
+
+def test_the_same_seed_gives_the_same_forecast(spring: SpringOption) -> None:
+    one, two = (forecaster(spring.rate, ToleranceOptions()).forecast([(spring, MEASURED)], 32) for _ in range(2))
+    assert one == two

@@ -1,0 +1,188 @@
+"""Springs and dampers of all joints chosen together: filters, arrangements, alternatives and what they cost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.design.dampers import choose_dampers
+from synth.design.sets import SetsMade, choose_sets
+from synth.design.springs import SpringSource, travels
+from synth.errors import UserError
+from synth.files.options import CadOptions, DamperChoice, JointChoice, PartsOptions, SpringChoice, ToleranceOptions
+from synth.model.mechanics import rest_pose
+from synth.parts.candidates import ANY
+from synth.parts.catalog import Catalogue
+from three_links import LEG, wanted
+
+HEAD = (
+    "part,vendor,material,included_angle [deg],leg_convention,rate [N*m/rad],wire_diameter [mm],outer_diameter [mm],"
+    "body_coils [1]\n"
+)
+BOUGHT, ONE_DAMPER = SpringChoice(make=False, rate_tolerance=0.5), DamperChoice()
+DAMPERS = "part,vendor,direction,continuous,max_torque [N*m],speed [rpm]\n"
+
+
+def spring_line(part: str, vendor: str, rate: float, wire: float, coils: float = 5.25) -> str:
+    """A spring of music wire whose diameter gives the rate: E d^4 / (64 D N) with E of that wire."""
+    modulus = 200e9 if wire < 1.6 else 196.5e9 if wire < 3.2 else 193e9
+    mean = modulus * (wire * 1e-3) ** 4 / (64.0 * rate * coils) * 1e3
+    return f"{part},{vendor},music wire,90,tangent,{rate},{wire},{mean + wire},{coils}\n"
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory: pytest.TempPathFactory) -> Catalogue:
+    folder = tmp_path_factory.mktemp("parts")
+    springs, dampers = folder / "springs.csv", folder / "dampers.csv"
+    lines = [
+        spring_line("H18", "Alpha", 18.0, 4.0), spring_line("H20", "Beta", 20.0, 4.5),
+        spring_line("K2", "Alpha", 2.0, 2.2), spring_line("K1", "Beta", 1.0, 1.9),
+        spring_line("A05", "Alpha", 0.5, 1.5), spring_line("A06", "Beta", 0.55, 1.524),
+    ]  # fmt: skip
+    springs.write_text(HEAD + "".join(lines))
+    torque = {"DH": 5.236, "DK": 0.628, "DA": 0.157, "DA4": 0.0393}
+    rows = "".join(f"{part},Gamma,both,yes,{value},50\n" for part, value in torque.items())
+    one_way = "D1,Gamma,clockwise,yes,0.3142,50\n"
+    dampers.write_text(DAMPERS + rows + one_way)
+    whole = Catalogue.load([springs, dampers])
+    own = {str(springs), str(dampers)}
+    return replace(
+        whole,
+        springs=tuple(row for row in whole.springs if row.file in own),
+        dampers=tuple(row for row in whole.dampers if row.file in own),
+    )
+
+
+def choose(
+    catalogue: Catalogue,
+    parts: PartsOptions = ANY,
+    spring: SpringChoice = BOUGHT,
+    damper: DamperChoice = ONE_DAMPER,
+) -> SetsMade:
+    response = wanted()
+    choices = {name: JointChoice(spring, damper) for name in LEG.joint_names}
+    turned = [2.0] * 3
+    dampers = choose_dampers(response, choices, catalogue, {}, turned, law="linear", parts=parts)
+    sources = [
+        SpringSource(name, spring, travel, catalogue, CadOptions(), parts)
+        for name, travel in zip(LEG.joint_names, travels(LEG, response.motions), strict=True)
+    ]
+    return choose_sets(response, LEG, dampers, sources, parts)
+
+
+@pytest.fixture(scope="module")
+def made(catalogue: Catalogue) -> SetsMade:
+    return choose(catalogue)
+
+
+def springs(made: SetsMade) -> list[str]:
+    return [pair.spring.label for pair in made.chosen.pairs]
+
+
+def test_the_parts_that_are_wanted_are_chosen(made: SetsMade) -> None:
+    assert springs(made) == ["H18", "K2", "A05"]
+    assert [pair.damper.label for pair in made.chosen.pairs[1:]] == ["DK", "DA"]
+    assert rest_pose(made.leg) == pytest.approx(rest_pose(LEG), abs=1e-9)
+
+
+def test_sets_come_by_their_expected_error(made: SetsMade) -> None:
+    expected = [item.forecast.expected for item in made.sets[1:]]
+    assert expected == sorted(expected)
+    assert all(item.forecast.expected >= item.forecast.nominal * 0.5 for item in made.sets)
+    low, high = made.chosen.forecast.interval90
+    assert low < made.chosen.forecast.expected < high
+    assert made.found.exhaustive
+
+
+def test_measured_free_angles_leave_a_smaller_error(made: SetsMade) -> None:
+    assert made.measured.expected < made.chosen.forecast.expected
+    assert made.measured.chance >= made.chosen.forecast.chance
+
+
+def test_a_vendor_can_be_asked_for(catalogue: Catalogue) -> None:
+    found = choose(catalogue, PartsOptions(vendors=("beta", "Gamma")))
+    assert springs(found)[0] == "H20"
+    assert {option.row.vendor for each in found.springs.ranked for option in each if option.row} == {"Beta"}
+    assert "not of beta or Gamma" in found.springs.left_out[0]
+
+
+def test_a_part_that_cannot_be_had_is_replaced_by_what_costs_least(catalogue: Catalogue, made: SetsMade) -> None:
+    """The first spring among the alternatives is what a new choice without the part takes."""
+    ranked = [option for option in made.springs.ranked[2] if option.part != "A05" and not option.outside]
+    found = choose(catalogue, PartsOptions(without=("a05",)))
+    assert springs(found)[2] == ranked[0].label == "A06"
+    assert found.chosen.error >= made.chosen.error - 1e-6
+
+
+def test_inch_or_metric_wire(catalogue: Catalogue) -> None:
+    inch = choose(catalogue, PartsOptions(system="inch"), SpringChoice(rate_tolerance=0.5, wire="music"))
+    for options in inch.springs.ranked:
+        for option in options:
+            assert option.row is None or option.row.system in (None, "inch")
+    metric = choose(catalogue, PartsOptions(system="metric"))
+    assert springs(metric) == ["H18", "K2", "A05"]
+
+
+def test_two_in_parallel_do_what_one_cannot(catalogue: Catalogue) -> None:
+    parts = PartsOptions(without=("K2",))
+    asked = SpringChoice(make=False, rate_tolerance=0.2, parallel=2)
+    with pytest.raises(UserError, match="knee: none of"):
+        choose(catalogue, parts, replace(asked, parallel=1))
+    found = choose(catalogue, parts, asked)
+    assert springs(found)[1] == "2 x K1"
+    assert found.springs.chosen[1].rate == pytest.approx(2.0)
+
+
+def test_dampers_behind_a_belt_are_chosen_where_they_suit_best(catalogue: Catalogue) -> None:
+    """A quarter of the torque at twice the speed is the ankle's own: 2 T(2 w) = 4 T(w) where T is linear."""
+    found = choose(catalogue, PartsOptions(without=("DA",)), damper=DamperChoice(ratios=(1.0, 2.0)))
+    chosen = found.dampers.chosen[2]
+    assert (chosen.part, chosen.arrangement.ratio) == ("DA4", 2.0)
+    assert chosen.damper.rate == pytest.approx(4 * 0.0393 / (50 * np.pi / 30), rel=1e-6)
+
+
+def test_one_way_dampers_come_in_pairs_only(catalogue: Catalogue) -> None:
+    parts = PartsOptions(without=("DK", "DH", "DA", "DA4"))
+    with pytest.raises(UserError, match="parallel: 2 lets it serve in a pair"):
+        choose(catalogue, parts)
+    found = choose(catalogue, parts, damper=DamperChoice(parallel=2))
+    assert found.dampers.chosen[1].label == "a pair of D1, one each way"
+    assert found.dampers.chosen[1].arrangement.pieces == 2
+
+
+def test_what_stands_in_costs_what_the_leg_then_does(made: SetsMade) -> None:
+    """The alternatives' errors are those of the whole leg with that one part changed."""
+    response, knee = wanted(), 1
+    option = next(option for option in made.springs.ranked[knee] if option.label == "K1")
+    acting = made.leg.joints[knee].spring
+    assert acting is not None
+    changed = made.leg.with_joints(knee={"spring": replace(acting, rate=option.rate)})
+    assert option.outside is False  # within the 50 % that is asked
+    assert option.error == pytest.approx(response.overall([response.at_rest_like_wanted(changed)])[0], rel=1e-3)
+
+
+def test_tolerances_can_decide(catalogue: Catalogue, tmp_path: Path) -> None:
+    """A part that is a little off but exact comes before one that is right and may be anything."""
+    mine = tmp_path / "exact.csv"
+    head = HEAD.strip() + ",rate_tolerance [%],free_angle_tolerance [deg]\n"
+    mine.write_text(
+        head
+        + spring_line("K2", "Alpha", 2.0, 2.2).strip() + ",10,25\n"
+        + spring_line("KX", "Alpha", 2.05, 2.2).strip() + ",1,0.5\n"
+    )  # fmt: skip
+    rows = Catalogue.load([mine]).springs
+    kept = [row for row in catalogue.springs if row.part != "K2"]
+    both = replace(catalogue, springs=(*kept, *(row for row in rows if row.part in ("K2", "KX"))))
+    assert springs(choose(both))[1] == "KX"
+    exact = PartsOptions(tolerance=ToleranceOptions(rate=1e-6, free_angle=1e-6, torque=1e-6, temperature=0.0))
+    assert springs(choose(both, exact))[1] == "K2"
+
+
+def test_the_catalogue_of_this_test_is_sound(catalogue: Catalogue) -> None:
+    for part in ("H18", "H20", "K2", "K1", "A05", "A06"):
+        assert catalogue.find_spring(part).complete, catalogue.find_spring(part).status
+    assert radians(90) == pytest.approx(catalogue.find_spring("K1").included_angle)
