@@ -19,6 +19,7 @@ from synth.hopper_gap.predict import N_OWN, JumpPredictor
 
 STEP = 0.05  # whitened, of differences
 ROUNDS, CONVERGED = 25, 0.05
+WITHIN = 3.5  # deviations: what lies further off is not within tolerances, however much it would explain
 FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
 SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
 SOFT_ROUNDS = 6
@@ -61,7 +62,7 @@ class JumpBench:
 
     def bounds(self, hypothesis: Sequence[JumpCandidate]) -> tuple[Array, Array]:
         """Least and greatest unknowns."""
-        wide = np.full(self.n_tolerance, 8.0)
+        wide = np.full(self.n_tolerance, WITHIN)
         ends = [candidate.bounds() for candidate in hypothesis]
         return np.concatenate([-wide, *(low for low, _ in ends)]), np.concatenate([wide, *(high for _, high in ends)])
 
@@ -134,7 +135,7 @@ class JumpBench:
         damping = 1e-3
         for _ in range(rounds):
             normal = Normal.of(current, len(current.unknowns))
-            step = self._shortened(normal.step(current.residuals, current, damping))
+            step = self._shortened(normal.step(current.residuals, current, damping, (low, high)))
             count = len(current.unknowns)
             tried = self.evaluate(
                 replace(
@@ -190,12 +191,24 @@ class Normal:
             found.append((slopes[:, :count].T @ residual - b @ np.linalg.solve(c, mine), mine))
         return found
 
-    def step(self, residuals: Sequence[Array], fit: JumpFit, damping: float) -> list[Array]:
-        """A trial: the step (n + 2,) of all unknowns and its own."""
+    def step(
+        self, residuals: Sequence[Array], fit: JumpFit, damping: float, bounds: tuple[Array, Array] | None = None
+    ) -> list[Array]:
+        """A trial: the step (n + 2,) of all unknowns and its own; what would leave the bounds stays on them."""
         count = len(self.matrix)
         gradients = self.gradients(residuals, fit)
         total = sum((g for g, _ in gradients), fit.unknowns[:count].copy())
-        shared = -np.linalg.solve(self.matrix + damping * np.diag(np.diag(self.matrix)), total)
+        matrix = self.matrix + damping * np.diag(np.diag(self.matrix))
+        shared = -np.linalg.solve(matrix, total)
+        if bounds is not None:
+            there = fit.unknowns[:count]
+            held = np.zeros(count, dtype=bool)
+            for _ in range(3):
+                reached = there + shared
+                held |= (reached < bounds[0]) & (there <= bounds[0]) | (reached > bounds[1]) & (there >= bounds[1])
+                free = ~held
+                shared = np.zeros(count)
+                shared[free] = -np.linalg.solve(matrix[np.ix_(free, free)], total[free])
         return [
             np.concatenate([shared, -np.linalg.solve(c, mine + b.T @ shared)])
             for (_, mine), (_, b, c) in zip(gradients, self.parts, strict=True)

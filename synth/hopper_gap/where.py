@@ -1,4 +1,4 @@
-"""Where the gap lies: shares of the squared misses above the noise, and the torque that the nominal leg lacks."""
+"""Where the gap lies: shares of the squared misses above what samples are uncertain by, and the torque that lacks."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def where(trials: Sequence[Jump], before: Sequence[Scored], lacks: Sequence[Miss
         energy = np.zeros(len(trial.time))
         for name, measured in trial.measured.items():
             miss = np.nan_to_num(told.channels[name] - measured) / trial.sigma[name]
-            above = miss**2 - (trial.noise[name] / trial.sigma[name]) ** 2
+            above = miss**2 - 1.0
             places[PLACES.get(name, "base")] += trial.weight * max(float(above.sum()), 0.0)
             energy += trial.weight * above
         for index, phase in enumerate(PHASES):

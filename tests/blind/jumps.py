@@ -1,4 +1,4 @@
-"""The check with the effect withheld, on jumps: ``python -m blind.jumps --seed 2000 --count 48 --to build/blind-jumps``.
+"""Jumps, the effect withheld: ``python -m blind.jumps --seed 2000 --count 48 --to build/blind-jumps``.
 
 As ``python -m blind`` for swinging legs: cases are made by MuJoCo with other functional forms, diagnosed in processes
 that can open neither answers nor generator, then joined with the answers and scored on a page.
