@@ -32,12 +32,12 @@ class Calibration:
     """
 
     temperature: float = 5.0
-    per_parameter: float = 4.0
+    per_parameter: float = 3.0
     none: float = 0.3
     single: float = 0.5
     pair: float = 0.19
     triple: float = 0.01
-    misfit: float = 2.0
+    misfit: float = 3.0
     left: float = 0.15
     pays: float = 0.4
     clean: float = 1.25
@@ -51,7 +51,8 @@ CALIBRATED = Calibration()
 class Judged:
     """Verdict, the hypothesis accepted (no causes for none), the others it is tied with, and all odds.
 
-    ``singles`` : (assessed, probability) in order of probability; with ``none`` and ``unknown`` they sum to 1.
+    ``singles`` : (assessed, probability) in order of probability; with ``none`` and ``unknown`` they sum to 1, unless
+    the accepted hypothesis has several causes.
     """
 
     verdict: Verdict
@@ -95,7 +96,9 @@ def paying(hypotheses: Sequence[Assessed], share: float) -> list[Assessed]:
 def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
     """Weigh all hypotheses.
 
-    Each cause's weight is that of itself alone and its share of every set that it is part of, by what it does there.
+    Where one cause explains the trials, a cause's probability is the weight of itself alone and its share of every set
+    that it is part of, by what it does there: they sum to at most 1. Where it takes several, it is the weight of all
+    sets that it is part of: each of two may be all but certain.
     """
     hypotheses = paying([search.none, *search.singles, *search.several], calibration.pays)
     weights = weigh(hypotheses, calibration)
@@ -105,7 +108,8 @@ def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
     for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):
-        for key, share in _credit(hypothesis, costs).items():
+        shares = _credit(hypothesis, costs) if len(best.keys) < 2 else dict.fromkeys(hypothesis.keys, 1.0)
+        for key, share in shares.items():
             by_key[key] = by_key.get(key, 0.0) + float(weight) * share
     singles = sorted(
         ((single, by_key.get(single.keys[0], 0.0) * (1.0 - unknown)) for single in search.singles),
