@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from synth.batch.ended import PACKAGES, Ended, differences, performed, versions
+from synth.batch.ended import Ended, differences, performed, versions
 from synth.errors import Problem, UserError
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Cluster:
 
         rest, wanted, run = iter(calls), versions(), uuid.uuid4().hex
         keys: dict[Future, str] = {}
-        completed = as_completed()
+        completed = as_completed(loop=self._client.loop)
 
         def send() -> None:
             while len(keys) < AHEAD * self.threads and (call := next(rest, None)) is not None:
@@ -132,17 +132,26 @@ def _require_workers(client: Client, address: str) -> None:
     except TimeoutError:
         text = f"the scheduler has no worker after {FIRST_WORKER:.0f} s; start one with: dask worker {address}"
         raise UserError(Problem(text, key=OPTION)) from None
-    wanted = versions()
-    found = client.get_versions(packages=["synth", *PACKAGES])
-    here = found["client"]["packages"]["distributed"]
-    problems = []
-    if (there := found["scheduler"]["packages"]["distributed"]) != here:
-        problems.append(Problem(f"the scheduler has distributed {there} instead of {here}; {SAME}", key=OPTION))
-    for worker, about in sorted(found["workers"].items()):
-        packages = about["packages"]
-        has = {name: packages.get(name) for name in (*PACKAGES, "synth", "distributed")}
-        has["python"] = ".".join(about["host"]["python"].split(".")[:2])
-        if other := differences(wanted | {"distributed": here}, has):
-            problems.append(Problem(f"the worker at {worker} has {other}; {SAME}", key=OPTION))
+    problems = [Problem(f"{who} has {other}; {SAME}", key=OPTION) for who, other in _others(client)]
     if problems:
         raise UserError(problems)
+
+
+def _others(client: Client) -> Iterator[tuple[str, str]]:
+    """Whoever of the cluster has other versions than this process, and which."""
+    found = client.get_versions()
+    here = found["client"]["packages"]["distributed"]
+    everyone = {"the scheduler": found["scheduler"]}
+    everyone |= {f"the worker at {address}": about for address, about in sorted(found["workers"].items())}
+    for who, about in everyone.items():
+        if (there := about["packages"]["distributed"]) != here:
+            yield who, f"distributed {there} instead of {here}"
+            return  # nothing else can be asked of it
+    wanted = versions()
+    for address, has in sorted(client.run(versions, on_error="return").items()):
+        if isinstance(has, ModuleNotFoundError):
+            yield f"the worker at {address}", f"no limb-synth {wanted['synth']} ({has})"
+        elif isinstance(has, BaseException):
+            raise has
+        elif other := differences(wanted, has):
+            yield f"the worker at {address}", other

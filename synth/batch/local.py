@@ -57,7 +57,7 @@ def run_here(
 ) -> Iterator[tuple[str, Ended]]:
     """Perform ``function(argument)`` for each ``(key, argument)``; yields them as they end.
 
-    A task whose process died is tried once more, alone, so that it takes no other one with it.
+    Tasks that were under way when a process died are tried again, each alone, so that none takes another with it.
     """
     rest = iter(calls)
     with children_of_one_thread():
@@ -91,12 +91,15 @@ def run_here(
 
 
 def _alone(function: Callable[[Any], Any], argument: Any) -> Ended:
-    pool, finished = _Pool(1), False
-    try:
-        ended = pool.processes.submit(performed, function, argument).result()
-        finished = True
-        return ended
-    except BrokenProcessPool:
-        return Ended(problems=(Problem(DIED),))
-    finally:
-        pool.close(finished)
+    """In a process of its own; twice where that dies too, for it may be the first time that it was begun at all."""
+    for _ in range(2):
+        pool, finished = _Pool(1), False
+        try:
+            ended = pool.processes.submit(performed, function, argument).result()
+            finished = True
+            return ended
+        except BrokenProcessPool:
+            continue
+        finally:
+            pool.close(finished)
+    return Ended(problems=(Problem(DIED),))

@@ -3,14 +3,18 @@
 The study's three experiments are read from files of kind hopper-motor (run-ups: the motor's constants), hopper-pull-ups
 (inverted pull-ups: one joint damping) and hopper-jumps (force plate and encoders: each model against the jumps).
 
-A sweep that was interrupted, even killed, goes on where it stopped when the same command is given again.
+A sweep that was interrupted, even killed, goes on where it stopped when the same command is given again. Many designs
+can be simulated on a Dask cluster (--scheduler); a worker that dies loses nothing, and the bytes are the same.
 """
 
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from synth.commands.arguments import cluster_argument
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--truth", action="store_true", help="no file: hold the models against the published leg")
     parser.add_argument("--out", metavar="DIR", required=True, help="folder to write, whole or not at all")
     parser.add_argument("--no-cad", action="store_true", help="leave the parts out")
+    cluster_argument(parser)
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
 
 
@@ -38,6 +43,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if arguments.truth == (arguments.file is not None):
         raise UserError("synth hopper takes a project file, or --truth and none: the published leg has its own numbers")
     if arguments.truth:
+        _require_here(arguments, "the published leg is simulated here in a minute")
         _truth(arguments, progress)
         return 0
     from synth.files.hopper_project import read_hopper_project
@@ -46,6 +52,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.parts.catalog import Catalogue
 
     if (kind := kind_of(arguments.file)) in KINDS:
+        _require_here(arguments, f"a file of kind {kind} is identified here in seconds")
         _identify(kind, arguments, progress)
         return 0
     with progress.stage("reading the project"):
@@ -59,6 +66,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     return 0
 
 
+def _require_here(arguments: argparse.Namespace, why: str) -> None:
+    from synth.errors import Problem, UserError
+
+    if arguments.scheduler is not None:
+        raise UserError(Problem(f"is for the sweep of a hopper-design; {why}", key="--scheduler"))
+
+
 def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> None:
     from synth.commands.hopper_parts import draw_parts
     from synth.files.output import output_folder
@@ -67,13 +81,19 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
     from synth.hopper.study import study, warnings_of
     from synth.hopper.write import write_designs, write_jump
 
-    with output_folder(arguments.out) as folder:
+    with output_folder(arguments.out) as folder, ExitStack() as stack:
+        cluster = None
+        if arguments.scheduler is not None:
+            from synth.batch.cluster import connected
+
+            with progress.stage(f"connecting to {arguments.scheduler}"):
+                cluster = stack.enter_context(connected(arguments.scheduler))
         checkpoint = Checkpoint(Path(arguments.out), _identity(project, catalogue))
         if checkpoint.finished:
             progress.say(f"going on with an interrupted sweep: {checkpoint.finished} chunks are done")
         with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
             compiled_jump(project.leg.bending)
-        found = study(project, catalogue, checkpoint, progress.stage, _tenths(progress))
+        found = study(project, catalogue, checkpoint, progress.stage, _tenths(progress), cluster)
         with progress.stage("writing the designs"):
             write_designs(found, folder / "designs.csv")
             write_jump(found, folder / "jump.csv")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,9 @@ from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_swe
 from synth.hopper.tolerance import Tolerances, contributions, groups, intervals
 from synth.parts.catalog import Catalogue
 from synth.parts.rows import GearMotorRow
+
+if TYPE_CHECKING:
+    from synth.batch.cluster import Cluster
 
 MOST_MUJOCO = 400  # designs of a sweep by model C: two minutes
 Stage = Callable[[str], AbstractContextManager[None]]
@@ -110,11 +114,12 @@ def study(
     checkpoint: Checkpoint | None,
     stage: Stage,
     progress: Callable[[int, int], None] | None = None,
+    cluster: Cluster | None = None,
 ) -> Study:
-    """Run the whole study."""
+    """Run the whole study; the sweep on ``cluster`` where one is given, all else here."""
     problem, rows = sweep_problem(project, catalogue)
     with stage(f"simulating {problem.size} designs with model {project.model}"):
-        sweep = run_sweep(problem, checkpoint, progress=progress)
+        sweep = run_sweep(problem, checkpoint, cluster=cluster, progress=progress)
     allowed = sweep.feasible(project.gearbox)
     front = pareto_front(sweep, project.objectives, allowed) if allowed.any() else []
     low, high = sweep.clearance_low.copy(), sweep.clearance_high.copy()

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES
 from synth.hopper.jump import LIMITS, column_of, compiled_jump
@@ -18,6 +20,9 @@ from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, in_reach, lanes
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.tolerance import Tolerances, groups, intervals
+
+if TYPE_CHECKING:
+    from synth.batch.cluster import Cluster
 
 CHUNK = 2048  # designs, a third of a second of one core without intervals
 OUT_OF_REACH = -1.0  # status of a design whose crouch the links do not reach
@@ -87,6 +92,7 @@ def run_sweep(
     checkpoint: Checkpoint | None = None,
     *,
     workers: int | None = None,
+    cluster: Cluster | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
     """Simulate every design.
@@ -95,31 +101,65 @@ def run_sweep(
     ----------
     checkpoint : where finished chunks are kept and found.
     workers : threads; default as many as cores.
+    cluster : where the chunks are computed instead; they come home and are kept here.
     progress : called with chunks done and all chunks.
+
+    Raises
+    ------
+    UserError : the cluster is gone, or a chunk fails on every worker that takes it up.
     """
     count = -(-problem.size // CHUNK)
-    rows: list[Array | None] = [None] * count
-    done = 0
+    rows: list[Array | None] = [checkpoint.load(index) if checkpoint is not None else None for index in range(count)]
+    done = sum(row is not None for row in rows)
+    missing = [index for index in range(count) if rows[index] is None]
 
-    def one(index: int) -> None:
+    def keep(index: int, found: Array) -> None:
         nonlocal done
-        found = checkpoint.load(index) if checkpoint is not None else None
-        if found is None:
-            found = _chunk(problem, index)
-            if checkpoint is not None:
-                checkpoint.save(index, found)
+        if checkpoint is not None:
+            checkpoint.save(index, found)
         rows[index] = found
         done += 1
         if progress is not None:
             progress(done, count)
 
+    if cluster is not None:
+        for index, found in _on_cluster(problem, missing, cluster):
+            keep(index, found)
+    else:
+        _on_threads(problem, missing, workers, keep)
+    return _collect(problem, np.concatenate([row for row in rows if row is not None], axis=1))
+
+
+def _on_threads(
+    problem: Problem, missing: Sequence[int], workers: int | None, keep: Callable[[int, Array], None]
+) -> None:
     if problem.model.engine == "lanes":
         compiled_jump(problem.leg.bending)  # once, before threads ask for it
     elif problem.model.engine == "mujoco":
         workers = 1  # its callback for passive forces is one for the whole process
     with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
-        list(pool.map(one, range(count)))
-    return _collect(problem, np.concatenate([row for row in rows if row is not None], axis=1))
+        list(pool.map(lambda index: keep(index, _chunk(problem, index)), missing))
+
+
+def _on_cluster(problem: Problem, missing: Sequence[int], cluster: Cluster) -> Iterator[tuple[int, Array]]:
+    for key, ended in cluster.run(_chunk_of, ((str(index), (problem, index)) for index in missing)):
+        if ended.crash:
+            raise RuntimeError(f"chunk {key} of the sweep failed on a worker:\n{ended.crash}")
+        if ended.problems:
+            raise UserError(list(ended.problems))
+        yield int(key), ended.value
+
+
+_mujoco = threading.Lock()
+
+
+def _chunk_of(given: tuple[Problem, int]) -> Array:
+    """One chunk, in a worker that may run several at once."""
+    problem, index = given
+    if problem.model.engine == "mujoco":
+        with _mujoco:
+            return _chunk(problem, index)
+    return _chunk(problem, index)
 
 
 def _chunk(problem: Problem, index: int) -> Array:

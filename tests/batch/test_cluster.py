@@ -1,0 +1,108 @@
+"""Fits on a real Dask cluster: two worker processes, one of them killed; and what is said where there is none."""
+
+from __future__ import annotations
+
+import builtins
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from batch.clusters import cluster, wait_until
+from batch.legs import folder_of_legs, same_bytes
+from synth.batch import cluster as ours
+from synth.batch import ended
+from synth.batch.cluster import connected
+from synth.batch.ended import performed, versions
+from synth.cli import main
+from synth.errors import UserError
+
+
+def command(*words: str) -> list[str]:
+    return [sys.executable, "-m", "synth", "-q", "fit", *words]
+
+
+def test_a_killed_worker_and_then_a_killed_client_lose_nothing_and_change_no_byte(tmp_path: Path) -> None:
+    """Half-way one of two workers dies, later the client too; the same command then goes on, to a local run's bytes."""
+    legs = folder_of_legs(tmp_path / "legs", 8)
+    kept = tmp_path / ".far.fits"
+
+    def finished() -> set[str]:
+        return {path.name for path in kept.glob("fit-*")}
+
+    with cluster(tmp_path) as made:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(ended, "PACKAGES", (*ended.PACKAGES, "pytest"))  # the worker asks for no such thing
+            with pytest.raises(UserError, match=r"worker at .* has pytest missing"):
+                connected(made.address).__enter__()
+        words = command(str(legs), "--out", str(tmp_path / "far"), "--scheduler", made.address)
+        running = subprocess.Popen(words)
+        wait_until(lambda: len(finished()) >= 2 or running.poll() is not None, 120)
+        made.kill_worker()
+        at_the_kill = len(finished())
+        wait_until(lambda: len(finished()) >= at_the_kill + 2 or running.poll() is not None, 120)
+        os.kill(running.pid, signal.SIGKILL)
+        running.wait()
+        before = {name: (kept / name).stat().st_mtime_ns for name in finished()}
+        again = subprocess.Popen(words)
+        wait_until(lambda: len(finished()) > len(before) or again.poll() is not None, 120)
+        still = {name: (kept / name).stat().st_mtime_ns for name in before if (kept / name).exists()}
+        assert again.wait(timeout=200) == 0
+    assert 2 <= at_the_kill < len(before) < 8
+    assert still in (before, {})  # {}: it was over before the look
+    assert not kept.exists()
+    assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "near"), "--workers", "1"]) == 0
+    assert len(same_bytes(tmp_path / "far", tmp_path / "near")) > 3 * 8
+
+
+def test_where_nothing_answers_one_message_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ours, "CONNECT", 0.5)
+    legs = folder_of_legs(tmp_path / "legs", 1)
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        closed = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        for address in (closed, "nowhere://x"):
+            assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "out"), "--scheduler", address]) == 2
+            said = capsys.readouterr().err
+            assert said.startswith(f"synth: --scheduler: no Dask scheduler at {address}: ")
+            assert said.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["legs"]
+
+
+def test_without_distributed_the_way_out_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = builtins.__import__
+
+    def absent(name: str, *rest: object, **more: object) -> object:
+        if name == "distributed":
+            raise ModuleNotFoundError("No module named 'distributed'")
+        return known(name, *rest, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", absent)
+    legs = folder_of_legs(tmp_path / "legs", 1)
+    assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:1"]) == 2
+    assert "pip install 'limb-synth[cluster]'" in capsys.readouterr().err
+
+
+def test_a_worker_of_other_versions_does_nothing_and_says_which() -> None:
+    wanted = versions()
+    assert performed(len, "abc", wanted).value == 3
+    refused = performed(len, "abc", wanted | {"numpy": "0.9"})
+    assert refused.value is None
+    assert refused.other == f"numpy {wanted['numpy']} instead of 0.9"
+
+
+def test_a_folder_only_goes_to_a_cluster(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    legs = folder_of_legs(tmp_path / "legs", 1)
+    (project,) = legs.rglob("fit.yaml")
+    assert main(["-q", "fit", str(project), "--out", str(tmp_path / "out"), "--scheduler", "tcp://a:1"]) == 2
+    assert "--scheduler: is for a folder of projects" in capsys.readouterr().err
+    assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "o"), "--scheduler", "a", "--workers", "2"]) == 2
+    assert "--workers: belongs to this machine" in capsys.readouterr().err

@@ -1,0 +1,52 @@
+"""Tasks on this machine's cores: each ends as it does, and none takes another with it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from batch.tasks import task
+from synth.batch.local import DIED, run_here
+from synth.threads import VARIABLE, children_of_one_thread, thread_count
+
+
+def test_mistakes_faults_and_dead_processes_stop_no_other_task(tmp_path: Path) -> None:
+    words = ["a", "mistake", "b", "kill", "fault", f"kill once {tmp_path / 'mark'}", "c"]
+    ended = dict(run_here(task, ((str(number), each) for number, each in enumerate(words)), 2))
+    assert len(ended) == len(words)
+    assert [ended[key].value for key in "026"] == ["A", "B", "C"]
+    assert str(ended["1"].problems[0]) == "a.yaml:3: is wrong"
+    assert [problem.text for problem in ended["3"].problems] == [DIED]
+    assert ended["4"].crash.strip().endswith("ZeroDivisionError: ours")
+    assert ended["5"].value == words[5].upper()  # tried again, alone, and done
+
+
+def test_an_unlimited_list_is_taken_as_it_is_worked_off() -> None:
+    """Recordings of a thousand legs are not all held at once."""
+    taken = 0
+
+    def calls():  # type: ignore[no-untyped-def]
+        nonlocal taken
+        for number in range(1000):
+            taken += 1
+            yield str(number), "a"
+
+    running = run_here(task, calls(), 1)
+    assert next(running)[1].value == "A"
+    assert taken <= 4
+    running.close()
+
+
+def test_a_process_among_many_has_one_thread_unless_the_user_says_otherwise() -> None:
+    before = dict(os.environ)
+    with children_of_one_thread():
+        assert thread_count() == 1
+    assert dict(os.environ) == before
+    os.environ[VARIABLE] = "3"
+    try:
+        with children_of_one_thread():
+            assert thread_count() == 3
+        assert thread_count() == 3
+    finally:
+        del os.environ[VARIABLE]
+    assert thread_count() == os.cpu_count()
