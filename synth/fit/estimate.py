@@ -17,10 +17,10 @@ from synth.fit.report_fit import MISFIT, result_of
 from synth.fit.result import FitResult
 from synth.fit.ridge import soften
 from synth.fit.static_points import balances
-from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import correlation_times, residuals, root_mean_square, shift_variances
+from synth.fit.trajectories import Local, TrajectoryModel, by_trial
+from synth.fit.uncertainty import correlation_times, root_mean_square, shift_variances
 from synth.fit.unknowns import SpringsAndDampers, all_of
-from synth.fit.weak_form import weak_form
+from synth.fit.weak_form import WeakForm
 from synth.model.chain import compiled_chain
 from synth.model.leg import Array, Damper, DamperCurve, Leg, Spring
 from synth.model.mechanics import coefficients, outboard_inertia, static_torque
@@ -29,6 +29,7 @@ from synth.motion.smoothing import initial_state
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
 NOISE_ROUNDS = 5
+NEAR_DAMPING = 1e-6  # of an iteration that starts near its end, as the weak form does
 SCREENED_STARTS, KEPT_STARTS = 24, 2
 SCREENED_TRIALS = 5  # about so many trials show whether a start leads anywhere
 POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
@@ -206,11 +207,9 @@ def _start(model: TrajectoryModel, recordings: Sequence[Recording], options: Fit
     assert isinstance(model.unknowns, SpringsAndDampers)
     leg, inertia = model.leg, outboard_inertia(model.leg)
     curves = [options.curves.get(name) for name in leg.joint_names]
-    locals_ = _first_locals(recordings)
-    best: tuple[float, Array, Array] | None = None
+    weak, tried = WeakForm(leg, recordings, curves), []
     for window in WINDOWS:
-        for per_trial in (False, True) if len(recordings) > 1 else (False,):
-            found = weak_form(leg, recordings, curves, window=window, per_trial_rest=per_trial)
+        for found in weak.solve(window)[: 2 if len(recordings) > 1 else 1]:
             usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | np.array([c is not None for c in curves]))
             # Noise, or a joint that moves as no passive one does, can turn a rate negative. Then the joint starts where
             # limbs are: from springy to well damped.
@@ -219,15 +218,11 @@ def _start(model: TrajectoryModel, recordings: Sequence[Recording], options: Fit
                 damping = np.where(usable, found.damper_rate, inertia * decay)
                 rest, by_trial = _rests(model, recordings, rate)
                 rest = np.where(usable, np.nan_to_num(found.rest), rest)
-                by_trial = np.where(usable & per_trial, found.rest_by_trial, by_trial)
+                by_trial = np.where(usable & found.per_trial, found.rest_by_trial, by_trial)
                 shift = np.clip(np.nan_to_num(by_trial - rest), -2 * WIDE, 2 * WIDE) * (options.free_angle != "common")
-                values = model.unknowns.pack(rate, np.clip(rest, -np.pi, np.pi), damping)
-                shifted = [replace(local, shift=s) for local, s in zip(locals_, shift, strict=True)]
-                cost = _quick_cost(model, recordings, values, shifted)
-                if best is None or cost < best[0]:
-                    best = cost, values, shift
-    assert best is not None
-    return best[1], best[2]
+                tried.append((model.unknowns.pack(rate, np.clip(rest, -np.pi, np.pi), damping), shift))
+    costs = _quick_costs(model, recordings, [values for values, _ in tried], [shift for _, shift in tried])
+    return tried[int(np.argmin(costs))]
 
 
 def _rests(model: TrajectoryModel, recordings: Sequence[Recording], rate: Array) -> tuple[Array, Array]:
@@ -246,15 +241,26 @@ def _mean_end(recordings: Sequence[Recording]) -> Array:
     return np.asarray(np.mean(ends, axis=0))
 
 
-def _quick_cost(
-    model: TrajectoryModel, recordings: Sequence[Recording], values: Array, locals_: Sequence[Local]
-) -> float:
-    found = model.evaluate_all(recordings, values, locals_, jacobian=False)
-    total = 0.0
-    for recording, evaluation in zip(recordings, found, strict=True):
-        prediction = evaluation.prediction
-        total += float(np.nansum(residuals(recording, prediction) ** 2)) if np.all(np.isfinite(prediction)) else np.inf
-    return total
+def _quick_costs(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    starts: Sequence[Array],
+    shifts: Sequence[Array] | None = None,
+) -> Array:
+    """(n_start,) squared residuals of trajectories from the smoothed first states; inf where the motion diverges.
+
+    ``shifts`` : of the rests, (n_trial, n) rad a start. All starts are lanes of one run a trial.
+    """
+    values, locals_ = np.stack(starts, axis=1), _first_locals(recordings)
+    none = np.zeros((recordings[0].rotation.shape[1], len(starts)))
+
+    def one(t: int) -> Array:
+        shift = none if shifts is None else np.stack([found[t] for found in shifts], axis=1)
+        out = model.predictions(recordings[t], values, locals_[t], shift)
+        off = np.where(recordings[t].counts[:, :, None], out - recordings[t].rotation[:, :, None], 0.0)
+        return np.where(np.all(np.isfinite(out), axis=(0, 1)), np.sum(off**2, axis=(0, 1)), np.inf)
+
+    return np.asarray(np.sum(by_trial(one, len(recordings)), axis=0))
 
 
 def _refine(
@@ -270,11 +276,15 @@ def _refine(
 ) -> Stage:
     """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes."""
     relative = _relative_noise(recordings, options)
-    found_at_start = model.evaluate_all(recordings, values, locals_, jacobian=False)
-    predictions = [evaluation.prediction for evaluation in found_at_start]
+    lanes = by_trial(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
+    predictions = [found.prediction for found in lanes]
     noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=0.1, posinf=0.1) + 1e-6
     weights = Weights(relative * noise, spread, centre)
-    solution = solve(model, recordings, values, locals_, weights, max_iterations=25, tolerance=0.1)
+    solution = solve(
+        model, recordings, values, locals_, weights,
+        max_iterations=25, tolerance=0.1, damping=NEAR_DAMPING, lanes=lanes,
+    )  # fmt: skip
+    del lanes
     for _ in range(rounds):
         if not np.isfinite(solution.cost):
             break
@@ -288,7 +298,10 @@ def _refine(
         change = np.abs(np.log(found / noise)).max()
         noise = found
         weights = Weights(relative * noise, spread, centre)
-        solution = solve(model, recordings, solution.values, solution.locals, weights, tolerance=1e-2)
+        solution = solve(
+            model, recordings, solution.values, solution.locals, weights,
+            tolerance=1e-2, damping=min(solution.damping, NEAR_DAMPING), lanes=solution.lanes,
+        )  # fmt: skip
         if change < 0.02:
             break
     return Stage(solution, weights)
@@ -329,7 +342,8 @@ def _or_another_start(
         drawn.append(model.unknowns.pack(rate, rest + random.uniform(-0.2, 0.2, n), damping))
     every = max(1, len(recordings) // SCREENED_TRIALS)
     some, weights = recordings[::every], replace(best.weights, noise=best.weights.noise[::every])
-    drawn.sort(key=lambda values: _quick_cost(model, some, values, _first_locals(some)))
+    order = np.argsort(_quick_costs(model, some, drawn), kind="stable")
+    drawn = [drawn[k] for k in order]
     here = solve(
         model, some, best.solution.values, best.solution.locals[::every], weights, max_iterations=12, tolerance=1
     )

@@ -10,18 +10,21 @@ linear in the number of trials (Triggs et al. 2000, "Bundle adjustment", section
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.fit.recordings import Recording
-from synth.fit.trajectories import Evaluation, Local, TrajectoryModel
+from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel, by_trial
 from synth.fit.unknowns import Unknowns
 from synth.model.leg import Array
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
 LARGEST_STEP = 1.0  # of a log rate, rad
+DAMPING = 1e-3  # at first, of the diagonal
+SETTLED = 0.1  # of the tolerance: a step that promises less is not tried
+KEPT = 2**26  # bytes of lanes that are kept, so that other weights at the same point need no simulation
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,11 @@ class Information:
 
 @dataclass(frozen=True)
 class Solution:
-    """Where the iteration ended: unknowns, each trial's own, predictions (m, n) a trial, cost, steps, and why."""
+    """Where the iteration ended: unknowns, each trial's own, predictions (m, n) a trial, cost, steps, and why.
+
+    ``damping`` as it was at the end, and ``lanes`` a trial, empty where they are too large to keep: what another
+    ``solve`` from here can begin with.
+    """
 
     values: Array
     locals: tuple[Local, ...]
@@ -63,6 +70,8 @@ class Solution:
     iterations: int
     reason: str
     information: Information
+    damping: float = DAMPING
+    lanes: tuple[Sensitivity, ...] = field(default=(), repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -82,6 +91,7 @@ class _State:
     information: Information
     gradient: Array
     own_gradient: tuple[Array, ...]
+    lanes: tuple[Sensitivity, ...]
 
 
 def solve(
@@ -94,6 +104,8 @@ def solve(
     max_iterations: int = 40,
     tolerance: float = 1e-4,
     fixed: bool = False,
+    damping: float = DAMPING,
+    lanes: Sequence[Sensitivity] = (),
 ) -> Solution:
     """Minimise the cost from the given start.
 
@@ -101,13 +113,14 @@ def solve(
     ----------
     tolerance : fall of the cost (a log-likelihood) below which the iteration has converged.
     fixed : hold the common unknowns and estimate only what belongs to each trial (to score a given leg).
+    damping : at first; ``lanes`` : at this very start, from an earlier solution, so that they are not run again.
 
     Returns
     -------
     Solution ; its ``cost`` is inf if even the start diverges.
     """
-    state = _assess(model, recordings, values, tuple(locals_), weights)
-    damping, growth, reason, done = 1e-3, 2.0, "the iteration limit was reached", 0
+    state = _assess(model, recordings, values, tuple(locals_), weights, lanes)
+    growth, reason, done = 2.0, "the iteration limit was reached", 0
     scale: tuple[Array, list[Array]] | None = None
     for done in range(1, max_iterations + 1):  # noqa: B007, reported at the end
         if not np.isfinite(state.cost):
@@ -122,6 +135,9 @@ def solve(
             [np.maximum(0.5 * a, b) for a, b in zip(scale[1], owns, strict=True)],
         )
         step, own_steps, predicted = _bounded_step(model.unknowns, state, damping, scale, fixed)
+        if damping <= DAMPING and predicted <= SETTLED * tolerance:
+            reason = "converged"
+            break
         moved = np.clip(state.values + step, model.unknowns.lower, model.unknowns.upper)
         moved_locals = tuple(
             model.step_local(r, local, own) for r, local, own in zip(recordings, state.locals, own_steps, strict=True)
@@ -143,7 +159,9 @@ def solve(
             if damping > 1e10:
                 reason = "converged"  # no step lowers the cost any more
                 break
-    return Solution(state.values, state.locals, state.predictions, state.cost, done, reason, state.information)
+    return Solution(
+        state.values, state.locals, state.predictions, state.cost, done, reason, state.information, damping, state.lanes
+    )
 
 
 def _assess(
@@ -152,44 +170,55 @@ def _assess(
     values: Array,
     locals_: tuple[Local, ...],
     weights: Weights,
+    lanes: Sequence[Sensitivity] = (),
 ) -> _State:
-    """Cost, gradient and information at one point."""
+    """Cost, gradient and information at one point; ``lanes`` there, if they are known already."""
     mean, precision_common = model.unknowns.prior
     common, gradient = np.diag(precision_common), precision_common * (values - mean)
-    cross, own, own_gradient, predictions = [], [], [], []
     cost = 0.5 * float(gradient @ (values - mean))
     beside = model.unknowns.measured(values)
     if beside is not None:
         cost, gradient, common = cost + beside[0], gradient + beside[1], common + beside[2]
-    evaluations = model.evaluate_all(recordings, values, locals_)
-    for t, (recording, local, found) in enumerate(zip(recordings, locals_, evaluations, strict=True)):
-        predictions.append(found.prediction)
-        part = _normal(recording, found, weights.noise[t])
-        shifted = model.shifted(recording)
-        rate, deviation = recording.initial_rate
-        for k, j in enumerate(recording.free):
-            place, off = len(recording.free) + k, local.rate[j] - rate[j]
-            part.own[place, place] += deviation[j] ** -2
-            part.own_gradient[place] += deviation[j] ** -2 * off
-            part.cost += 0.5 * (off / deviation[j]) ** 2
-        first = 2 * len(recording.free)
-        centre = np.zeros_like(local.shift) if weights.centre is None else weights.centre[t]
-        for k, j in enumerate(shifted):
-            precision = 1.0 / max(weights.spread[j], 1e-9) ** 2
-            off = local.shift[j] - centre[j]
-            part.own[first + k, first + k] += precision
-            part.own_gradient[first + k] += precision * off
-            part.cost += 0.5 * precision * off**2
+    kept = KEPT // max(1, len(recordings))
+
+    def one(t: int) -> tuple[_Part, Array, Sensitivity | None]:
+        found = lanes[t] if lanes else model.sensitivity(recordings[t], values, locals_[t])
+        part = _normal(recordings[t], found, weights.noise[t], len(values))
+        _own_priors(part, recordings[t], locals_[t], weights, t, model.shifted(recordings[t]))
+        small = found.out.nbytes <= kept
+        return part, found.prediction if small else found.prediction.copy(), found if small else None
+
+    parts = by_trial(one, len(recordings))
+    for part, _, _ in parts:
         common += part.common
         gradient += part.gradient
-        cross.append(part.cross)
-        own.append(part.own)
-        own_gradient.append(part.own_gradient)
         cost += part.cost
-    if not np.isfinite(cost):
-        cost = np.inf
-    information = Information(common, tuple(cross), tuple(own))
-    return _State(values, locals_, tuple(predictions), cost, information, gradient, tuple(own_gradient))
+    return _State(
+        values,
+        locals_,
+        tuple(prediction for _, prediction, _ in parts),
+        cost if np.isfinite(cost) else np.inf,
+        Information(common, tuple(part.cross for part, _, _ in parts), tuple(part.own for part, _, _ in parts)),
+        gradient,
+        tuple(part.own_gradient for part, _, _ in parts),
+        tuple(found for _, _, found in parts if found is not None) if all(found for _, _, found in parts) else (),
+    )
+
+
+def _own_priors(
+    part: _Part, recording: Recording, local: Local, weights: Weights, t: int, shifted: Sequence[int]
+) -> None:
+    """Add what is known of a trial's own unknowns: its initial rates, and its shifts' spread."""
+    free = recording.free
+    rate, deviation = recording.initial_rate
+    first = 2 * len(free)
+    precision = np.concatenate([deviation[free] ** -2, np.maximum(weights.spread[shifted], 1e-9) ** -2])
+    off = local.shift[shifted] if weights.centre is None else (local.shift - weights.centre[t])[shifted]
+    off = np.concatenate([local.rate[free] - rate[free], off])
+    places = np.arange(len(free), first + len(shifted))
+    part.own[places, places] += precision
+    part.own_gradient[places] += precision * off
+    part.cost += 0.5 * float(precision @ off**2)
 
 
 @dataclass
@@ -202,21 +231,24 @@ class _Part:
     own_gradient: Array
 
 
-def _normal(recording: Recording, found: Evaluation, noise: Array) -> _Part:
+def _normal(recording: Recording, found: Sensitivity, noise: Array, n_common: int) -> _Part:
     """One trial's contribution to the normal equations, Huber-weighted."""
-    assert found.common is not None
-    assert found.local is not None
-    counts = recording.counts
-    residual = ((found.prediction - recording.rotation) / noise)[counts]
+    root = recording.counts / noise
+    residual = (found.prediction - recording.rotation) * root
     size = np.abs(residual)
-    inside = size <= HUBER
-    cost = float(np.sum(np.where(inside, 0.5 * residual**2, HUBER * (size - 0.5 * HUBER))))
-    weight = np.where(inside, 1.0, HUBER / np.maximum(size, HUBER))
-    scaled = (np.ones_like(recording.rotation) / noise)[counts][:, None]
-    jacobian = np.concatenate([found.common[counts], found.local[counts]], axis=1) * scaled
-    weighted = jacobian * weight[:, None]
-    normal, gradient = weighted.T @ jacobian, weighted.T @ residual
-    p = found.common.shape[2]
+    if np.max(size) <= HUBER:  # the usual case; not if it is no number
+        cost = 0.5 * float(np.vdot(residual, residual))
+    else:
+        inside = size <= HUBER
+        cost = float(np.sum(np.where(inside, 0.5 * residual**2, HUBER * (size - 0.5 * HUBER))))
+        weight = np.sqrt(np.where(inside, 1.0, HUBER / np.maximum(size, HUBER)))
+        root, residual = root * weight, residual * weight
+    jacobian = found.differences()
+    jacobian *= root[:, :, None]
+    jacobian = jacobian.reshape(residual.size, -1)
+    width, order, p = found.plan.width, found.plan.order, n_common
+    normal = ((jacobian.T @ jacobian) / np.outer(width, width))[np.ix_(order, order)]
+    gradient = (jacobian.T @ residual.ravel() / width)[order]
     return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
 
 

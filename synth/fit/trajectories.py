@@ -11,12 +11,14 @@ in noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.fit.recordings import Recording
 from synth.fit.unknowns import Unknowns
@@ -28,6 +30,8 @@ from synth.threads import thread_count
 PERTURBATION = 1e-6  # of log rates, rad, and 10x that of rad/s
 FIT_STEPS = 8000
 FIT_TOLERANCE = 1e-7
+Index = NDArray[np.intp]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -52,9 +56,70 @@ class Evaluation:
     local: Array | None = None
 
 
+@dataclass(frozen=True)
+class _Plan:
+    """Which lane is moved how, for one set of free joints.
+
+    Lanes come in groups of sixteen that step together, each with a nominal first. ``common`` (n_unknown, n_lane) and
+    ``state`` (2 n, n_lane) are what is added to the nominal; ``moved`` and ``still`` (n_step,) say which lanes to
+    subtract, ``width`` (n_step,) by what to divide; ``order`` puts the steps, and those by the rests a second time as
+    shifts, into the order common unknowns, then the trial's own.
+    """
+
+    common: Array
+    state: Array
+    moved: Index
+    still: Index
+    width: Array
+    order: Index
+
+    @classmethod
+    def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int]) -> _Plan:
+        """For a chain of ``n`` links, with the joints' rests at these places among the unknowns."""
+        rows = [*free, *[n + j for j in free]]
+        count = n_common + len(rows)
+        step = np.arange(count)
+        still = step // (LANES - 1) * LANES
+        moved = still + 1 + step % (LANES - 1)
+        n_lane = int(moved[-1]) + 1
+        width = np.r_[np.full(n_common + len(free), 1.0), np.full(len(free), 10.0)] * PERTURBATION
+        common, state = np.zeros((n_common, n_lane)), np.zeros((2 * n, n_lane))
+        common[step[:n_common], moved[:n_common]] = width[:n_common]
+        state[rows, moved[n_common:]] = width[n_common:]
+        return cls(common, state, moved, still, width, np.concatenate([step, np.array(rests, dtype=int)]))
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """One trial's perturbed lanes ``out`` (m, n, n_lane) rad, from which residuals and normal equations are made."""
+
+    out: Array
+    plan: _Plan
+
+    @property
+    def prediction(self) -> Array:
+        """(m, n) rad."""
+        return self.out[:, :, 0]
+
+    def differences(self, room: Array | None = None) -> Array:
+        """(m, n, n_step) rad by which the moved lanes differ, not yet divided; into ``room`` if given."""
+        if len(self.plan.moved) < LANES:
+            return np.subtract(self.out[:, :, 1:], self.out[:, :, :1], out=room)
+        return np.subtract(self.out[:, :, self.plan.moved], self.out[:, :, self.plan.still], out=room)
+
+
 @lru_cache(maxsize=1)
 def _workers() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth-lanes")
+
+
+def by_trial(work: Callable[[int], T], count: int) -> list[T]:
+    """``work(index)`` of each trial, on all cores: the compiled code runs without the interpreter's lock."""
+    workers = min(thread_count(), count)  # one task a core: a trial alone is over too soon
+    if workers < 2:
+        return [work(index) for index in range(count)]
+    shares = list(_workers().map(lambda first: [work(i) for i in range(first, count, workers)], range(workers)))
+    return [shares[index % workers][index // workers] for index in range(count)]
 
 
 class TrajectoryModel:
@@ -63,62 +128,61 @@ class TrajectoryModel:
     def __init__(self, chain: Chain, leg: Leg, unknowns: Unknowns, tolerance: float = FIT_TOLERANCE) -> None:
         self.chain, self.leg, self.unknowns, self.tolerance = chain, leg, unknowns, tolerance
         self._base: dict[Conditions, Array] = {}
+        self._plans: dict[tuple[int, ...], _Plan] = {}
 
     def shifted(self, recording: Recording) -> list[int]:
         """Joints whose rest may shift in this trial: free, with the rest among the unknowns."""
-        return [j for j in recording.free if self.unknowns.rest_index[j] is not None]
+        rests = self.unknowns.rest_index
+        return [j for j in recording.free if rests[j] is not None]
+
+    def sensitivity(self, recording: Recording, values: Array, local: Local) -> Sensitivity:
+        """One trial's lanes: nominal, and each unknown and each component of the state moved a little."""
+        locked = recording.conditions.locked
+        if locked not in self._plans:
+            rests = [self.unknowns.rest_index[j] for j in self.shifted(recording)]
+            places = [k for k in rests if k is not None]
+            self._plans[locked] = _Plan.of(self.chain.layout.n, len(values), recording.free, places)
+        plan = self._plans[locked]
+        common = values[:, None] + plan.common
+        state = np.concatenate([local.rotation, local.rate])[:, None] + plan.state
+        return Sensitivity(self._run(recording, common, state, local.shift[:, None]), plan)
+
+    def predictions(self, recording: Recording, values: Array, local: Local, shifts: Array) -> Array:
+        """(m, n, n_column) rad for columns of unknowns (n_unknown, n_column) and of rest shifts (n, n_column).
+
+        Columns share their steps: where one diverges, all are run alone.
+        """
+        state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], values.shape[1], axis=1)
+        out = self._run(recording, values, state, shifts)
+        if values.shape[1] > 1 and not np.all(np.isfinite(out[-1])):
+            alone = [slice(k, k + 1) for k in range(values.shape[1])]
+            runs = [self._run(recording, values[:, k], state[:, k], shifts[:, k]) for k in alone]
+            out = np.concatenate(runs, axis=2)
+        return out
+
+    def _run(self, recording: Recording, values: Array, state: Array, shift: Array) -> Array:
+        layout = self.chain.layout
+        lanes = np.repeat(self._lane(recording.conditions)[:, None], values.shape[1], axis=1)
+        self.unknowns.write(lanes, values)
+        lanes[layout.rows("rest")] += shift
+        lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = state[: layout.n], state[layout.n :]
+        return self.chain.run(
+            lanes, recording.time, self.tolerance, known_torque=recording.known_torque, max_steps=FIT_STEPS
+        )
 
     def evaluate(self, recording: Recording, values: Array, local: Local, *, jacobian: bool = True) -> Evaluation:
         """Prediction of one trial, with Jacobians if asked for; nan where the motion diverged."""
-        layout, free = self.chain.layout, recording.free
-        n_common, n_state = len(values), 2 * len(free)
-        steps = [(0, k) for k in range(n_common)] + [(1, k) for k in range(n_state)] if jacobian else []
-        per_group = LANES - 1
-        groups = [steps[i : i + per_group] for i in range(0, len(steps), per_group)] or [[]]
-        lanes = np.repeat(self._lane(recording.conditions)[:, None], len(steps) + len(groups), axis=1)
-        column, places, nominals = 0, [], []
-        common = np.repeat(values[:, None], lanes.shape[1], axis=1)
-        state = np.concatenate([local.rotation, local.rate])
-        states = np.repeat(state[:, None], lanes.shape[1], axis=1)
-        rows = [*free, *[layout.n + j for j in free]]
-        for group in groups:
-            nominals.append(column)
-            for offset, (kind, k) in enumerate(group):
-                place = column + 1 + offset
-                places.append((place, column))
-                if kind == 0:
-                    common[k, place] += PERTURBATION
-                else:
-                    states[rows[k], place] += PERTURBATION * (1.0 if k < len(free) else 10.0)
-            column += 1 + len(group)
-        self.unknowns.write(lanes, common)
-        lanes[layout.rows("rest")] += local.shift[:, None]
-        lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = states[: layout.n], states[layout.n :]
-        out = self.chain.run(
-            lanes, recording.time, self.tolerance, known_torque=recording.known_torque, max_steps=FIT_STEPS
-        )
-        prediction = out[:, :, 0]
         if not jacobian:
-            return Evaluation(prediction)
-        width = np.r_[np.full(n_common, 1.0), np.full(len(free), 1.0), np.full(len(free), 10.0)] * PERTURBATION
-        moved, still = np.array(places).T
-        full = (out[:, :, moved] - out[:, :, still]) / width
-        rest = [self.unknowns.rest_index[j] for j in self.shifted(recording)]
-        shift = full[:, :, [k for k in rest if k is not None]]
-        return Evaluation(prediction, full[:, :, :n_common], np.concatenate([full[:, :, n_common:], shift], axis=2))
+            return Evaluation(self.predictions(recording, values[:, None], local, local.shift[:, None])[:, :, 0])
+        found = self.sensitivity(recording, values, local)
+        full = (found.differences() / found.plan.width)[:, :, found.plan.order]
+        return Evaluation(found.prediction, full[:, :, : len(values)], full[:, :, len(values) :])
 
     def evaluate_all(
         self, recordings: Sequence[Recording], values: Array, locals_: Sequence[Local], *, jacobian: bool = True
     ) -> list[Evaluation]:
-        """``evaluate`` for every trial, on all cores: the compiled code runs without the interpreter's lock."""
-
-        def share(first: int) -> list[Evaluation]:
-            mine = zip(recordings[first::workers], locals_[first::workers], strict=True)
-            return [self.evaluate(recording, values, local, jacobian=jacobian) for recording, local in mine]
-
-        workers = min(thread_count(), len(recordings))  # one task a core: a trial alone is over too soon
-        found: list[list[Evaluation]] = list(_workers().map(share, range(workers)))
-        return [found[index % workers][index // workers] for index in range(len(recordings))]
+        """``evaluate`` for every trial, on all cores."""
+        return by_trial(lambda t: self.evaluate(recordings[t], values, locals_[t], jacobian=jacobian), len(recordings))
 
     def _lane(self, conditions: Conditions) -> Array:
         if conditions not in self._base:

@@ -23,6 +23,8 @@ from synth.model.mechanics import coefficients, momentum_and_force
 class LinearEstimate:
     """Spring rates (n,), damper rates (n,), rests (n,) and rest by trial (n_trial, n); nan where no trial tells.
 
+    ``per_trial`` : whether each trial was given a rest of its own.
+
     A rate may come out negative: noise, or a model that does not hold. The caller decides.
     """
 
@@ -30,6 +32,7 @@ class LinearEstimate:
     damper_rate: Array
     rest: Array
     rest_by_trial: Array
+    per_trial: bool = False
 
 
 def weak_form(
@@ -40,68 +43,111 @@ def weak_form(
     window: float = 0.1,
     per_trial_rest: bool = False,
 ) -> LinearEstimate:
-    """Solve for spring rate, damper rate and rest of every joint.
+    """Solve for spring rate, damper rate and rest of every joint; see ``WeakForm``."""
+    return WeakForm(leg, recordings, curves).solve(window)[int(per_trial_rest)]
 
-    Parameters
-    ----------
-    curves : a known torque-speed curve a joint, or None where the damper's rate is sought.
-    window : s, the bumps' support; at least eight samples, at most half a recording.
-    per_trial_rest : a rest angle for each trial instead of one for all.
+
+class WeakForm:
+    """What the weak form takes from recordings, found once however many windows are tried.
+
+    ``curves`` : a known torque-speed curve a joint, or None where the damper's rate is sought.
     """
-    n = len(leg.joints)
-    rate, damping = np.full(n, np.nan), np.full(n, np.nan)
-    rest, by_trial = np.full(n, np.nan), np.full((len(recordings), n), np.nan)
-    for j in range(n):
-        curve = curves[j] if curves else None
-        rows, sides, owner = [], [], []
-        for t, recording in enumerate(recordings):
-            if j in recording.free:
-                row, side = _equations(leg, recording, j, curve, window)
-                rows.append(row)
-                sides.append(side)
-                owner.append(np.full(len(side), t))
-        if not rows or not sum(len(side) for side in sides):
-            continue
-        row, side, trial = np.concatenate(rows), np.concatenate(sides), np.concatenate(owner)
-        trials = np.unique(trial)
-        intercept = (trial[:, None] == trials) * row[:, 1:2] if per_trial_rest else row[:, 1:2]
-        columns = [row[:, 0:1], intercept] + ([] if curve else [row[:, 2:3]])
-        design = np.concatenate(columns, axis=1)
-        solution = np.linalg.lstsq(design, side, rcond=None)[0]
-        rate[j] = solution[0]
-        damping[j] = 0.0 if curve else solution[-1]
-        found = solution[1 : 1 + intercept.shape[1]] / solution[0]
-        rest[j] = np.median(found)
-        by_trial[:, j] = rest[j]
-        if per_trial_rest:
-            by_trial[trials, j] = found
-    return LinearEstimate(rate, damping, rest, by_trial)
+
+    def __init__(
+        self, leg: Leg, recordings: Sequence[Recording], curves: Sequence[DamperCurve | None] | None = None
+    ) -> None:
+        n = len(leg.joints)
+        self.recordings, self.curves = recordings, list(curves) if curves else [None] * n
+        self._signals = []  # (m, 3 n) angle, momentum, and the force that is known
+        for recording in recordings:
+            smoothed = recording.smoothed
+            tilt = leg.tilt + recording.conditions.tilt
+            found = coefficients(leg, recording.conditions.tip_mass)
+            momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
+            if recording.known_torque is not None:
+                times, torques = recording.known_torque
+                force = force + np.stack([np.interp(smoothed.time, times, torques[:, j]) for j in range(n)], axis=1)
+            for j, curve in enumerate(self.curves):
+                if curve is not None:
+                    force[:, j] -= torque_at(curve, smoothed.rate[:, j])
+            self._signals.append(np.concatenate([smoothed.angle, momentum, force], axis=1))
+
+    def solve(self, window: float = 0.1) -> tuple[LinearEstimate, LinearEstimate]:
+        """Estimates with one rest angle for all trials, and with one for each.
+
+        ``window`` : s, the bumps' support; at least eight samples, at most half a recording.
+        """
+        equations = [self._equations(t, window) for t in range(len(self.recordings))]
+        return self._estimate(equations, per_trial=False), self._estimate(equations, per_trial=True)
+
+    def _equations(self, t: int, window: float) -> _Equations:
+        """One recording's, all joints at once."""
+        smoothed, n = self.recordings[t].smoothed, len(self.curves)
+        step, count = float(smoothed.time[1] - smoothed.time[0]), len(smoothed.time)
+        support = max(8, min(round(window / step), (count - 1) // 2))
+        u = np.linspace(-1.0, 1.0, support + 1)
+        bump, slope = (1.0 - u * u) ** 3, -6.0 * u * (1.0 - u * u) ** 2 * 2.0 / (support * step)
+        every = max(1, support // 8)
+        view = np.lib.stride_tricks.sliding_window_view
+        windows = view(self._signals[t], support + 1, axis=0)[: count - support : every]
+        if smoothed.gap.any():
+            windows = windows[~view(smoothed.gap, support + 1)[: count - support : every].any(axis=1)]
+        found = np.ascontiguousarray(windows) @ (np.stack([bump, slope], axis=1) * step)
+        angle, momentum, force = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+        columns = np.stack([-angle[:, :, 0], angle[:, :, 1]])
+        return _Equations(columns, -momentum[:, :, 1] - force[:, :, 0], float(bump.sum()) * step)
+
+    def _estimate(self, equations: Sequence[_Equations], *, per_trial: bool) -> LinearEstimate:
+        n, count = len(self.curves), len(equations)
+        rate, damping = np.full(n, np.nan), np.full(n, np.nan)
+        rest, by_trial = np.full(n, np.nan), np.full((count, n), np.nan)
+        for j, curve in enumerate(self.curves):
+            own = [t for t in range(count) if j in self.recordings[t].free and len(equations[t].side)]
+            if own:
+                groups = [[t] for t in own] if per_trial else [own]
+                found, rests = _joint(
+                    [_pooled([equations[t] for t in group], j) for group in groups], curve is not None
+                )
+                rate[j], damping[j] = found[0], 0.0 if curve else found[1]
+                rest[j] = by_trial[:, j] = np.median(rests)
+                if per_trial:
+                    by_trial[own, j] = rests
+        return LinearEstimate(rate, damping, rest, by_trial, per_trial)
 
 
-def _equations(
-    leg: Leg, recording: Recording, joint: int, curve: DamperCurve | None, window: float
-) -> tuple[Array, Array]:
-    """Rows (n_window, 3) for (k, k*rest, b) and right sides (n_window,) of one recording and joint."""
-    smoothed = recording.smoothed
-    step = float(smoothed.time[1] - smoothed.time[0])
-    support = max(8, min(round(window / step), (len(smoothed.time) - 1) // 2))
-    u = np.linspace(-1.0, 1.0, support + 1)
-    bump = (1.0 - u * u) ** 3
-    slope = -6.0 * u * (1.0 - u * u) ** 2 * 2.0 / (support * step)
-    tilt = leg.tilt + recording.conditions.tilt
-    found = coefficients(leg, recording.conditions.tip_mass)
-    momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
-    known = force[:, joint]
-    if recording.known_torque is not None:
-        times, torques = recording.known_torque
-        known = known + np.interp(smoothed.time, times, torques[:, joint])
-    if curve is not None:
-        known = known - torque_at(curve, smoothed.rate[:, joint])
-    starts = np.arange(0, len(smoothed.time) - support, max(1, support // 8))
-    view = np.lib.stride_tricks.sliding_window_view
-    starts = starts[~view(smoothed.gap, support + 1)[starts].any(axis=1)]
-    angle = view(smoothed.angle[:, joint], support + 1)[starts]
-    rows = np.stack([-(angle @ bump), np.full(len(starts), bump.sum()), angle @ slope], axis=1) * step
-    side = -(view(momentum[:, joint], support + 1)[starts] @ slope) * step
-    side -= (view(known, support + 1)[starts] @ bump) * step
-    return rows, side
+@dataclass(frozen=True)
+class _Equations:
+    """Columns of k and b (2, n_window, n), right side (n_window, n), and what stands in the column of k * rest."""
+
+    columns: Array
+    side: Array
+    constant: float
+
+
+def _pooled(equations: Sequence[_Equations], j: int) -> tuple[Array, Array, Array]:
+    """Columns (2, N), side (N,) and the rest's column (N,) of one joint in trials that share a rest."""
+    columns = np.concatenate([e.columns[:, :, j] for e in equations], axis=1)
+    side = np.concatenate([e.side[:, j] for e in equations])
+    return columns, side, np.concatenate([np.full(len(e.side), e.constant) for e in equations])
+
+
+def _joint(groups: Sequence[tuple[Array, Array, Array]], damper_known: bool) -> tuple[Array, Array]:
+    """Spring and damper rate, and the rest of each group.
+
+    The rests' columns, each zero but in its group, are projected out first (Frisch & Waugh, Econometrica 1, 1933).
+    """
+    used = 1 if damper_known else 2
+    designs, sides = [], []
+    for columns, side, constant in groups:
+        unit = constant / np.sqrt(constant @ constant)
+        designs.append(columns[:used] - np.outer(columns[:used] @ unit, unit))
+        sides.append(side - (side @ unit) * unit)
+    design, right = np.concatenate(designs, axis=1), np.concatenate(sides)
+    scale = np.sqrt(np.sum(design**2, axis=1)) + 1e-300
+    design /= scale[:, None]
+    found = np.linalg.lstsq(design @ design.T, design @ right, rcond=None)[0] / scale
+    rests = [
+        constant @ (side - found @ columns[:used]) / (constant @ constant) / found[0]
+        for columns, side, constant in groups
+    ]
+    return found, np.array(rests)
