@@ -1,4 +1,4 @@
-"""``synth warmup``: compile the equations of motion and keep them on disk."""
+"""``synth warmup``: compile the equations of motion, swinging legs' and jumping ones', and keep them on disk."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ MOST_LINKS = 6
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument(
-        "--links", metavar="N", help=f"compile for a leg of N links, 1 to {MOST_LINKS} (default: for each of these)"
+        "--links",
+        metavar="N",
+        help=f"compile for a leg of N links, 1 to {MOST_LINKS} (default: all, jumping ones too)",
     )
 
 
@@ -33,6 +35,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     for n_link in wanted:
         n_compiled += not is_compiled(n_link)
         progress.compiling(n_link)
+    if arguments.links is None:
+        _compile_jumps(progress)
     spent = time.perf_counter() - start
     folder = cache_folder()
     files = [path for path in folder.rglob("synth_*") if path.is_file()]
@@ -40,6 +44,31 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     progress.say(f"{n_compiled} of {len(wanted)} compiled now, the others were on disk: {spent:.1f} s")
     progress.say(f"kept in {folder}: {size:.1f} MB")
     return 0
+
+
+def _compile_jumps(progress: Progress) -> None:
+    """Every way of bending, the recorder, the planar form and the pull-up."""
+    import numpy as np
+
+    from synth.hopper import recorder  # noqa: F401  compiled when imported
+    from synth.hopper.fold import fold
+    from synth.hopper.jump import compiled_jump
+    from synth.hopper.layout import LAYOUTS
+    from synth.hopper.leg import Contact, HopperLeg
+    from synth.hopper.models import MODELS, columns
+    from synth.hopper.motors import motor_of
+    from synth.hopper.planar import planar_record
+    from synth.parts.catalog import Catalogue
+
+    with progress.stage("compiling jumping legs"):
+        for bending in LAYOUTS:
+            compiled_jump(bending)
+        motor = motor_of(next(row for row in Catalogue.load().motors if row.complete))
+        leg = HopperLeg()
+        made = columns(leg, motor, Contact(), MODELS["full"], np.array([leg.length]))
+        times = np.array([0.0, 1e-3])
+        planar_record(made, leg.body_inertia, Contact().slip_speed, 0.0, times, 1e-3)
+        fold(made, times, np.zeros(2), made.start, np.zeros(1))
 
 
 def _links(text: str | None) -> list[int]:
