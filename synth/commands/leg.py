@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,16 +19,20 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from synth.commands import leg_parts
+
     parser.add_argument("file", help="project file, kind: leg-design")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--no-cad", action="store_true", help="leave the solids out")
     parser.add_argument("--no-pictures", action="store_true", help="leave the pictures of the solids out")
     parser.add_argument("--no-cache", action="store_true", help="do everything again, keep nothing for a later run")
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    leg_parts.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
+    from synth.commands.leg_parts import parts_text, with_options
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
     from synth.files.stage_cache import StageCache, key_of
@@ -37,11 +42,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     with progress.stage("reading the project"):
         project = read_leg_project(arguments.file, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
         catalogue = Catalogue.load(project.catalogs)
+        project = with_options(project, arguments, catalogue)
     if arguments.dry_run:
         progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
     cache = StageCache(on=not arguments.no_cache)
-    key = key_of("leg", arguments.file, _inputs(project), arguments.no_cad, arguments.no_pictures)
+    key = key_of("leg", arguments.file, _inputs(project), arguments.no_cad, arguments.no_pictures, repr(project.parts))
     report = Path(arguments.out) / "report.html"
     failure: UserError | None = None
     with output_folder(arguments.out) as folder:
@@ -53,6 +59,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
                 cache.keep(key, folder)
     if failure is not None:
         raise failure
+    if not progress.quiet:
+        progress.result(parts_text(json.loads((Path(arguments.out) / "design.json").read_text(encoding="utf-8"))))
     progress.say(f"design: {Path(arguments.out) / 'design.json'}")
     progress.say(f"report: {report}")
     return 0
@@ -77,18 +85,22 @@ def _made(
     """Do the whole work into ``folder``; where gates fail, the error to end with once the folder is whole."""
     from synth.commands.drawn import NOT_DRAWN, draw_solids, require_drawn
     from synth.design.bom import write_bom
+    from synth.design.leg_design import fastest_rates
     from synth.design.write import write_files
+    from synth.files.robot_xml import write_robot_files
 
     design = _designed(project, catalogue, cache, progress)
     with progress.stage("writing the design"):
         write_files(design, folder)
+        times = [release.time for release in design.wanted.releases]
+        lost = write_robot_files(design.built, fastest_rates(design.built_motions, times), folder)
     extra: dict[str, Any] = NOT_DRAWN
     if not arguments.no_cad:
         with progress.stage("drawing, checking and writing the joints"):
             extra = draw_solids(design, folder, cache, pictures=not arguments.no_pictures)
     with progress.stage("writing the report"):
         write_bom(design, extra["solids"]["parts"], folder / "bom.csv")
-        _report(design, folder, extra)
+        _report(design, folder, extra, lost)
     try:
         require_drawn(extra["solids"], project.path, report)
     except UserError as error:
@@ -117,7 +129,7 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
     return design
 
 
-def _report(design: LegDesign, folder: Path, extra: dict[str, Any]) -> None:
+def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
     """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
     from reports import write_leg_report
     from synth.design.write import design_json
@@ -125,6 +137,6 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any]) -> None:
 
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
-    content["warnings"] += [{"joint": None, "text": note} for note in extra["solids"]["notes"]]
+    content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]
     write_json(folder / "design.json", content)
     write_leg_report(folder)

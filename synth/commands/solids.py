@@ -148,6 +148,14 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         if row.wire_diameter is None or row.mean_diameter is None or row.body_coils is None:
             text = f"{row.part} ({row.place}) cannot be drawn: {row.status}; leave the solids out with --no-cad"
             raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
+        if row.leg_convention not in ("", "tangent"):
+            text = (
+                f"{row.part} ({row.place}) has {row.leg_convention} legs; the joints are drawn for tangent ones only: "
+                "choose another spring, or leave the solids out with --no-cad"
+            )
+            raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
+        if option.count > 1:
+            notes.append(_side_by_side(name, option.count))
         hand = row.hand or "right"
         if not row.hand:
             notes.append(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand")
@@ -157,16 +165,25 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
     made = option.design
     assert made is not None
     if made.count > 1:
-        notes.append(f"{name}: {made.count} springs stand side by side; one is drawn, and the pocket is for one")
+        notes.append(_side_by_side(name, made.count))
     return cad.SpringDimensions(
         made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle)
     )
 
 
+def _side_by_side(joint: str, count: int) -> str:
+    return f"{joint}: {count} springs stand side by side; one is drawn, and the pocket is for one"
+
+
 def _damper(design: LegDesign, j: int, notes: list[str]) -> Any:
     import cad
 
-    row, name = design.dampers.chosen[j].row, design.built.joint_names[j]
+    option, name = design.dampers.chosen[j], design.built.joint_names[j]
+    row, arrangement = option.row, option.arrangement
+    if arrangement.pieces > 1 or arrangement.ratio != 1.0:
+        notes.append(
+            f"{name}: {option.label}; one damper on the joint's own shaft is drawn, its gear or partner is not"
+        )
     own = design.project.cad.damper_shafts.get(name)
     adapter = cad.AdapterDimensions(output_diameter=own * 1e3) if own is not None else None
     default = cad.DamperDimensions(adapter=adapter)
