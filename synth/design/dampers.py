@@ -13,7 +13,7 @@ from synth.fit.damper_laws import DamperLaw
 from synth.model.curves import thinning_error, torque_at
 from synth.model.leg import Damper, DamperCurve, Leg, Spring
 from synth.parts.arrangement import Arrangement, arrangements
-from synth.parts.candidates import ANY, damper_candidates, damper_reason
+from synth.parts.candidates import ANY, damper_candidates, damper_reason, of_family
 from synth.parts.catalog import Catalogue
 from synth.parts.response import WantedResponse
 from synth.parts.rows import DamperRow
@@ -123,7 +123,7 @@ def choose_dampers(
         choice = choices[joint.name].damper
         found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
         options = _options(list(found.rows), measured.get(joint.name), choice.part, law)
-        options = _arranged(options, choice, travel[j], parts)
+        options = _arranged(options, choice, travel[j], of_family(parts, catalogue.dampers))
         options, far = _near(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
         left_out.append({**found.left_out, **far})
         tuned = [wanted.tuned(_with(leg, {j: option}), (j,)) for option in options]

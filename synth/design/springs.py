@@ -13,7 +13,7 @@ import numpy as np
 from synth.errors import UserError
 from synth.files.options import CadOptions, PartsOptions, SpringChoice
 from synth.model.leg import Leg
-from synth.parts.candidates import ANY, no_spring, spring_candidates, spring_reason
+from synth.parts.candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.catalog import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.design import SpringResult, SpringWish, design_spring
@@ -186,10 +186,11 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
 def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:
     """What could be had in place of a spring, nearest rates first: bought ones whatever their rate, or one to wind."""
     known = {(option.part, option.count) for option in taken if option.row is not None}
+    parts = of_family(source.parts, source.catalogue.springs)
     found = []
     for count in range(1, source.choice.parallel + 1):
         for row in source.catalogue.springs:
-            if (row.part, count) not in known and spring_reason(row, source.choice, None, source.parts, count) is None:
+            if (row.part, count) not in known and spring_reason(row, source.choice, None, parts, count) is None:
                 assert row.rate is not None
                 found.append((abs(log(row.rate * count / rate)), count, row))
     found.sort(key=lambda item: (item[0], item[1], item[2].part))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import Generic, TypeVar
 
@@ -41,6 +41,7 @@ def spring_candidates(
             raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}")
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
+    parts = of_family(parts, catalogue.springs)
     rate /= count
     nearest = min(
         (row for row in catalogue.springs if row.complete and row.rate),
@@ -57,6 +58,14 @@ def spring_candidates(
     if nearest is not None and nearest.rate is not None:
         said = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad, {nearest.rate / rate - 1:+.0%}"
     return Candidates(tuple(kept), dict(sorted(reasons.items())), said)
+
+
+def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[DamperRow]) -> PartsOptions:
+    """The options for one family: vendors who sell nothing of it do not keep its parts out."""
+    wanted = {name.casefold() for name in parts.vendors}
+    if not wanted or any(row.vendor.casefold() in wanted for row in rows):
+        return parts
+    return replace(parts, vendors=())
 
 
 def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> str | None:
@@ -116,6 +125,7 @@ def damper_candidates(
             raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}")
         return Candidates((row,), {})
     kept, reasons = [], Counter[str]()
+    parts = of_family(parts, catalogue.dampers)
     for row in catalogue.dampers:
         reason = damper_reason(row, choice, travel, parts)
         if reason is None:

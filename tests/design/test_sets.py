@@ -186,3 +186,10 @@ def test_the_catalogue_of_this_test_is_sound(catalogue: Catalogue) -> None:
     for part in ("H18", "H20", "K2", "K1", "A05", "A06"):
         assert catalogue.find_spring(part).complete, catalogue.find_spring(part).status
     assert radians(90) == pytest.approx(catalogue.find_spring("K1").included_angle)
+
+
+def test_vendors_who_sell_no_dampers_do_not_keep_dampers_out(catalogue: Catalogue) -> None:
+    found = choose(catalogue, PartsOptions(vendors=("Alpha",)))
+    assert found.dampers.chosen[1].row is not None
+    assert found.dampers.chosen[1].row.vendor == "Gamma"
+    assert springs(found) == ["H18", "K2", "A05"]

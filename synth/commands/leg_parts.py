@@ -1,0 +1,115 @@
+"""Parts on the command line of ``synth leg``: what may be had, what was chosen in words, and what stands in for it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from synth.commands.arguments import near_miss, one_of
+from synth.commands.table_text import table_text
+from synth.errors import Problem, UserError
+
+if TYPE_CHECKING:
+    from synth.files.leg_project import LegProject
+    from synth.parts.catalog import Catalogue
+    from synth.parts.rows import DamperRow, TorsionSpringRow
+
+SHOWN = 2  # alternatives of each part on the screen
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare which parts may be chosen, on top of what the project says."""
+    group = parser.add_argument_group("parts that can be had", "on top of select: in the project")
+    group.add_argument(
+        "--vendor", action="append", default=[], metavar="NAME", help="springs and dampers of this vendor; repeatable"
+    )
+    group.add_argument("--without", action="append", default=[], metavar="PART", help="not this part; repeatable")
+    group.add_argument("--system", type=one_of(["inch", "metric"]), help="springs of inch or of metric wire only")
+
+
+def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: Catalogue) -> LegProject:
+    """The project with the command line's options; names that no catalogue row has are refused.
+
+    Raises
+    ------
+    UserError
+        With every unknown vendor and part, and what they may mean.
+    """
+    given = project.parts
+    parts = replace(
+        given,
+        vendors=tuple(arguments.vendor) or given.vendors,
+        without=(*given.without, *arguments.without),
+        system=arguments.system or given.system,
+    )
+    sold: list[TorsionSpringRow | DamperRow] = [*catalogue.springs, *catalogue.dampers]
+    file = str(project.path)
+    problems = []
+    for names, option, known in (
+        (parts.vendors, "vendor", {row.vendor for row in sold if row.vendor}),
+        (parts.without, "without", {row.part for row in sold}),
+    ):
+        folded = {name.casefold() for name in known}
+        for name in names:
+            if name.casefold() not in folded:
+                where = (
+                    f"--{option}" if name in getattr(arguments, option) else "select." + option.replace("r", "rs", 1)
+                )
+                what = "no vendor" if option == "vendor" else "no part"
+                hint = near_miss(name, sorted(known), 3)
+                listed = f"; there are {', '.join(sorted(known))}" if option == "vendor" else ""
+                text = f'"{name}" is {what} in the catalogues{hint}{listed}'
+                problems.append(Problem(text, None if where.startswith("--") else file, key=where))
+    if problems:
+        raise UserError(problems)
+    return replace(project, parts=parts)
+
+
+def parts_text(design: Mapping[str, Any]) -> str:
+    """Chosen parts, what their tolerances leave of the response, and what each could be replaced by at which cost."""
+    response, joints = design["response"], design["joints"]
+    forecast, measured = response["forecast"], response["forecast_free_angles_measured"]
+    rows = [["joint", "", "part", "vendor", "response", "cost"]]
+    for name, joint in joints.items():
+        spring, damper = joint["spring"], joint["damper"]
+        rows.append([name, "spring", _spring_words(spring), spring.get("vendor") or "to wind", "", ""])
+        rows += _instead(joint["spring_alternatives"])
+        rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
+        rows += _instead(joint["damper_alternatives"])
+    low, high = forecast["expected"]["interval90"]
+    lines = [
+        table_text(rows),
+        f"Response: {response['wanted_to_built']['rms']['value']:.2f} deg off the wanted motion with parts as stated;",
+        f"with their tolerances {forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f}), chance "
+        f"{forecast['chance']['value']:.0%} to stay within {forecast['within']['value']:.3g} deg;",
+        f"with the springs' free angles measured first {measured['expected']['value']:.2f} deg, chance "
+        f"{measured['chance']['value']:.0%}.",
+    ]
+    return "\n".join(lines)
+
+
+def _spring_words(spring: Mapping[str, Any]) -> str:
+    made = spring.get("make")
+    if made:
+        number = f"{made['count']} x " if made["count"] > 1 else ""
+        wire = f"{made['wire_diameter']['value']:.4g} mm {made['material']}"
+        return f"{number}{wire}, {made['body_coils']['value']:.4g} coils"
+    number = f"{spring['count']} x " if spring.get("count", 1) > 1 else ""
+    return f"{number}{spring['part']}"
+
+
+def _instead(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """The cheapest in response, one line each."""
+    return [
+        [
+            "",
+            "or",
+            item["part"],
+            item["vendor"] or "to wind",
+            f"{item['response_error']['value']:.2f} deg",
+            f"{item['cost']['value']:+.2f} deg",
+        ]
+        for item in alternatives[:SHOWN]
+    ]

@@ -1,0 +1,97 @@
+"""The options of ``synth leg`` that say which parts can be had, and what it says of the choice."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from synth.cli import main
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "leg"
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example with two releases, a wish, tolerances, two in parallel and a belt at the ankle."""
+    folder = tmp_path_factory.mktemp("parts") / "leg"
+    shutil.copytree(EXAMPLE, folder)
+    path = folder / "leg-design.yaml"
+    text = path.read_text().replace("select:\n", "select:\n  within: 4 deg\n  tolerance: {free_angle: 2 deg}\n", 1)
+    ankle = "ankle: {spring: {rate_tolerance: 25 %, parallel: 2}, damper: {parallel: 2, ratios: [1, 2]}}"
+    text = text.replace("release_*.csv", "release_[12].csv", 1)
+    lines = [f"    {ankle}" if line.strip().startswith("ankle:") else line for line in text.splitlines()]
+    kept = [line for line in lines if not line.startswith(("dampers:", "  knee: {part"))]  # no drops of a damper
+    path.write_text("\n".join(kept) + "\n")
+    return path
+
+
+def test_parts_that_cannot_be_had_are_left_out_and_the_rest_is_said(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    words = ["leg", str(project), "--out", str(out), "--no-cad", "--without", "6597k8", "--vendor", "Lee Spring"]
+    assert main([*words, "--vendor", "McMaster-Carr", "--system", "inch"]) == 0
+    said = capsys.readouterr().out
+    design = json.loads((out / "design.json").read_text())
+    search = design["response"]["search"]
+    assert search["filters"] == {
+        "vendors": ["Lee Spring", "McMaster-Carr"], "without": ["6597k8"], "system": "inch"
+    }  # fmt: skip
+    parts = {item["part"] for joint in design["joints"].values() for item in joint["damper_alternatives"]}
+    assert not any("6597K8" in part for part in parts)
+    forecast = design["response"]["forecast"]
+    assert forecast["within"]["value"] == pytest.approx(4.0)
+    low, high = forecast["expected"]["interval90"]
+    assert low < forecast["expected"]["value"] < high
+    assert design["joints"]["hip"]["tolerance"]["free_angle"]["value"] == pytest.approx(2.0)
+    assert sum(cause["share"]["value"] for cause in forecast["causes"]) == pytest.approx(1.0)
+    for joint in design["joints"].values():
+        for item in (*joint["spring_alternatives"], *joint["damper_alternatives"]):
+            assert item["cost"]["unit"] == "deg"
+        costs = [item["cost"]["value"] for item in joint["spring_alternatives"]]
+        assert costs == sorted(costs)
+    assert f"{forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f})" in said
+    assert "Sets of parts, as they may come" in (out / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--vendor", "Lee Sprng"], '--vendor: "Lee Sprng" is no vendor in the catalogues; did you mean Lee Spring?'),
+        (["--without", "6597K99"], '--without: "6597K99" is no part in the catalogues; did you mean 6597K'),
+        (["--system", "imperial"], "not one of inch, metric"),
+    ],
+)
+def test_names_that_no_catalogue_has(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
+    assert main(["leg", str(project), "--out", str(tmp_path / "out"), *words]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("within: 4 deg", "within: 0 deg", "must be more than 0 deg"),
+        ("within: 4 deg", "vendors: [Lee Sprng]", "select.vendors"),
+        ("free_angle: 2 deg", "free_angel: 2 deg", "free_angle"),
+        ("free_angle: 2 deg", "temperature: -5 K", "at least 0"),
+        ("parallel: 2, ratios", "parallel: 9, ratios", "parallel"),
+        ("ratios: [1, 2]", "ratios: [0]", "ratios"),
+        ("ratios: [1, 2]", "ratios: []", "ratios"),
+    ],
+)
+def test_what_the_project_may_not_ask(
+    project: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, message: str
+) -> None:
+    copy = tmp_path / "project"
+    shutil.copytree(project.parent, copy)
+    path = copy / "leg-design.yaml"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    assert main(["leg", str(path), "--out", str(tmp_path / "out"), "--dry-run"]) == 2
+    assert message in capsys.readouterr().err
