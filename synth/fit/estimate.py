@@ -29,6 +29,8 @@ from synth.motion.smoothing import initial_state
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
 NOISE_ROUNDS = 5
+ROUGHLY = 3.0  # fall of the log-likelihood that is not worth a step before the noise is known
+FINELY = 0.02
 NEAR_DAMPING = 1e-6  # of an iteration that starts near its end, as the weak form does
 SCREENED_STARTS, KEPT_STARTS = 24, 2
 SCREENED_TRIALS = 5  # about so many trials show whether a start leads anywhere
@@ -91,6 +93,8 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
         stage, spread, probability = _per_trial(model, recordings, values, shifted, options, scatter)
         stages["per_trial"] = (stage, spread)
         values = stage.solution.values
+        if np.isfinite(stage.solution.cost):
+            locals_ = [replace(local, shift=np.zeros_like(local.shift)) for local in stage.solution.locals]
     stage = _refine(model, recordings, values, locals_, options, np.zeros_like(spread))
     if not stages:
         stage = _or_another_start(model, recordings, stage, options, scatter, np.zeros_like(spread))
@@ -282,7 +286,7 @@ def _refine(
     weights = Weights(relative * noise, spread, centre)
     solution = solve(
         model, recordings, values, locals_, weights,
-        max_iterations=25, tolerance=0.1, damping=NEAR_DAMPING, lanes=lanes,
+        max_iterations=25, tolerance=ROUGHLY, damping=NEAR_DAMPING, lanes=lanes,
     )  # fmt: skip
     del lanes
     for _ in range(rounds):
@@ -300,7 +304,7 @@ def _refine(
         weights = Weights(relative * noise, spread, centre)
         solution = solve(
             model, recordings, solution.values, solution.locals, weights,
-            tolerance=1e-2, damping=min(solution.damping, NEAR_DAMPING), lanes=solution.lanes,
+            tolerance=FINELY, damping=min(solution.damping, NEAR_DAMPING), lanes=solution.lanes,
         )  # fmt: skip
         if change < 0.02:
             break

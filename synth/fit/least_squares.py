@@ -246,9 +246,9 @@ def _normal(recording: Recording, found: Sensitivity, noise: Array, n_common: in
     jacobian = found.differences()
     jacobian *= root[:, :, None]
     jacobian = jacobian.reshape(residual.size, -1)
-    width, order, p = found.plan.width, found.plan.order, n_common
-    normal = ((jacobian.T @ jacobian) / np.outer(width, width))[np.ix_(order, order)]
-    gradient = (jacobian.T @ residual.ravel() / width)[order]
+    plan, p = found.plan, n_common
+    normal = ((jacobian.T @ jacobian) / plan.area)[plan.square]
+    gradient = (jacobian.T @ residual.ravel() / plan.width)[plan.order]
     return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
 
 

@@ -62,8 +62,8 @@ class _Plan:
 
     Lanes come in groups of sixteen that step together, each with a nominal first. ``common`` (n_unknown, n_lane) and
     ``state`` (2 n, n_lane) are what is added to the nominal; ``moved`` and ``still`` (n_step,) say which lanes to
-    subtract, ``width`` (n_step,) by what to divide; ``order`` puts the steps, and those by the rests a second time as
-    shifts, into the order common unknowns, then the trial's own.
+    subtract, ``width`` (n_step,) by what to divide and ``area`` products of two; ``order`` puts the steps, and those by
+    the rests a second time as shifts, into the order common unknowns, then the trial's own; ``square`` in a matrix.
     """
 
     common: Array
@@ -71,7 +71,9 @@ class _Plan:
     moved: Index
     still: Index
     width: Array
+    area: Array
     order: Index
+    square: tuple[Index, ...]
 
     @classmethod
     def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int]) -> _Plan:
@@ -86,7 +88,8 @@ class _Plan:
         common, state = np.zeros((n_common, n_lane)), np.zeros((2 * n, n_lane))
         common[step[:n_common], moved[:n_common]] = width[:n_common]
         state[rows, moved[n_common:]] = width[n_common:]
-        return cls(common, state, moved, still, width, np.concatenate([step, np.array(rests, dtype=int)]))
+        order = np.concatenate([step, np.array(rests, dtype=int)])
+        return cls(common, state, moved, still, width, np.outer(width, width), order, np.ix_(order, order))
 
 
 @dataclass(frozen=True)
