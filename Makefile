@@ -6,10 +6,10 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check blind bench fuzz format example lock clean
+.PHONY: help setup demo test check blind blind-jumps bench fuzz format example lock clean
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(READY)  ## the environment in .venv, from the locked versions
 
@@ -32,6 +32,9 @@ test: check  ## style, types and all tests
 
 blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED; stopped, it goes on from where it was
 	PYTHONPATH=tests $(BIN)/python -m blind --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
+
+blind-jumps: $(READY)  ## the same on jumps of a driven leg: 48 cases of seed SEED, build/blind-jumps
+	PYTHONPATH=tests $(BIN)/python -m blind.jumps --seed $(SEED) --count 48 --to build/blind-jumps --workers $(WORKERS)
 
 bench: $(READY)  ## speed, beside other engines in the same run: build/bench/bench.html (BENCH=--hopper: the jumping leg too)
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)

@@ -48,7 +48,8 @@ class Response:
         if len(times) < 2 or not kinds:
             return None
         curves = [Curve(self.table.columns[f"{joint} {kind}"], lines[kind]) for kind in kinds]
-        return Panel(joint, self.unit(joint, kinds[0]), times, curves, remark)
+        unit = self.unit(joint, kinds[0])
+        return Panel(joint, unit, times, curves, remark, "angle" if unit in ("deg", "rad") else "")
 
 
 def read_response(result: Result, file: str) -> Response | None:

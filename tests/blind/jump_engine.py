@@ -207,16 +207,18 @@ class _Drive:
     current: tuple[float, float] = (0.0, 0.0)
     terminal: float = math.nan
 
+    def __post_init__(self) -> None:
+        self.terminal = self.supply
+
     def torques(self, rates: tuple[float, float]) -> tuple[float, float]:
         """Torques on the upper links, inward positive, from their inward rates; one step on."""
         motor, get = self.truth.motor, self.truth.get
-        if math.isnan(self.terminal):
-            self.terminal = self.supply
         inductance = motor.inductance + get("winding_inductance.inductance")
         currents, torques = [], []
         limit = get("current_limit") * motor.stall_current
         for current, rate in zip(self.current, rates, strict=True):
             share = get("torque_constant.share") * (0.7 + 0.6 * abs(current) / motor.stall_current)
+            before = current
             steady = (self.terminal - motor.back_emf * (1.0 + share) * motor.ratio * rate) / motor.resistance
             current = steady + (current - steady) * math.exp(-STEP * motor.resistance / inductance)
             if limit:
@@ -224,7 +226,8 @@ class _Drive:
             currents.append(current)
             loss = get("gear_friction.loss") * (0.85 + 0.3 * math.tanh(abs(rate) / (0.5 * motor.no_load_speed)))
             efficiency = motor.efficiency * (1.0 - loss)
-            drive = motor.ratio * (motor.back_emf * (1.0 + share) * current - motor.viscous * motor.ratio * rate)
+            middle = 0.5 * (before + current)  # of the step, through which the torque is kept
+            drive = motor.ratio * (motor.back_emf * (1.0 + share) * middle - motor.viscous * motor.ratio * rate)
             torques.append(drive * (efficiency if drive * rate >= 0.0 else 1.0 / motor.back_efficiency))
         self.current = currents[0], currents[1]
         resistance = get("voltage_sag.resistance")
@@ -247,8 +250,6 @@ def jump(truth: JumpTruth, conditions: JumpConditions, duration: float = 0.2) ->
         first = float(sum(rig.data.site_xpos[f, 0] for f in rig.feet)) / 2
         for k in range(int(duration / STEP)):
             data = rig.data
-            torque = drive.torques((-float(data.qvel[r0]), float(data.qvel[l0])))
-            data.ctrl[:] = -torque[0], torque[1]
             foot = sum(float(data.site_xpos[f, 2]) for f in rig.feet) / 2
             if k % EVERY == 0:
                 slide = sum(float(data.site_xpos[f, 0]) for f in rig.feet) / 2 - first
@@ -259,6 +260,8 @@ def jump(truth: JumpTruth, conditions: JumpConditions, duration: float = 0.2) ->
                 lifted = min(lifted, k * STEP)
             if k * STEP > lifted + FLIGHT or data.qpos[rig.at("rail")] < 0.01:
                 break
+            torque = drive.torques((-float(data.qvel[r0]), float(data.qvel[l0])))
+            data.ctrl[:] = -torque[0], torque[1]
             mujoco.mj_step(rig.model, data)
             if conditions.lean:
                 rig.settle_bristle()

@@ -1,0 +1,276 @@
+"""``synth gap`` on recorded jumps and pull-ups, through the command line."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hopper.recorded import DESIGN, PART, Effects, jumped, pulled, write
+from synth.cli import main
+from synth.hopper.jump_lanes import JumpLanes
+from synth.hopper_gap.across import Across, Design, _slopes
+from synth.hopper_gap.predict import JumpPredictor
+
+HEAD = 'kind: gap\nleg: hopper.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\n'
+DAMPED: Effects = {"joint_damping": {"damping": 6e-4}}
+
+
+def project(folder: Path, trials: str, head: str = HEAD, design: str = DESIGN) -> Path:
+    (folder / "hopper.yaml").write_text(design)
+    (folder / "gap.yaml").write_text(f"{head}trials:\n{trials}")
+    return folder / "gap.yaml"
+
+
+def run(file: Path, *more: str) -> dict[str, Any]:
+    assert main(["-q", "gap", str(file), "--out", str(file.parent / "out"), *more]) == 0
+    return json.loads((file.parent / "out" / "gap.json").read_text())  # type: ignore[no-any-return]
+
+
+DESIGNS = [(0.12, 150), (0.10, 150), (0.14, 150), (0.12, 100), (0.13, 100), (0.11, 150)]
+
+
+@pytest.fixture(scope="module")
+def damped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Jumps of six designs whose joints damp more than the design says, two of them held out."""
+    folder = tmp_path_factory.mktemp("damped")
+    lines = ""
+    for k, (length, ratio) in enumerate(DESIGNS):
+        write(folder / f"jumps/{k}.csv", jumped(length, ratio, DAMPED, seed=k))
+        held = ", held_out: true" if k >= 4 else ""
+        lines += f'  - {{file: jumps/{k}.csv, length: {length * 1e3:g} mm, motor: "{PART.format(ratio)}"{held}}}\n'
+    file = project(folder, lines)
+    run(file)
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def found(damped: Path) -> dict[str, Any]:
+    return json.loads((damped / "gap.json").read_text())  # type: ignore[no-any-return]
+
+
+def test_the_missing_effect_is_named_as_the_file_formats_have_it(found: dict[str, Any]) -> None:
+    assert found["format"] == "synth/gap/1"
+    assert found["verdict"] == "effect"
+    (cause,) = found["explanation"]
+    assert (cause["effect"], cause["joint"]) == ("joint_damping", "all")
+    damping = cause["parameters"]["damping"]
+    assert damping["unit"] == "N*m*s/rad"
+    assert damping["interval90"][0] < 6e-4 < damping["interval90"][1]
+    chances = [entry["probability"] for entry in found["ranked"]]
+    assert chances == sorted(chances, reverse=True)
+    assert chances[0] > 0.9
+    assert sum(chances) + found["probability_none"] + found["probability_unknown"] == pytest.approx(1.0)
+    assert "The joints have more damping" in found["sentence"]
+
+
+def test_shares_sum_to_one_and_figures_are_on_the_trials_held_out(found: dict[str, Any]) -> None:
+    for shares in found["where"].values():
+        assert sum(shares.values()) == pytest.approx(1.0)
+    assert set(found["where"]["phase"]) == {"release", "swing", "settle", "rest"}
+    gap = found["gap"]
+    assert gap["scored_on"] == ["jumps/4.csv", "jumps/5.csv"]
+    assert gap["as_designed"]["value"] > gap["before"]["value"] > gap["after"]["value"]
+    assert gap["after"]["value"] < 1.3 * gap["noise_floor"]["value"]
+    assert 0.0 < gap["shrink"]["value"] <= 1.0
+
+
+def test_what_was_predicted_lies_beside_it(damped: Path, found: dict[str, Any]) -> None:
+    assert [trial["file"] for trial in found["trials"]] == found["gap"]["scored_on"]
+    with (damped / found["trials"][0]["predicted"]).open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0])[:4] == ["time [s]", "hip measured [deg]", "hip before [deg]", "hip after [deg]"]
+    away = np.array([float(row["hip after [deg]"]) - float(row["hip measured [deg]"]) for row in rows])
+    assert np.sqrt(np.mean(away**2)) == pytest.approx(found["trials"][0]["rms"]["hip"]["after"]["value"], rel=1e-6)
+    rise = found["trials"][0]["rise"]
+    assert rise["after"]["value"] == pytest.approx(rise["measured"]["value"], rel=0.03)
+    assert rise["as_designed"]["value"] > 1.1 * rise["measured"]["value"]
+
+
+def test_the_next_trial_is_an_entry_of_a_project(found: dict[str, Any]) -> None:
+    following = found["next_experiment"]
+    assert following["trial"]["file"].endswith(".csv")
+    assert set(following["trial"]) <= {"file", "motor", "length", "payload", "supply", "lean"}
+    bits = [item["information"]["value"] for item in following["menu"]]
+    assert bits == sorted(bits, reverse=True)
+    assert bits[0] >= 0.0
+    assert "hip" in following["release"]
+
+
+def test_the_page_tells_it_all(damped: Path, found: dict[str, Any]) -> None:
+    page = (damped / "report.html").read_text()
+    for title in ("Where the gap lies", "Which effect causes it", "How far it shrinks", "How high, and across designs",
+                  "What to record next"):  # fmt: skip
+        assert f"</span> {title}</h2>" in page
+    assert found["sentence"].split(",")[0] in page.replace("&#39;", "'")
+    assert "Left out" not in page
+
+
+def test_without_effects_nothing_is_missing_and_each_trial_is_predicted_by_the_others(tmp_path: Path) -> None:
+    for k in range(3):
+        write(tmp_path / f"{k}.csv", jumped(seed=10 + k))
+    found = run(project(tmp_path, "  - '[0-2].csv'\n"))
+    assert found["verdict"] == "none"
+    assert found["gap"]["scored_on"] == ["0.csv", "1.csv", "2.csv"]
+    assert found["gap"]["as_designed"]["value"] < 0.2
+    assert any("leans" in text for text in found["warnings"])
+    assert "cannot be told" in found["across"]["says"][0]
+
+
+def test_pull_ups_alone_tell_damping_and_nothing_else(tmp_path: Path) -> None:
+    lines = ""
+    for k, length in enumerate((0.10, 0.12, 0.14)):
+        write(tmp_path / f"{k}.csv", pulled(length, DAMPED, seed=k))
+        lines += f"  - {{file: {k}.csv, length: {length * 1e3:g} mm}}\n"
+    found = run(project(tmp_path, lines))
+    assert [entry["effect"] for entry in found["ranked"]] == ["joint_damping"]
+    assert found["verdict"] == "effect"
+    assert found["explanation"][0]["parameters"]["damping"]["value"] == pytest.approx(6e-4, rel=0.15)
+    assert any("pull-ups only" in text for text in found["warnings"])
+    assert found["trials"][0]["kind"] == "pull-up"
+
+
+def test_the_same_input_gives_the_same_bytes_and_dry_run_writes_nothing(tmp_path: Path) -> None:
+    write(tmp_path / "a.csv", jumped(seed=1))
+    write(tmp_path / "b.csv", jumped(seed=2))
+    file = project(tmp_path, "  - '[ab].csv'\n")
+    assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out"), "--dry-run"]) == 0
+    assert not (tmp_path / "out").exists()
+    run(file)
+    first = {path.name: path.read_bytes() for path in (tmp_path / "out").rglob("*.*")}
+    run(file)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").rglob("*.*")} == first
+
+
+BAD = [
+    ("  - a.csv\n", "kind: gap\nleg: hopper.yaml\nlength: 12 cm\n", '"motor" missing'),
+    ("  - a.csv\n", "kind: gap\nleg: hopper.yaml\n", '"motor" and "length" missing'),
+    ("  - a.csv\n", HEAD.replace("HP 6V", "XX 6V"), "no gear motor"),
+    ("  - a.csv\n", HEAD.replace("120 mm", "120"), "has no unit"),
+    ("  - a.csv\n", HEAD.replace("120 mm", "1 mm"), "too short to meet"),
+    ("  - {file: a.csv, held_out: true}\n", HEAD, "every trial is held out"),
+    ("  - {file: a.csv, tip_mass: 5 g}\n", HEAD, '"tip_mass" is not a key here'),
+    ("  - [a.csv]\n", HEAD, "a mapping"),
+    ("  - a.csv\n  - '*.csv'\n", HEAD, "listed twice"),
+    ("  - none.csv\n", HEAD, "does not exist"),
+    ("  - still.csv\n", HEAD, "never moves"),
+    ("  - wide.csv\n", HEAD, "fold from"),
+    ("  - short.csv\n", HEAD, "at least 20"),
+    ("  - a.csv\n", HEAD + "tolerance: {motor: 80 %}\n", "can be at most"),
+    ("  - a.csv\n", HEAD + "tolerance: {hip: 1 %}\n", '"hip" is not a key here'),
+]
+
+
+@pytest.mark.parametrize(("trials", "head", "message"), BAD)
+def test_bad_input_is_named(
+    trials: str, head: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    time = np.arange(0.0, 0.2, 1e-3)
+    write(tmp_path / "a.csv", jumped())
+    write(tmp_path / "still.csv", np.column_stack([time, 0.5 + 0 * time, 0.6 + 0 * time]))
+    write(tmp_path / "wide.csv", np.column_stack([time, 0.01 + 0 * time, 7 * time]))
+    write(tmp_path / "short.csv", jumped()[:10])
+    file = project(tmp_path, trials, head)
+    assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out")]) == 2
+    shown = capsys.readouterr().err
+    assert message in shown
+    assert "Traceback" not in shown
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_without_motion_and_a_swinging_legs_effect_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(tmp_path / "a.csv", jumped())
+    file = project(tmp_path, "  - a.csv\n", design=DESIGN + "model: point_mass\n")
+    assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out")]) == 2
+    assert "no motion to compare" in capsys.readouterr().err
+    file = project(tmp_path, "  - a.csv\n")
+    assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out"), "--effect", "mine.py"]) == 2
+    assert "swinging legs" in capsys.readouterr().err
+
+
+def test_copies_count_once(tmp_path: Path) -> None:
+    write(tmp_path / "a.csv", jumped())
+    (tmp_path / "b.csv").write_bytes((tmp_path / "a.csv").read_bytes())
+    found = run(project(tmp_path, "  - '[ab].csv'\n"))
+    assert found["gap"]["scored_on"] == ["a.csv"]
+    assert any("b.csv is a copy of a.csv" in text for text in found["warnings"])
+
+
+def designs(length_slope: float, ratio_slope: float) -> tuple[Design, ...]:
+    """Nine jumps whose predicted rise is off by these shares a metre and a unit of ratio about 10 %."""
+    made = []
+    for length in (0.10, 0.12, 0.14):
+        for ratio in (75.0, 100.0, 150.0):
+            error = 0.1 + length_slope * (length - 0.12) + ratio_slope * (ratio - 108.3)
+            rises = dict.fromkeys(("as_designed", "before", "after"), 0.1 * (1.0 + error))
+            made.append(Design(f"{length}-{ratio}", "m", length, ratio, 0.1, rises))
+    return tuple(made)
+
+
+@pytest.mark.parametrize(("length_slope", "ratio_slope"), [(5.0, 0.0), (0.0, -0.002), (2.0, 0.001)])
+def test_trends_across_designs_are_told_apart(length_slope: float, ratio_slope: float) -> None:
+    made = designs(length_slope, ratio_slope)
+    rng = np.random.default_rng(1)
+    errors = np.array([d.error("as_designed") for d in made]) + rng.normal(0.0, 0.004, len(made))
+    columns = {"length": np.array([d.length for d in made]), "gear_ratio": np.array([d.gear_ratio for d in made])}
+    found = _slopes(columns, errors)
+    assert found["length"].value == pytest.approx(length_slope, abs=0.3)
+    assert found["gear_ratio"].value == pytest.approx(ratio_slope, abs=1.5e-4)
+    for by, true in (("length", length_slope), ("gear_ratio", ratio_slope)):
+        low, high = found[by].low, found[by].high
+        assert low is not None
+        assert high is not None
+        assert low < true < high
+        assert (low > 0.0 or high < 0.0) == (true != 0.0)
+
+
+def test_the_words_say_whether_the_error_grows() -> None:
+    made = designs(5.0, 0.0)
+    rng = np.random.default_rng(2)
+    noisy = np.array([d.error("after") for d in made]) + rng.normal(0.0, 0.003, len(made))
+    columns = {"length": np.array([d.length for d in made]), "gear_ratio": np.array([d.gear_ratio for d in made])}
+    slopes = _slopes(columns, noisy)
+    said = Across(made, {by: dict.fromkeys(("as_designed", "before", "after"), slopes[by]) for by in slopes})
+    first, second = said.sentences()
+    assert "grows (+2" in first
+    assert "no sure trend" in second
+
+
+def test_alike_columns_are_not_parted() -> None:
+    length = np.array([0.1, 0.12, 0.14, 0.16])
+    assert _slopes({"length": length, "gear_ratio": 1000 * length}, np.array([0.1, 0.2, 0.3, 0.4])) == {}
+
+
+def test_tolerances_move_what_they_are_of() -> None:
+    """One deviation of each changes its column by its share; the rest stays."""
+    from hopper.recorded import changed
+    from synth.files.hopper_gap_project import JumpTolerance
+    from synth.hopper_gap.tolerances import OF_MOTOR, SHARED, JumpTolerances
+
+    tolerances = JumpTolerances(JumpTolerance(), 2)
+    touched: dict[str, set[str]] = {}
+    for name in (*SHARED, *OF_MOTOR):
+        x = np.zeros((tolerances.size, 1))
+        x[tolerances.at(name, 1)] = 1.0
+        moved, still = changed(0.12, 150, {}), changed(0.12, 150, {})
+        tolerances.apply(moved, x, 1)
+        touched[name] = {
+            key for key, value in vars(still).items()
+            if isinstance(value, np.ndarray) and not np.array_equal(value, getattr(moved, key))
+        }  # fmt: skip
+        other = changed(0.12, 150, {})
+        tolerances.apply(other, x, 0)
+        alike = all(np.array_equal(getattr(other, key), value) for key, value in vars(still).items())
+        assert alike == (name in OF_MOTOR or name in ("angle", "force"))
+    assert touched["damper"] == {"joint_damping"}
+    assert touched["motor"] == {"torque_constant", "back_emf", "stall_torque", "no_load_speed"}
+    assert touched["resistance"] == {"resistance", "stall_torque", "stall_current"}
+    assert touched["angle"] == touched["force"] == set()
+    assert isinstance(changed(0.12, 150, {}), JumpLanes)
+    assert JumpPredictor(tolerances, "upper", 5e-6).tolerances.size == len(SHARED) + 2 * len(OF_MOTOR)
