@@ -18,6 +18,7 @@ from synth.gap.counts import Coarse, coarse_counts, usual_noise
 from synth.gap.data import GapTrial, copies, gap_trial, sensor
 from synth.gap.experiment import next_experiment
 from synth.gap.figures import Gap, label, measure, trial_gaps
+from synth.gap.influence import hangs_on
 from synth.gap.predict import Predictor
 from synth.gap.result import Cause, GapResult, Ranked
 from synth.gap.search import Assessed, search
@@ -78,7 +79,9 @@ def diagnose(
     scene, warnings = _scene(leg, trials, tolerance, seed)
     bench, held_out = scene.bench, bool(scene.held)
     found = search(bench, candidates(leg, scene.given, scales(leg, scene.given)), say)
-    judged = with_counts(judge(found), scene.coarse)
+    weighed = judge(found)
+    turned = hangs_on(bench, found, weighed)
+    judged = with_counts(weighed, scene.coarse)
     say("how far it shrinks")
     shown = [item for item, _ in judged.singles[:RANKED]]
     gap = measure(bench, scene.scored, found, judged.accepted, shown, scene.coarse, scene.usual, held_out, seed)
@@ -117,7 +120,7 @@ def diagnose(
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
-        warnings=(*warnings, *(_worse(gap) if explained else ())),
+        warnings=(*warnings, *_turning(turned), *(_worse(gap) if explained else ())),
         tied=tied,
     )
 
@@ -141,6 +144,15 @@ def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -
     predictor = Predictor(leg, Tolerances.of(leg, tolerance))
     bench = Workbench(predictor, given, found.noise, EFFECTIVE)
     return _Scene(leg, bench, given, held, coarse, usual_noise(found, coarse), seed), tuple(warnings)
+
+
+def _turning(turned: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """A warning where the verdict hangs on single recordings."""
+    return tuple(
+        f"the verdict hangs on {name}: without it {said}. Look at that recording first (its start, its rest, what was "
+        "different that day), or repeat it"
+        for name, said in turned
+    )
 
 
 def _worse(gap: Gap) -> tuple[str, ...]:

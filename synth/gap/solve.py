@@ -8,7 +8,6 @@ eliminated trial by trial (variable projection: Golub & Pereyra, SIAM J. Numer. 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -21,6 +20,7 @@ from synth.gap.data import GapTrial
 from synth.gap.predict import Block, Hypothesis, Predictor
 from synth.model.layout import LANES
 from synth.model.leg import Array
+from synth.threads import thread_count
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
 RATE_STEP = 30.0
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 @lru_cache(maxsize=1)
 def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-gap")
+    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth-gap")
 
 
 def by_trial(function: Callable[[int], T], count: int) -> list[T]:
@@ -323,11 +323,3 @@ class Normal:
         matrix, gradient, _ = self.parts[trial]
         left = self.gradient - self.weight * gradient
         return -np.asarray(np.linalg.solve(self.matrix - self.weight * matrix, left))
-
-    def left_out(self) -> Array:
-        """(n_trial,) squares of each trial predicted by the others, its own state estimated all the same."""
-        found = []
-        for trial, (matrix, gradient, squares) in enumerate(self.parts):
-            step = self.without(trial)
-            found.append(squares + 2.0 * float(gradient @ step) + float(step @ matrix @ step))
-        return np.array(found)
