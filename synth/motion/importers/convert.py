@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -44,9 +44,9 @@ class Imported:
     """A recording of the leg.
 
     ``time`` (n,) s on the file's own clock; ``angles`` (n, n_joint) rad, measured, nan where missing. ``total``
-    samples were in the file; ``release`` what was found at its start, None where it was not looked for; ``notes`` all
-    that was found, mended or cut, in words. ``tracked``: the points behind the angles, of marker files, on the same
-    samples.
+    samples were in the file, ``began`` s its first; ``release`` what was found at its start, None where it was not
+    looked for; ``notes`` all that was found, mended or cut, in words. ``tracked``: the points behind the angles, of
+    marker files, on the same samples.
     """
 
     format: str
@@ -56,6 +56,32 @@ class Imported:
     release: Release | None
     notes: tuple[str, ...]
     tracked: Tracked | None
+    began: float = 0.0
+
+    @property
+    def driven(self) -> float | None:
+        """How long after its release a foreign torque is seen, s; None where none is."""
+        found = self.release
+        if found is None or found.driven_until is None or found.free_from < found.driven_until:
+            return None  # free from the start where a hand and a leg of another law look alike
+        return found.driven_until - self.start
+
+    @property
+    def start(self) -> float:
+        """The release, or the first sample of a recording that starts in motion; s on the file's own clock."""
+        at = None if self.release is None else self.release.released
+        return self.began if at is None else at
+
+    def later(self, start: float, note: str) -> Imported:
+        """Without what lies before ``start`` s, with a note."""
+        kept = slice(int(np.searchsorted(self.time, start)), None)
+        tracked = self.tracked
+        if tracked is not None:
+            tracked = replace(
+                tracked, time=tracked.time[kept], rotation=tracked.rotation[kept], points=tracked.points[kept]
+            )
+        notes = (*self.notes, note)
+        return replace(self, time=self.time[kept], angles=self.angles[kept], notes=notes, tracked=tracked)
 
 
 def recognise(path: Path, name: str) -> str:
@@ -127,7 +153,8 @@ def import_file(
     notes += remarks(time[kept], cleaned.angles[kept], leg)
     if tracked is not None:
         tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
-    return Imported(form, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked)
+    began = float(time[0])
+    return Imported(form, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked, began)
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:

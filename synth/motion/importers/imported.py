@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,9 @@ from synth.files.import_project import ForeignFile, ImportProject
 from synth.files.output import sha256_file, write_csv, write_json
 from synth.files.validate import gathering, raise_if_any
 from synth.model.leg import Leg
+from synth.motion.importers.cleaning import SHORTEST
 from synth.motion.importers.convert import Imported, import_file
+from synth.motion.release import free_after
 from synth.units import quantity
 
 TRIALS = "trials"
@@ -56,7 +58,27 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
             )
             trials.append(ImportedTrial(file, target, imported))
     raise_if_any(problems)
-    return trials
+    return _without_hand(trials) if project.release == "free" else trials
+
+
+def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
+    """All cut as long after the release as a hand is seen in any of them; see ``release.free_after``."""
+    driven = {trial.source.name: trial.imported.driven for trial in trials if trial.source.window is None}
+    seen = {name: length for name, length in driven.items() if length is not None}
+    if not seen:
+        return trials
+    after, where = free_after(list(seen.values())), max(seen, key=lambda name: seen[name])
+    made = []
+    for trial in trials:
+        own, name = trial.imported, trial.source.name
+        start = own.start + after
+        left = int((own.time >= start).sum())
+        if name not in driven or start <= own.time[0] or left < SHORTEST:
+            made.append(trial)
+            continue
+        text = f"cut to {start:.3f} s, {after * 1e3:.0f} ms after its start: so long a hand acts in {where}"
+        made.append(replace(trial, imported=own.later(start, text)))
+    return made
 
 
 def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Path) -> None:
