@@ -16,6 +16,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
 from synth.errors import UserError
+from synth.units_often import OFTEN
 
 if TYPE_CHECKING:
     import pint
@@ -260,6 +261,13 @@ def _unit(text: str) -> _Unit:
     plain = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", plain)
     if plain == "1":
         return _Unit(1.0, ())
+    if plain in OFTEN:
+        return _Unit(*OFTEN[plain])
+    return _by_pint(plain, text)
+
+
+def _by_pint(plain: str, text: str) -> _Unit:
+    """Size and dimension as pint finds them; ``text`` as it was written."""
     if len(plain) > TEXT_LIMIT or "".join(_TOKEN.findall(plain)) != plain:
         raise UserError(f"{_shown(text)} cannot be read as a unit; write it like N*m/rad or kg*m^2")
     import pint

@@ -160,3 +160,10 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 def test_import_alone_brings_no_pint() -> None:
     code = "import sys, synth.units; assert 'pint' not in sys.modules and 'numpy' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("unit", units.OFTEN)
+def test_units_met_often_are_those_of_pint(unit: str) -> None:
+    found, known = units._by_pint(unit, unit), units._unit(unit)
+    assert found.factor == pytest.approx(known.factor, rel=1e-15)
+    assert found.dimension == known.dimension

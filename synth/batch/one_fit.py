@@ -6,8 +6,7 @@ import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from synth.design.stages import with_held_out
-from synth.design.write import write_fit_responses
+from synth.design.fit_responses import write_fit_responses
 from synth.errors import Problem, UserError
 from synth.files.leg import write_leg
 from synth.files.output import write_json
@@ -25,6 +24,14 @@ class Ready:
     project: FitProject
     fitted: list[Recording]
     held_out: list[Recording]
+
+    @property
+    def needs_effects(self) -> bool:
+        """Whether more acts than springs, linear dampers and gravity: curves, effects, known torques."""
+        joints = self.project.leg.joints
+        return any(j.effects or (j.damper and j.damper.curve) for j in joints) or any(
+            recording.known_torque is not None for recording in (*self.fitted, *self.held_out)
+        )
 
 
 def ready(project: FitProject) -> Ready:
@@ -61,7 +68,11 @@ def fit_project(given: Ready) -> FitResult:
         static=project.static,
         intervals=project.fit.intervals,
     )
-    result = with_held_out(fit_by(project.leg, given.fitted, options, project.fit), given.held_out)
+    result = fit_by(project.leg, given.fitted, options, project.fit)
+    if given.held_out:
+        from synth.design.stages import with_held_out  # here: all of the design comes with it
+
+        result = with_held_out(result, given.held_out)
     inputs = {item.name: item.sha256 for item in project.inputs}
     inputs |= {trial.name: trial.sha256 for trial in project.trials}
     return replace(result, inputs=inputs)

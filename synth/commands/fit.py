@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         progress.say(_usable(arguments.file, given))
         return 0
     with output_folder(arguments.out) as folder:
-        progress.compiling(len(project.leg.joints))
+        progress.compiling(len(project.leg.joints), effects=given.needs_effects)
         with progress.stage("fitting"):
             result = fit_project(given)
         with progress.stage("writing"):

@@ -89,7 +89,7 @@ def _runner(arguments: argparse.Namespace, stack: ExitStack, progress: Progress,
         return cluster.run
     workers = min(arguments.workers or os.cpu_count() or 1, len(found))
     # Here, so that not every worker compiles the same; three links are what most legs have.
-    progress.compiling(3)
+    progress.compiling(3, effects=False)
     return lambda function, calls: run_here(function, calls, workers)
 
 

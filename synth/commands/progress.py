@@ -80,7 +80,7 @@ class Progress:
         Without ``effects`` for springs, linear dampers and gravity alone.
         """
         from synth.model.chain import compiled_chain, is_compiled
-        from synth.model.generate import cache_folder
+        from synth.model.generate import cache_folder, without_products
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"
         text = f"loading the equations of motion for {links}"
@@ -90,6 +90,7 @@ class Progress:
             once = f"{what}, once on this machine, {spent} s; kept in {cache_folder()}"
             text = f"compiling the equations of motion for {links} ({once})"
         with self.stage(text):
+            without_products()
             compiled_chain(n_link).load(plain=not effects)
 
     def _tick(self, key: object, label: str, start: float, finished: threading.Event) -> None:

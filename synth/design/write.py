@@ -11,6 +11,7 @@ import numpy as np
 
 import synth
 from synth.design.dampers import DamperOption
+from synth.design.fit_responses import write_fit_responses as write_fit_responses
 from synth.design.leg_design import LegDesign, fastest_rates
 from synth.design.sets import tolerance_json
 from synth.design.springs import SpringOption
@@ -18,7 +19,7 @@ from synth.files.curve import write_curve
 from synth.files.leg import write_leg
 from synth.files.mjcf import write_mjcf
 from synth.files.output import sha256_file, stems, write_csv
-from synth.fit.result import FitResult, TrialFit
+from synth.fit.result import TrialFit
 from synth.model.leg import Array
 from synth.units import quantity
 
@@ -43,18 +44,6 @@ def write_files(design: LegDesign, folder: Path) -> None:
             write_curve(fit.curve, curves / f"{name}_{fit.law.name}.csv")
     write_fit_responses(design.source, folder / "responses" / "source")
     _write_target_responses(design, folder / "responses" / "target")
-
-
-def write_fit_responses(result: FitResult, folder: Path) -> None:
-    """Each trial's measured and fitted angles, ``NAME.csv`` in degrees."""
-    folder.mkdir(parents=True)
-    names = result.leg.joint_names
-    for trial, stem in zip(result.trials, stems([t.name for t in result.trials]), strict=True):
-        columns: dict[str, Array] = {"time [s]": trial.time}
-        for j, name in enumerate(names):
-            columns[f"{name} measured [deg]"] = np.degrees(trial.measured[:, j])
-            columns[f"{name} fitted [deg]"] = np.degrees(trial.fitted[:, j])
-        write_csv(folder / f"{stem}.csv", columns)
 
 
 def _write_target_responses(design: LegDesign, folder: Path) -> None:

@@ -96,6 +96,20 @@ def _loaded(module_name: str, text: str) -> ModuleType:
     return module
 
 
+def without_products() -> None:
+    """Keep numba from importing ``scipy.linalg``, 0.1 s, for matrix products in compiled code: there are none here.
+
+    For a process of our own only: numba's ``np.dot`` is gone from it, unless scipy was loaded before.
+    """
+    if "scipy.linalg" not in sys.modules and "numba.np.arraymath" not in sys.modules:
+        absent = "scipy.linalg.cython_blas"
+        sys.modules[absent] = None  # type: ignore[assignment]
+        try:
+            import numba.np.arraymath  # noqa: F401
+        finally:
+            del sys.modules[absent]
+
+
 def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> subprocess.Popen[bytes] | None:
     """Start a process that compiles the source and keeps it on disk; None on a single core."""
     if (os.cpu_count() or 1) < 2:
