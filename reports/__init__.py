@@ -7,5 +7,13 @@ from reports.page import write_gap_report as write_gap_report
 from reports.page import write_import_report as write_import_report
 from reports.page import write_leg_report as write_leg_report
 from reports.reading import ReportError as ReportError
+from reports.spring_page import write_winding_sheet as write_winding_sheet
 
-__all__ = ["ReportError", "write_fit_report", "write_gap_report", "write_import_report", "write_leg_report"]
+__all__ = [
+    "ReportError",
+    "write_fit_report",
+    "write_gap_report",
+    "write_import_report",
+    "write_leg_report",
+    "write_winding_sheet",
+]

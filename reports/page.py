@@ -122,7 +122,7 @@ def gap_opening(result: Result) -> Markup:
     trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
     scored = [trial for trial in trials if trial.get("scored")]
     return Markup(
-        _environment()
+        environment()
         .get_template("gap-opening.html")
         .render(
             sentence=result.content.get("sentence") or "",
@@ -138,15 +138,15 @@ def write_page(result: Result, kind: str, sections: Sequence[Section], opening: 
     """Write ``report.html`` of these sections beside the result; those without content are listed as left out."""
     shown: list[Shown] = []
     left_out: list[tuple[str, str]] = []
-    environment = _environment()
+    templates = environment()
     for section in sections:
         content = section.content(result)
         if isinstance(content, Missing):
             left_out.append((section.title, content.why))
             continue
-        html = environment.get_template(f"{section.name}.html").render(**content, file=result.name)
+        html = templates.get_template(f"{section.template or section.name}.html").render(**content, file=result.name)
         shown.append(Shown(len(shown) + 1, section.name, section.title, Markup(html)))
-    page = environment.get_template("page.html").render(
+    page = templates.get_template("page.html").render(
         kind=kind,
         name=result.content.get("name") or "",
         opening=opening or "",
@@ -162,7 +162,7 @@ def write_page(result: Result, kind: str, sections: Sequence[Section], opening: 
 
 
 @cache
-def _environment() -> Environment:
+def environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("reports", "templates"),
         autoescape=True,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.palette import BLACK, BLUE, GREY
+from reports.figures.palette import BLACK, BLUE, GREY, VERMILION
 from reports.figures.svg import Point, Svg
 from reports.quantities import number
 
@@ -25,7 +25,7 @@ MOST_DRAWN = 40  # coils
 
 @dataclass(frozen=True)
 class Spring:
-    """What the drawing needs; mm and rad. ``arms``: ``tangent``, ``radial`` or ``axial``."""
+    """What the drawing needs; mm, rad. ``arms``: ``tangent``, ``radial`` or ``axial``; ``travel`` closes the coil."""
 
     wire: float
     mean: float
@@ -35,6 +35,8 @@ class Spring:
     body_length: float
     arms: str = "tangent"
     arbor: float | None = None
+    hand: str = "right"
+    travel: float | None = None
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,9 @@ class Arm:
 def arms_of(spring: Spring) -> tuple[Arm, Arm]:
     """Both arms, turned so that the included angle opens to the right about the horizontal.
 
-    The wire runs counter-clockwise. With tangent arms the first leaves against the winding sense, the second along it,
-    2 pi N later; their directions then enclose 180 deg - 360 deg frac(N), which must be the included angle.
+    The wire of a right-hand coil runs towards the viewer counter-clockwise, of a left-hand one clockwise. With tangent
+    arms the first leaves against the winding sense, the second along it, 2 pi N later; their directions then enclose
+    180 deg - 360 deg frac(N), which must be the included angle.
     """
     radius, half = spring.mean / 2, spring.included_angle / 2
     if spring.arms == "tangent":
@@ -63,8 +66,13 @@ def arms_of(spring: Spring) -> tuple[Arm, Arm]:
         root = (radius * math.cos(angle), radius * math.sin(angle))
         reach = 0.0 if spring.arms == "axial" else length
         end = (root[0] + reach * direction[0], root[1] + reach * direction[1])
-        found.append(Arm(root, end, direction))
+        found.append(Arm(root, end, direction) if spring.hand == "right" else _mirrored(root, end, direction))
     return found[0], found[1]
+
+
+def _mirrored(root: Point, end: Point, direction: Point) -> Arm:
+    """The arm in a coil of the other hand."""
+    return Arm((root[0], -root[1]), (end[0], -end[1]), (direction[0], -direction[1]))
 
 
 def spring_drawing(title: str, spring: Spring) -> Markup:
@@ -92,15 +100,16 @@ def _along_axis(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], centre: Point, 
     svg.circle(centre, radius, f'fill="none" stroke="{BLACK}" stroke-width="{wire + 2:.2f}"')
     svg.circle(centre, radius, f'fill="none" stroke="{WIRE}" stroke-width="{max(wire, 0.4):.2f}"')
     _rod(svg, place(arms[1].root), place(arms[1].end), wire)
-    caption = "seen along the axis"
+    caption = f"seen along the axis, {spring.hand}-hand"
     if spring.arbor:
         svg.circle(centre, spring.arbor / 2 * scale, f'fill="none" {THIN} stroke-dasharray="4 3"')
         caption += f"; dashed: arbor Ø {_mm(spring.arbor)}"
     _included_angle(svg, spring, centre, scale)
     svg.text((LEFT / 2, HEIGHT - 10), caption, f'font-size="12" fill="{GREY}"')
     for index, arm in enumerate(arms):
+        upper = (index == 0) == (spring.hand == "right")
         if spring.arms != "axial" and spring.leg_lengths[index] > 0:
-            _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), index == 0)
+            _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), upper)
 
 
 def _included_angle(svg: Svg, spring: Spring, centre: Point, scale: float) -> None:
@@ -126,7 +135,26 @@ def _included_angle(svg: Svg, spring: Spring, centre: Point, scale: float) -> No
             # The arc's tangent in drawing coordinates, pointing to its end.
             _head(svg, end, (-direction[1] * sense, -direction[0] * sense), BLUE)
     words = f"{number(math.degrees(spring.included_angle), 4)}°"
+    if spring.travel and spring.included_angle > 1e-6:
+        _closing(svg, spring, centre, arc - 13.0)
     svg.text((centre[0] + arc + 7, centre[1] + 4), words, f'font-size="13" font-weight="600" fill="{BLUE}"')
+
+
+def _closing(svg: Svg, spring: Spring, centre: Point, radius: float) -> None:
+    """How work turns the near arm: along the wire's winding, so that the coil and the included angle close."""
+    assert spring.travel is not None
+    sense = 1.0 if spring.hand == "right" else -1.0
+    start = -sense * spring.included_angle / 2
+    turned = min(spring.travel, 0.75 * spring.included_angle)
+    first, last = _unit(start), _unit(start + sense * turned)
+    ends = [(centre[0] + d[0] * radius, centre[1] - d[1] * radius) for d in (first, last)]
+    large, sweep = int(turned > math.pi), 0 if sense > 0 else 1
+    svg.path(
+        f"M{ends[0][0]:.1f} {ends[0][1]:.1f}"
+        f"A{radius:.1f} {radius:.1f} 0 {large} {sweep} {ends[1][0]:.1f} {ends[1][1]:.1f}",
+        f'fill="none" stroke="{VERMILION}" stroke-width="1.4"',
+    )
+    _head(svg, ends[1], (-last[1] * sense, -last[0] * sense), VERMILION)
 
 
 def _from_side(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], start: Point, scale: float) -> None:
@@ -148,7 +176,7 @@ def _from_side(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], start: Point, sc
     base = middle + radius + wire / 2
     low = max(base, *(middle - arm.end[1] * scale for arm in arms)) + 22
     _between(svg, (left, base), (left + length, base), low, f"body {_mm(spring.body_length)}")
-    tip = min(middle - arms[0].root[1] * scale, middle - arms[0].end[1] * scale) - wire / 2
+    tip = min(middle - y * scale for arm in arms for y in (arm.root[1], arm.end[1])) - wire / 2
     svg.text((left, tip - 7), f"wire Ø {_mm(spring.wire)}", LABEL)
     _upright(svg, (left + length, middle - radius - wire / 2), (left + length, base), left + length + 26,
              f"outside Ø {_mm(spring.mean + spring.wire)}")  # fmt: skip

@@ -12,6 +12,7 @@ from reports.figures.spring_drawing import Spring, spring_drawing
 from reports.quantities import in_si, text
 from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
+from reports.sections.winding import winding_of
 
 # Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
 WIND = (
@@ -19,6 +20,7 @@ WIND = (
     ("outer_diameter", "outside diameter, widest", "E16"), ("inside_diameter", "inside diameter, free", "E16"),
     ("body_coils", "coils of the body", "E17"), ("included_angle", "included angle of the free arms", "E17"),
     ("body_length", "body length, free", "E16"), ("wound_body_length", "body length at full travel", "E16"),
+    ("mandrel_diameter", "mandrel to begin with", "E18"), ("mandrel_turns", "turns on it", "E18"),
     ("wire_length", "wire length", "E16"), ("mass", "mass", "E16"),
 )  # fmt: skip
 ACT = (
@@ -26,12 +28,17 @@ ACT = (
     ("rate_friction_form", "rate, friction form", "E12"), ("active_coils", "active coils, arms included", "E13"),
     ("elastic_modulus", "elastic modulus E", ""), ("travel", "travel, winding", ""),
     ("opening_travel", "travel, opening", ""), ("moment", "moment at full travel", "E2"),
-    ("energy", "energy at full travel", "E12"),
+    ("energy", "energy at full travel", "E12"), ("arms_force", "force at the end of an arm", ""),
+    ("arms_share_of_angle", "share of the angle that the arms bend", "E13"),
 )  # fmt: skip
 LAST = (
     ("stress", "bending stress at full travel", "E14"), ("allowed_stress", "allowed stress", "E15"),
     ("yield_stress", "yield stress in bending", "E15"), ("tensile_strength", "tensile strength", "E15"),
     ("safety", "yield over stress", "E15"), ("free_travel", "travel to yield", "E15"),
+    ("safety_1e5", "strength over stress, 10⁵ cycles", "E19"),
+    ("safety_1e6", "strength over stress, 10⁶ cycles", "E19"),
+    ("stress_amplitude", "stress amplitude", "E19"), ("stress_mean", "mean stress", "E19"),
+    ("arms_stress", "stress where the arms begin", "E14"), ("arms_bend_radius", "bend radius of the arms", ""),
     ("index", "spring index D/d", "E14"), ("curvature_factor", "curvature factor", "E14"),
     ("arbor_diameter", "arbor diameter", ""), ("wound_inside_diameter", "inside diameter at full travel", "E16"),
     ("arbor_clearance", "clearance on the arbor at full travel", "E16"),
@@ -66,7 +73,8 @@ def _sheet(name: str, spring: Json, wanted: Json) -> Json:
         "name": name,
         "wanted": wanted.get("spring_rate"),
         "make": make,
-        "groups": _groups(make),
+        "groups": groups_of(make),
+        "winding": winding_of(make),
         "notes": [*sequence(make, "violations"), *sequence(make, "warnings")],
         "count": make.get("count") or 1,
         "drawing": drawing_of(f"{name}: the spring to make", make),
@@ -80,10 +88,11 @@ def _sheet(name: str, spring: Json, wanted: Json) -> Json:
     }
 
 
-def _groups(make: Json) -> list[Json]:
+def groups_of(make: Json) -> list[Json]:
     """The sheet's rows in three groups; quantities that this page has no words for come last under their key."""
     if not make:
         return []
+    make = {**make, **_nested(make)}
     known = {key for key, _, _ in (*WIND, *ACT, *LAST)}
     others = tuple(
         (key, key.replace("_", " "), "")
@@ -107,6 +116,14 @@ def _groups(make: Json) -> list[Json]:
     return groups
 
 
+def _nested(make: Json) -> Json:
+    """Quantities that stand deeper, under keys of one word."""
+    arms, fatigue, mandrel = (mapping(make, key) for key in ("arms", "fatigue", "mandrel"))
+    found = {f"arms_{key}": value for key, value in arms.items()}
+    found |= {f"mandrel_{key}": value for key, value in mandrel.items()}
+    return {**found, **{key: value for key, value in fatigue.items() if key != "source"}}
+
+
 def drawing_of(title: str, make: Json) -> Markup | None:
     """The drawing, or None where a dimension that it needs is missing."""
     wire, mean, angle = (in_si(make.get(key)) for key in ("wire_diameter", "mean_diameter", "included_angle"))
@@ -125,6 +142,8 @@ def drawing_of(title: str, make: Json) -> Markup | None:
         body * 1e3,
         str(make.get("leg_convention") or "tangent"),
         None if arbor is None else arbor * 1e3,
+        str(make.get("hand") or "right"),
+        in_si(make.get("travel")),
     )
     return spring_drawing(title, spring)
 

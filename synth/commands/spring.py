@@ -41,10 +41,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     quantity("--max-outer-diameter", "32 mm", "room around the coil")
     quantity("--max-body-length", "32 mm", "room along the coil, at full travel")
     quantity("--safety", "1.1", "yield over the stress at full travel (default: 1.1)")
+    quantity("--cycles", "1e6", "how often it is to turn through its travel, up to 1e6 (default: not asked)")
+    quantity("--fatigue-safety", "1.2", "strength over stress for so many cycles (default: 1)")
+    quantity("--bend-radius", "3 mm", "inside radius where a radial or axial arm leaves (default: the wire's diameter)")
     parser.add_argument("--material", help="wire: music (default), stainless, A228 ...; see synth catalog list")
     parser.add_argument("--system", type=one_of(["inch", "metric"]), help="stock sizes to look through (default: both)")
     parser.add_argument(
-        "--objective", type=one_of(["mass", "space"]), default="mass", help="mass (default): lightest; space: smallest"
+        "--objective",
+        type=one_of(["mass", "space", "life"]),
+        default="mass",
+        help="mass (default): lightest; space: smallest; life: strongest against fatigue",
     )
     parser.add_argument(
         "--legs",
@@ -52,7 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="tangent",
         help="how the legs leave the coil: tangent (default), radial, axial",
     )
-    parser.add_argument("--hand", type=one_of(["right", "left"]), default="right", help="right (default) or left wound")
+    parser.add_argument(
+        "--closes",
+        type=one_of(["clockwise", "counter-clockwise"]),
+        help="how work turns the far arm against the near one, seen from the near end: settles the hand",
+    )
+    parser.add_argument("--hand", type=one_of(["right", "left"]), help="right (default) or left wound")
     check = parser.add_argument_group("to check a given spring")
     check.add_argument("--wire-diameter", metavar='"2 mm"')
     check.add_argument("--mean-diameter", metavar='"18 mm"')
@@ -74,7 +85,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     answer = _design(wish, catalogue) if given is None else _check(wish, given, catalogue, arguments)
     written = []
     if arguments.out:
-        written = write_folder(Path(arguments.out), answer, arguments.hand, progress)
+        written = write_folder(Path(arguments.out), answer, progress)
     if arguments.json or not arguments.out:
         written.append(write_result(Path(arguments.json or "spring.json"), answer.content))
     progress.result(answer.text)
@@ -107,6 +118,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     for option, value in (("--opening-travel", opening), ("--leg-length", leg)):
         if value is not None and value < 0.0:
             read.problems.append(Problem("must be 0 or more", key=option))
+    hand = _hand(arguments, read)
     read.require()
     wish = SpringWish(
         rate=rate if rate is not None else 0.0,
@@ -117,12 +129,29 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
         system=arguments.system,
         objective=arguments.objective,
         limits=limits,
+        hand=hand,
     )
     if angle is not None:
         wish = replace(wish, included_angle=angle)
     if leg is not None:
         wish = replace(wish, leg_lengths=(leg, leg))
     return wish, (sizes[0] or 0.0, sizes[1] or 0.0, sizes[2] or 0.0) if checking else None
+
+
+def _hand(arguments: argparse.Namespace, read: Quantities) -> str:
+    """As asked, or as the sense of work asks."""
+    from synth.spring.winding import hand_for
+
+    given: str | None = arguments.hand
+    if arguments.closes is None:
+        return given or "right"
+    needed = hand_for(arguments.closes == "clockwise")
+    if given not in (None, needed):
+        text = (
+            f"work that turns the far arm {arguments.closes} closes a {needed}-hand coil and opens a {given}-hand one"
+        )
+        read.problems.append(Problem(f"{text}; leave --hand out", key="--hand"))
+    return needed
 
 
 def _limits(read: Quantities) -> SpringLimits:
@@ -138,7 +167,18 @@ def _limits(read: Quantities) -> SpringLimits:
     safety = read.read("--safety", "1")
     if safety is not None and safety < 1.0:
         read.problems.append(Problem("below 1 would let the spring yield", key="--safety"))
-    return limits if safety is None else replace(limits, safety=safety)
+    cycles, fatigue = read.read("--cycles", "1"), read.read("--fatigue-safety", "1")
+    if cycles is not None and not 1.0 <= cycles <= 1e6:
+        read.problems.append(Problem("fatigue is known up to 1e6 cycles: 1 to 1e6", key="--cycles"))
+    if fatigue is not None and cycles is None:
+        read.problems.append(Problem("is for a number of cycles: give --cycles too", key="--fatigue-safety"))
+    return replace(
+        limits,
+        safety=limits.safety if safety is None else safety,
+        cycles=cycles,
+        fatigue_safety=1.0 if fatigue is None else fatigue,
+        bend_radius=read.read("--bend-radius", "m"),
+    )
 
 
 def _design(wish: SpringWish, catalogue: Catalogue) -> Answer:
@@ -197,4 +237,6 @@ def _kept_to(wish: SpringWish) -> dict[str, Any]:
         "leg_lengths": [quantity(length, "mm") for length in wish.leg_lengths],
         **{name: quantity(value, "mm") for name, value in lengths.items() if value is not None},
         "safety": quantity(limits.safety, "1"),
+        **({} if limits.cycles is None else {"cycles": quantity(limits.cycles, "1")}),
+        **({} if limits.cycles is None else {"fatigue_safety": quantity(limits.fatigue_safety, "1")}),
     }

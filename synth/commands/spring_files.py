@@ -60,16 +60,19 @@ def write_result(path: Path, content: Mapping[str, Any]) -> str:
     return name
 
 
-def write_folder(folder: Path, answer: Answer, hand: str, progress: Progress) -> list[str]:
+def write_folder(folder: Path, answer: Answer, progress: Progress) -> list[str]:
     """Write ``spring.json`` and, where there is a spring, its solid and winding sheet; the files' names."""
     with output_folder(folder) as made:
         write_json(made / "spring.json", answer.content)
         if answer.spring is not None:
-            sheet = winding_sheet(answer.spring, hand)
+            from reports import write_winding_sheet
+
+            sheet = winding_sheet(answer.spring)
+            write_winding_sheet(made)
             (made / "winding_sheet.txt").write_text(sheet, encoding="utf-8")
             if answer.spring.convention == "tangent":
                 with progress.stage("drawing the spring"):
-                    write_solid(answer.spring, hand, made)
+                    write_solid(answer.spring, made)
             else:
                 progress.say(
                     f"note: no STEP or STL, {answer.spring.convention} legs cannot be drawn, only tangent ones"
@@ -78,7 +81,7 @@ def write_folder(folder: Path, answer: Answer, hand: str, progress: Progress) ->
     return [str(folder / name) for name in names]
 
 
-def write_solid(spring: SpringDesign, hand: str, folder: Path) -> None:
+def write_solid(spring: SpringDesign, folder: Path) -> None:
     """Draw the free spring, check the solid against its closed form, write ``spring.step`` and ``spring.stl``.
 
     Raises
@@ -95,7 +98,7 @@ def write_solid(spring: SpringDesign, hand: str, folder: Path) -> None:
         coils=spring.body_coils,
         included_angle=math.degrees(spring.included_angle),
         arm_length=arm,
-        hand=hand,
+        hand=spring.hand,
     )
     if problems := dimensions.problems():
         raise UserError([Problem(f"it cannot be drawn: {problem}", key="--out") for problem in problems])

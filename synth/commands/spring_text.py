@@ -9,6 +9,7 @@ from synth.commands.table_text import table_text
 from synth.parts.check import DISAGREEMENT
 from synth.spring.design import SpringResult
 from synth.spring.result import SpringDesign
+from synth.spring.winding import stress_relief
 
 Row = tuple[str, Callable[[SpringDesign], str]]
 
@@ -34,7 +35,11 @@ ROWS: tuple[Row, ...] = (
     ("torque at travel [N*m]", lambda s: f"{s.moment:.4g}"),
     ("stress at travel [MPa]", lambda s: f"{s.stress / 1e6:.0f}"),
     ("allowed stress [MPa]", lambda s: f"{s.allowed_stress / 1e6:.0f}"),
+    ("strength over stress, 1e5 cycles", lambda s: "-" if s.life is None else f"{s.life.factor_1e5:.2f}"),
+    ("strength over stress, 1e6 cycles", lambda s: "-" if s.life is None else f"{s.life.factor_1e6:.2f}"),
     ("travel to yield [deg]", lambda s: f"{math.degrees(s.free_travel):.1f}"),
+    ("rate within [%]", lambda s: f"{s.tolerance.rate * 100:.1f}"),
+    ("mandrel to begin with [mm]", lambda s: f"{s.mandrel_diameter * 1e3:.2f}"),
     ("wire length [mm]", lambda s: f"{s.wire_length * 1e3:.0f}"),
     ("mass [g]", lambda s: f"{s.mass * 1e3:.1f}"),
 )
@@ -78,23 +83,23 @@ def check_text(spring: SpringDesign) -> str:
     return "\n".join([spring_table([spring], ["checked"]), *verdict, *notes])
 
 
-def winding_sheet(spring: SpringDesign, hand: str) -> str:
-    """What the one who winds the spring needs, as text; ``hand`` is ``right`` or ``left``."""
+def winding_sheet(spring: SpringDesign) -> str:
+    """What the one who winds the spring needs, as text."""
+    sense = "clockwise" if spring.hand == "right" else "counter-clockwise"
     closing, opening = math.degrees(spring.travel), math.degrees(spring.opening_travel)
     lines = [
         "WINDING SHEET: helical torsion spring of round wire",
         "",
         f"Wire: {spring.material}, {spring.wire_diameter * 1e3:.4g} mm; cut {spring.wire_length * 1e3:.0f} mm or more",
-        f"Coil: {spring.body_coils:.3f} coils, {hand}-hand, touching",
+        f"Coil: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching",
         f"      inside diameter {spring.inside_diameter * 1e3:.2f} mm, mean {spring.mean_diameter * 1e3:.2f} mm",
         f"      body {spring.body_length * 1e3:.2f} mm long",
         f"Legs: straight, {spring.convention}, {math.degrees(spring.included_angle):.1f} deg between them when free;",
         f"      each {spring.leg_lengths[0] * 1e3:.4g} mm from the coil to where the load acts",
+        f"Turn: work must turn the far arm {sense} against the near one, seen from the near end: that closes the coil",
         f"Use:  winds up by at most {closing:.4g} deg" + (f", opens by at most {opening:.4g} deg" if opening else ""),
         "",
-        "The wire springs back after winding: wind a trial coil, measure its inside diameter when free and change the",
-        "mandrel until it is as above. The rate changes by 1 % for each 1 % of the mean diameter or of the coils, and",
-        "by 4 % for each 1 % of the wire's diameter: measure the wire.",
+        *_workshop(spring),
         "",
         "To check it: torque at the leg against the angle from rest",
         table_text([["angle [deg]", "torque [N*m]"], *_torques(spring)]),
@@ -114,3 +119,19 @@ def winding_sheet(spring: SpringDesign, hand: str) -> str:
 def _torques(spring: SpringDesign) -> list[list[str]]:
     angles = [spring.travel * part / 4.0 for part in range(1, 5)]
     return [[f"{math.degrees(angle):.4g}", f"{spring.rate * angle:.4g}"] for angle in angles]
+
+
+def _workshop(spring: SpringDesign) -> list[str]:
+    """Mandrel, heat and tolerances."""
+    plus, angle = spring.tolerance, math.degrees(spring.tolerance.free_angle)
+    return [
+        f"Mandrel: begin with {spring.mandrel_diameter * 1e3:.2f} mm and {spring.mandrel_turns:.2f} turns. Wires",
+        "differ in spring-back: wind a trial coil, measure its inside diameter when free and change the mandrel by as",
+        "much as it is off.",
+        f"Heat: {stress_relief(spring.material) or 'relieve stress as the maker of the wire says'}.",
+        "",
+        f"Within: wire {plus.wire_diameter * 1e3:.3g} mm, mean diameter {plus.mean_diameter * 1e3:.2g} mm, free angle "
+        f"{angle:.2g} deg, plus or minus; the rate",
+        f"then is within {plus.rate:.1%}. It changes by 1 % for each 1 % of the mean diameter or of the coils, and by",
+        "4 % for each 1 % of the wire's diameter: measure the wire.",
+    ]

@@ -48,6 +48,8 @@ class SpringWish:
         each straight leg up to where the load acts.
     material, system
         wire material; ``inch``, ``metric`` or None for both.
+    hand
+        ``right`` or ``left``, see ``winding.hand_for``.
     objective
         ``mass``: lightest, then smallest; ``space``: smallest cylinder, then lightest; ``life``: strongest against
         fatigue, then lightest.
@@ -63,11 +65,12 @@ class SpringWish:
     system: str | None = None
     objective: Objective = "mass"
     limits: SpringLimits = field(default_factory=SpringLimits)
+    hand: str = "right"
 
     @property
     def task(self) -> SpringTask:
         """The part that holds for every candidate."""
-        return SpringTask(self.travel, self.opening_travel, self.leg_lengths, self.convention, self.limits)
+        return SpringTask(self.travel, self.opening_travel, self.leg_lengths, self.convention, self.limits, self.hand)
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,8 @@ class SpringResult:
                 "opening_travel": quantity(self.wish.opening_travel, "deg"),
                 "included_angle": quantity(self.wish.included_angle, "deg"),
                 "leg_convention": self.wish.convention,
+                "objective": self.wish.objective,
+                "hand": self.wish.hand,
                 "material": self.wish.material,
             },
             "make": None if self.best is None else self.best.as_json(),

@@ -111,6 +111,7 @@ def check_spring(
         arm_stress=arms.arm_stress(moment, d, task.convention, bent or d),
         bend_radius=bent,
         count=count,
+        hand=task.hand,
     )
     return replace(design, violations=tuple(broken_limits(design, task.limits)))
 

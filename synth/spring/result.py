@@ -117,6 +117,7 @@ class SpringDesign:
     bend_radius: float | None
     violations: tuple[Violation, ...] = ()
     count: int = 1
+    hand: str = "right"
 
     @property
     def feasible(self) -> bool:
@@ -181,6 +182,7 @@ class SpringDesign:
             "material": self.material,
             "count": self.count,
             "leg_convention": self.convention,
+            "hand": self.hand,
             "leg_lengths": [quantity(length, "mm") for length in self.leg_lengths],
             **numbers,
             **self._lasting(),
@@ -230,10 +232,11 @@ class SpringDesign:
 
 @dataclass(frozen=True)
 class SpringTask:
-    """Travel and legs of a spring: what holds for every candidate."""
+    """Travel, legs and hand of a spring: what holds for every candidate."""
 
     travel: float
     opening_travel: float = 0.0
     leg_lengths: tuple[float, float] = (0.0, 0.0)
     convention: Convention = "tangent"
     limits: SpringLimits = field(default_factory=SpringLimits)
+    hand: str = "right"

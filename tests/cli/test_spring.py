@@ -121,7 +121,7 @@ def test_the_folder_holds_solid_and_sheet(capsys: pytest.CaptureFixture[str]) ->
     capsys.readouterr()
     out = Path("out/spring")
     visible = sorted(path.name for path in out.iterdir() if not path.name.startswith("."))
-    assert visible == ["spring.json", "spring.step", "spring.stl", "winding_sheet.txt"]
+    assert visible == ["spring.json", "spring.step", "spring.stl", "winding_sheet.html", "winding_sheet.txt"]
     assert not Path("spring.json").exists()
     made = json.loads((out / "spring.json").read_text(encoding="utf-8"))["make"]
     d, mean = made["wire_diameter"]["value"], made["mean_diameter"]["value"]
@@ -213,3 +213,51 @@ def test_a_real_run_from_a_folder_with_markup_in_its_name(tmp_path: Path) -> Non
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.endswith(f"written: {folder / 'a.json'}\n")
     assert json.loads((folder / "a.json").read_text(encoding="utf-8"))["make"]["count"] == 1
+
+
+def test_the_sheet_for_the_bench_tells_how_to_wind_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """Direction, mandrel, heat, tolerances and torques stand on the page, and it needs nothing outside itself."""
+    words = [*WISH, "--cycles", "1e6", "--closes", "counter-clockwise", "--objective", "space", "--out", "out"]
+    assert main(["spring", *words]) == 0
+    capsys.readouterr()
+    content = json.loads(Path("out/spring.json").read_text())
+    made = content["make"]
+    page = Path("out/winding_sheet.html").read_text(encoding="utf-8")
+    assert made["hand"] == "left"
+    assert made["fatigue"]["safety_1e6"]["value"] >= 1.0
+    assert value(content["wanted"]["cycles"], "1") == 1e6
+    text = " ".join(re.sub(r"<[^>]+>", " ", page).split()).replace("\xa0", " ")
+    assert "work turns the far arm counter-clockwise against the near one" in text
+    assert f"on a mandrel of {made['mandrel']['diameter']['value']:.4g} mm" in text
+    assert "230 degC for 30 min" in text
+    assert "seen along the axis, left-hand" in text
+    torque = made["rate"]["value"] * math.radians(40.0)
+    assert f"{torque:.4g} N·m" in text
+    assert not re.search(r"(src|href)=\"http", page)
+    assert page.count("<svg") == 1
+
+
+def test_life_costs_mass(capsys: pytest.CaptureFixture[str]) -> None:
+    light, lasting = (spring(*WISH, "--objective", each)["make"] for each in ("mass", "life"))
+    assert lasting["fatigue"]["safety_1e6"]["value"] > light["fatigue"]["safety_1e6"]["value"]
+    assert lasting["mass"]["value"] > light["mass"]["value"]
+
+
+def test_hand_and_sense_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    (said,) = problems(capsys, *WISH, "--closes", "clockwise", "--hand", "left")
+    assert said.startswith(
+        "--hand: work that turns the far arm clockwise closes a right-hand coil and opens a left-hand"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--cycles", "1e8"], "--cycles: fatigue is known up to 1e6 cycles"),
+        (["--fatigue-safety", "1.2"], "--fatigue-safety: is for a number of cycles: give --cycles too"),
+        (["--bend-radius", "3"], "--bend-radius"),
+        (["--bend-radius", "-3 mm"], "--bend-radius"),
+    ],
+)
+def test_what_lasting_may_not_ask(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
+    assert any(line.startswith(message) for line in problems(capsys, *WISH, *words))

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from synth.parts.catalog import Catalogue
-from synth.spring import space, stress
+from synth.spring import arms, fatigue, space, stress
 from synth.spring.rate import active_coils, energy, rate
 
 INCH = 0.0254
@@ -158,6 +158,25 @@ class TestShigleyExample:
             assert 1.115 * plain == pytest.approx(published, rel=2e-5)
             assert stress.bending_stress(moment, 0.072, 0.5218) == pytest.approx(published, rel=5e-4)
 
+    def test_fatigue_of_part_c(self) -> None:
+        """1e6 cycles of 1 to 5 in-lb: Sut 294.4, Se 78.51, Sa 68.85 kpsi, nf 1.13."""
+        endurance = fatigue.endurance_about_zero(0.50 * 294.4, 294.4)
+        assert endurance == pytest.approx(78.51, abs=5e-3)
+        borne = fatigue.gerber_amplitude(endurance, 294.4, 60.857, 91.286)
+        assert borne == pytest.approx(68.85, abs=5e-3)
+        assert borne / 60.857 == pytest.approx(1.13, abs=5e-3)
+
+    def test_fatigue_of_part_c_with_the_catalogues_share(self, catalogue: Catalogue) -> None:
+        """Table 10-10 has 50 % for 1e6 cycles of music wire and 53 % for 1e5; so has the catalogue."""
+        known = catalogue.find_material("music wire").fatigue
+        assert known is not None
+        assert (known.at_1e5, known.at_1e6) == (0.53, 0.50)
+        assert "10-10" in known.source
+        whole = fatigue.life(known, 294.4, 91.286 - 60.857, 91.286 + 60.857)
+        assert whole is not None
+        assert whole.factor_1e6 == pytest.approx(68.85 / 60.857, abs=1e-4)
+        assert whole.factor_1e5 > whole.factor_1e6
+
 
 class TestOpenSpringmaker:
     """OpenSpringmaker (commit ddcb1aa4): E 203.4 GPa, d 2, D 20 mm, 5 coils, 1 N m."""
@@ -206,12 +225,45 @@ class TestCatalogueSprings:
         assert rate(193e9, 2.032e-3, 17.018e-3, 6.17, "friction") == pytest.approx(0.46180, abs=5e-6)
 
 
-@pytest.mark.parametrize(
-    ("mean_inch", "bending", "friction"),
-    [(1.4375, 40.85, 38.53), (1.4425, 40.71, 38.40), (1.25, 46.98, 44.31), (1.625, 36.14, 34.09)],
-)
-def test_thesis_hip_by_every_reading_of_its_diameter(mean_inch: float, bending: float, friction: float) -> None:
-    """Wire 0.1875 in, 1.04 coils, E 193 GPa: the thesis' 38 N m/rad is not what its own formula gives."""
+HIP = {
+    # mean diameter in inches -> bending and friction form, N m/rad, at 193, 196.5, 203.4 and 207 GPa
+    1.4375: ((40.85, 38.53), (41.60, 39.23), (43.06, 40.61), (43.82, 41.33)),
+    1.4425: ((40.71, 38.40), (41.45, 39.10), (42.91, 40.47), (43.67, 41.18)),
+    1.25: ((46.98, 44.31), (47.83, 45.12), (49.52, 46.70), (50.39, 47.53)),
+    1.625: ((36.14, 34.09), (36.80, 34.70), (38.09, 35.92), (38.76, 36.56)),
+    1.63: ((36.03, 33.98), (36.68, 34.60), (37.97, 35.81), (38.64, 36.45)),
+}
+
+
+@pytest.mark.parametrize("mean_inch", HIP)
+def test_thesis_hip_by_every_reading_of_its_diameter(mean_inch: float) -> None:
+    """Wire 0.1875 in, 1.04 coils: the thesis' 38 N m/rad is not what its own formula gives."""
     wire = 0.1875 * INCH
-    assert rate(193e9, wire, mean_inch * INCH, 1.04) == pytest.approx(bending, abs=5e-3)
-    assert rate(193e9, wire, mean_inch * INCH, 1.04, "friction") == pytest.approx(friction, abs=5e-3)
+    for modulus, (bending, friction) in zip((193e9, 196.5e9, 203.4e9, 207e9), HIP[mean_inch], strict=True):
+        assert rate(modulus, wire, mean_inch * INCH, 1.04) == pytest.approx(bending, abs=6e-3)
+        assert rate(modulus, wire, mean_inch * INCH, 1.04, "friction") == pytest.approx(friction, abs=6e-3)
+
+
+class TestStandard:
+    """EN 13906-3: arms and bends, as they stand in springone (facts only)."""
+
+    def test_bend_of_an_arm(self) -> None:
+        assert arms.bend_factor(1.0, 1.0) == pytest.approx(3.07 / 2.25)
+        assert arms.bend_factor(1e3, 1.0) == pytest.approx(1.0, abs=1e-3)
+
+    @pytest.mark.parametrize("load_radius", [15e-3, 30e-3, 60e-3])
+    def test_a_tangent_arm_agrees_with_the_textbook_where_it_is_long(self, load_radius: float) -> None:
+        """Shigley's l/(3 pi D) turns for a cantilever of length l against EN's, with l^2 = R^2 - (D/2)^2."""
+        mean, coils = 20e-3, 5.0
+        length = math.sqrt(load_radius**2 - (mean / 2) ** 2)
+        textbook = length / (3.0 * math.pi * mean * coils)
+        standard = arms.flexibility_tangent(load_radius, mean, coils)
+        # EN: (4 R^2/D^2 - 1) D / (12 pi n R) = l^2 / (3 pi n R D); the textbook has l for l^2/R.
+        assert standard == pytest.approx(textbook * length / load_radius, rel=1e-12)
+
+    def test_a_radial_arm_as_a_cantilever(self) -> None:
+        """Loaded at R by M/R, clamped at D/2: (M/R) l^3 / (3 E I R) beside M pi D n / (E I)."""
+        mean, coils, load_radius = 20e-3, 5.0, 40e-3
+        length = load_radius - mean / 2
+        cantilever = length**3 / (3.0 * load_radius**2) / (math.pi * mean * coils)
+        assert arms.flexibility_radial(load_radius, mean, coils) == pytest.approx(cantilever, rel=1e-12)

@@ -1,0 +1,99 @@
+"""How to wind a spring: what to cut, wind, heat and measure, each with its tolerance; for the sheet at the bench."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from reports.quantities import in_si, number, percent, text
+from reports.reading import Json, value_of
+from reports.section import mapping, sequence
+
+GRIP = 1.1  # of the wire's length to cut: ends to hold
+_MEASURED = (
+    ("wire_diameter", "wire diameter", "wire_diameter"), ("mean_diameter", "mean coil diameter", "mean_diameter"),
+    ("body_coils", "coils of the body", "body_coils"), ("included_angle", "angle between the free arms", "free_angle"),
+)  # fmt: skip
+
+
+def winding_of(make: Json) -> Json:
+    """Steps, what to measure with its tolerance, torque against angle; empty where the design has no mandrel."""
+    mandrel, plus = mapping(make, "mandrel"), mapping(make, "tolerance")
+    if not mandrel or not plus:
+        return {}
+    return {
+        "steps": _steps(make, mandrel, plus),
+        "measured": [
+            {"label": label, "value": make.get(key), "plus": plus.get(tolerance)} for key, label, tolerance in _MEASURED
+        ],
+        "torques": _torques(make, value_of(plus.get("rate")) or 0.0),
+        "closing": closing_words(str(make.get("hand") or "right")),
+        "hand": str(make.get("hand") or "right"),
+        "rate_plus": plus.get("rate"),
+    }
+
+
+def closing_words(hand: str) -> str:
+    """Which way work must turn the spring, so that its coil closes."""
+    sense = "clockwise" if hand == "right" else "counter-clockwise"
+    return (
+        f"{hand}-hand: seen from either end the coil runs away from you {sense}. Fit it so that work turns the far arm "
+        f"{sense} against the near one, which closes the coil and the angle between the arms"
+    )
+
+
+def _steps(make: Json, mandrel: Json, plus: Json) -> list[str]:
+    """What to do, in order."""
+    wire, hand = str(make.get("material") or "wire"), str(make.get("hand") or "right")
+    length = in_si(make.get("wire_length"))
+    legs = " and ".join(text(leg) for leg in sequence(make, "leg_lengths")) or "as needed"
+    steps = []
+    cut = "" if length is None else f"; the spring itself takes {text(make.get('wire_length'))}"
+    if length is not None:
+        steps.append(f"Cut {number(length * GRIP * 1e3, 3)} mm of {wire}, {text(make.get('wire_diameter'))}{cut}.")
+    steps.append(
+        f"Wind {text(mandrel.get('turns'))} turns, {hand}-hand and touching, on a mandrel of "
+        f"{text(mandrel.get('diameter'))}: after spring-back that leaves {text(make.get('body_coils'))} coils of "
+        f"{text(make.get('inside_diameter'))} inside. Spring-back differs from wire to wire: wind a trial coil first "
+        "and change the mandrel by as much as the coil is off."
+    )
+    bend = mapping(make, "arms").get("bend_radius")
+    bent = "" if bend is None else f", bent with an inside radius of {text(bend)} or more"
+    steps.append(
+        f"Leave the arms straight, {make.get('leg_convention') or 'tangent'}{bent}, {legs} from the coil to where the "
+        f"load acts, with {text(make.get('included_angle'))} between them (within {text(plus.get('free_angle'))})."
+    )
+    relief = make.get("stress_relief")
+    steps.append(f"Relieve stress: {relief}." if relief else f"Relieve stress as the maker of the {wire} says.")
+    steps.append("Measure the free angle and the torque below, and turn the joint's arm to suit the angle that it has.")
+    return steps
+
+
+def _torques(make: Json, rate_plus: float) -> list[Json]:
+    """Torque at quarters of the travel, with what the tolerance of the rate leaves; degrees, N m."""
+    rate, travel = in_si(make.get("rate")), in_si(make.get("travel"))
+    if rate is None or travel is None:
+        return []
+    return [
+        {
+            "angle": f"{number(math.degrees(travel * quarter / 4), 3)}°",
+            "torque": f"{number(rate * travel * quarter / 4, 4)}\u00a0N·m",
+            "plus": f"{number(rate * travel * quarter / 4 * rate_plus / 100, 2)}\u00a0N·m",
+        }
+        for quarter in (1, 2, 3, 4)
+    ]
+
+
+def sheet_content(content: Json, drawing: Any, groups: list[Json]) -> Json:
+    """What the page of one spring shows."""
+    make = mapping(content, "make") or mapping(content, "checked")
+    return {
+        "make": make,
+        "drawing": drawing,
+        "groups": groups,
+        "winding": winding_of(make),
+        "count": make.get("count") or 1,
+        "notes": [*sequence(make, "violations"), *sequence(make, "warnings")],
+        "checked": not mapping(content, "make"),
+        "off": percent(value_of(make.get("rate")), value_of(mapping(content, "wanted").get("rate"))),
+    }
