@@ -6,7 +6,6 @@ together, where both vary among the trials; intervals by Student's distribution.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +23,7 @@ EVEN = 0.02  # of the rise: from one end of the designs to the other, no trend w
 
 @dataclass(frozen=True)
 class Design:
-    """One scored jump: its design, and rises in m by ``STAGES`` beside the measured one."""
+    """One jump: its design, and rises in m by ``STAGES`` beside the measured; ``learnt`` : fits, not predictions."""
 
     file: str
     motor: str
@@ -32,6 +31,7 @@ class Design:
     gear_ratio: float
     measured: float
     rises: dict[str, float]
+    learnt: bool = False
 
     def error(self, stage: str) -> float:
         """Predicted over measured rise, less 1."""
@@ -52,7 +52,7 @@ class Across:
         return {
             "designs": [
                 {
-                    "file": d.file, "motor": d.motor, "gear_ratio": d.gear_ratio,
+                    "file": d.file, "motor": d.motor, "gear_ratio": d.gear_ratio, "learnt_from": d.learnt,
                     "leg_length": quantity(d.length, "mm"), "rise_measured": quantity(d.measured, "mm"),
                     **{f"rise_{stage}": quantity(d.rises[stage], "mm") for stage in STAGES},
                     "error": {stage: quantity(d.error(stage), "percent") for stage in STAGES},
@@ -69,8 +69,10 @@ class Across:
         for by, words in (("length", "the links' length"), ("gear_ratio", "the gear ratio")):
             values = [getattr(d, by) for d in self.designs]
             if by not in self.slopes:
-                kept = "all trials have one" if len(self.designs) else "no jump's rise is known"
-                said.append(f"Whether the error changes with {words} cannot be told: {kept}.")
+                why = "no jump's rise is known"
+                if values:
+                    why = "all jumps have one" if max(values) == min(values) else "the jumps are too few or too alike"
+                said.append(f"Whether the error changes with {words} cannot be told: {why}.")
                 continue
             reach = max(values) - min(values)
             first, last = (self._trend(by, stage, reach) for stage in ("as_designed", "after"))
@@ -92,9 +94,10 @@ class Across:
 
 
 def across(gaps: JumpGaps) -> Across:
-    """From the scored jumps whose rise is known."""
+    """From the jumps whose rise is known, scored ones first."""
     designs = []
-    for trial, rise in zip(gaps.trials, gaps.rises, strict=True):
+    scored = list(zip(gaps.trials, gaps.rises, strict=True))
+    for trial, rise in [*scored, *gaps.learnt]:
         rises = {stage: getattr(rise, stage) for stage in STAGES}
         if rise.measured is None or rise.measured <= 0.0 or None in rises.values():
             continue
@@ -126,8 +129,3 @@ def _slopes(columns: dict[str, Array], errors: Array) -> dict[str, Estimate]:
         by: Estimate(float(found[k]), UNITS[by], float(found[k] - reach[k]), float(found[k] + reach[k]))
         for k, by in enumerate(columns, start=1)
     }
-
-
-def same_designs(designs: Sequence[Design]) -> bool:
-    """Whether all scored jumps are of one design."""
-    return len({(d.length, d.gear_ratio) for d in designs}) < 2

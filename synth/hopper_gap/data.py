@@ -94,7 +94,8 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
     if all(jump.trial.kind == "pull-up" for jump in given):
         said.append("pull-ups only: they show the joints' damping; of motor, gear and ground they tell nothing")
     if not any(jump.leaning for jump in given):
-        said.append("no trial to learn from leans: whether the foot would slide cannot be told from upright jumps")
+        text = "no trial to learn from leans: whether the foot would slide cannot be told from upright jumps. One that "
+        said.append(text + "starts leaning (lean: 10 deg), with columns pitch and foot slide, tells it")
     return found, said
 
 

@@ -51,10 +51,11 @@ def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]
         if CURRENT not in usual.measured:
             told = _imagined(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
             made.append(Choice("the motors' current and the supply's voltage recorded with a jump", {}, told))
-        leaning = replace(usual.trial, lean=LEAN)
-        told = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
-        what = "a jump that starts leaning by 10 deg, its pitch and the foot's slide recorded"
-        made.append(Choice(what, {"lean": "10 deg"}, told))
+        if any(trial.leaning for trial in trials):  # else nothing that a lean would show is among the candidates
+            leaning = replace(usual.trial, lean=LEAN)
+            told = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
+            what = "a jump that starts leaning by 10 deg, its pitch and the foot's slide recorded"
+            made.append(Choice(what, {"lean": "10 deg"}, told))
     made.append(Choice("an inverted pull-up, with its torque recorded", {}, _pull_up(usual)))
     return made
 

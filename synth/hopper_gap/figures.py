@@ -29,7 +29,10 @@ class Rise:
 
 @dataclass(frozen=True)
 class JumpGaps:
-    """Scored trials with what each stage predicts; ``gap`` holds the figures; ``rises`` a trial."""
+    """Scored trials with what each stage predicts; ``gap`` holds the figures; ``rises`` a trial.
+
+    ``learnt`` : trials to learn from that are not scored, with their rises: of these ``before`` and ``after`` are fits.
+    """
 
     trials: tuple[Jump, ...]
     as_designed: tuple[Scored, ...]
@@ -37,6 +40,7 @@ class JumpGaps:
     after: tuple[Scored, ...]
     gap: Gap
     rises: tuple[Rise, ...]
+    learnt: tuple[tuple[Jump, Rise], ...] = ()
 
 
 def measured_gaps(
@@ -64,7 +68,11 @@ def measured_gaps(
     rises = tuple(
         _rise(bench, trial, stages, [item[i] for item in (nominal, before, after)]) for i, trial in enumerate(trials)
     )
-    return JumpGaps(trials, nominal, before, after, gap, rises)
+    learnt = tuple(
+        (trial, _rise(bench, trial, stages, [Scored({}, fit.own[i]) for fit in stages]))
+        for i, trial in enumerate(bench.trials if held else ())
+    )
+    return JumpGaps(trials, nominal, before, after, gap, rises, learnt)
 
 
 def _squares(trials: Sequence[Jump], scored: Sequence[Scored]) -> Array:

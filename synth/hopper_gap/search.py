@@ -15,7 +15,8 @@ from synth.hopper_gap.solve import JumpBench, JumpFit
 
 LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # times a start's strengths
 SHAPES_LADDER = (1.0, 0.5, 2.0)  # of log-normal ones
-TRIED = 2  # rungs of a shape that are gone on with
+TRIED = 2  # rungs of a shape that are gone on with,
+NEAR = 1.5  # the second where it promises to leave no more than so many times what the first does
 PAIRED = 5  # single causes of which pairs are made
 SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
 

@@ -18,8 +18,8 @@ from synth.hopper_gap.data import Jump
 from synth.hopper_gap.predict import N_OWN, JumpPredictor
 
 STEP = 0.05  # whitened, of differences
-ROUNDS, CONVERGED = 25, 0.05
-WITHIN = 3.5  # deviations: what lies further off is not within tolerances, however much it would explain
+ROUNDS, CONVERGED, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
+WITHIN = 2.5  # deviations: what lies further off is not within tolerances, however much it would explain
 FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
 SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
 SOFT_ROUNDS = 6
@@ -147,7 +147,7 @@ class JumpBench:
             gain = current.cost - tried.cost
             if gain > 0.0:
                 current, damping = tried, max(damping / 10.0, 1e-7)
-                if gain < CONVERGED:
+                if gain < max(CONVERGED, SHARE * current.cost):
                     break
             else:
                 damping = max(10.0 * damping, 1e-2)

@@ -27,7 +27,7 @@ def _shown(estimate: Estimate) -> str:
 
 def sentence(
     verdict: Verdict, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]], probability: float,
-    before: Estimate, after: Estimate, floor: Estimate, held_out: bool, rises: Sequence[Rise],
+    designed: Estimate, before: Estimate, after: Estimate, floor: Estimate, held_out: bool, rises: Sequence[Rise],
 ) -> str:  # fmt: skip
     """The whole diagnosis in one or two sentences."""
     on = "unseen trials" if held_out else "each trial, predicted by the others"
@@ -45,7 +45,10 @@ def sentence(
             f"{angle(before)}, {nearest}, the noise is {angle(floor)}."
         )
     text = " and ".join(cause_text(cause) for cause in causes)
-    falls = f"the upper link's error on {on} falls from {angle(before)} to"
+    falls = (
+        f"the upper link's error on {on} falls from {angle(designed)} as designed, {angle(before)} at the tolerances' "
+        "best, to"
+    )
     if verdict == "tie":
         ways = " or ".join(" and ".join(cause_text(c) for c in option) for option in tied[:2])
         return (
