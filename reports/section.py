@@ -28,11 +28,14 @@ class Section:
         its heading.
     content
         what the template needs from a result, or why there is nothing to show.
+    template
+        where several sections share one: its name instead of the section's.
     """
 
     name: str
     title: str
     content: Callable[[Result], Mapping[str, Any] | Missing]
+    template: str = ""
 
 
 def mapping(parent: object, *keys: str) -> Json:

@@ -31,6 +31,7 @@ COMMANDS = {
     "hopper": "gear motor and link length of a jumping leg, from motors that exist",
     "spring": "the torsion spring to wind, or what stands in its way",
     "catalog": "list, show and check catalogues of springs, dampers and wire",
+    "reproduce": "the thesis' tables from the laboratory's recordings, published beside ours",
     "warmup": "compile the equations of motion now instead of at the first use",
 }
 MODULES = {"import": "motion_import"}  # where a command's name cannot be a module's

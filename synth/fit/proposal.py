@@ -107,7 +107,7 @@ def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution:
     known = covariance(model, solution, with_prior=False)
     found = []
     for place, j in enumerate(unknowns.rates):
-        if np.sqrt(known[place, place]) > LOOSE:
+        if np.sqrt(known[place, place]) > LOOSE and any(j in recording.free for recording in recordings):
             proposal = _proposal(unknowns, recordings, solution.values, known, j)
             found += [proposal] if proposal is not None else []
     return tuple(found)

@@ -1,0 +1,41 @@
+"""The page of the reproduction: the thesis' tables, published beside ours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from reports import page
+from reports.reading import Json, Result, read_result
+from reports.section import Missing, Section, mapping, sequence
+
+
+def write_reproduction_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``reproduction.json``.
+
+    Raises
+    ------
+    ReportError
+        If ``reproduction.json`` is missing or no reproduction.
+    """
+    result = read_result(folder, "reproduction.json", "reproduction")
+    return page.write_page(result, "Thesis tables, published against ours", _sections(result))
+
+
+def _sections(result: Result) -> tuple[Section, ...]:
+    """A section a table, in the result's order, and the inputs."""
+    tables = [table for table in sequence(result.content, "tables") if isinstance(table, dict)]
+    return (*(_section(index, table) for index, table in enumerate(tables)), Section("inputs-read", "Inputs", _inputs))
+
+
+def _section(index: int, table: Json) -> Section:
+    def content(result: Result) -> dict[str, Any] | Missing:
+        rows = [row for row in sequence(table, "rows") if isinstance(row, dict)]
+        return {"table": table, "rows": rows, "index": index} if rows else Missing("no row")
+
+    title = f"{table.get('name')}: {table.get('title')}"
+    return Section(f"table-{index + 1}", title, content, "reproduction-table")
+
+
+def _inputs(result: Result) -> dict[str, Any]:
+    return {"inputs": mapping(result.content, "inputs"), "seed": result.content.get("seed")}
