@@ -46,9 +46,15 @@ def adapter_radius(dimensions: JointDimensions) -> float:
 
 
 def mount_across(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Smallest distance (mm) of the mount's screws across the ears; a head is twice as wide as its hole."""
+    """Smallest distance (mm) of the mount's screws across the ears, which spread below the flange.
+
+    A head is twice as wide as its hole and as high as that is wide.
+    """
+    from cad.hinge import ear_outlines  # which itself needs the mount
+
     bolt = dimensions.mount.bolt_diameter if dimensions.mount is not None else 0.0
-    return 2 * (layout.socket_outer + bolt + dimensions.clearance)
+    ears = max(hull.half_width_above(layout.upper_bottom - bolt) for hull in ear_outlines(dimensions, layout))
+    return 2 * (ears + bolt + dimensions.clearance)
 
 
 def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:

@@ -133,13 +133,14 @@ def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
     # The coil's radius, and with it the arm's line near the coil and its tip, moves over the joint's travel.
     end = layout.arm_reach + max(0.0, -layout.slips[1]) + 2 * dimensions.clearance
     outside = layout.radius_open - spring.radius + width
+    towards_keeper = end * math.tan(math.radians(max(0.0, -layout.arm_turns[1])))
     # What the slot leaves on its outer side is a blade when thin: then the slot is open to that side.
     _, cup = tongue_outlines(dimensions, layout)
     if cup.reach(arm.direction + 90.0) - spring.radius - outside < THINNEST_CHEEK * dimensions.wall:
         outside = layout.web_radius
     slot = _box(
         (0.0, end),
-        (layout.radius_closed - spring.radius - width, outside),
+        (layout.radius_closed - spring.radius - width - towards_keeper, outside),
         (layout.floor_top, layout.half_width + 1),
     )
     # Round the shafts it widens, or thin horns of print would stand between slot and shaft holes.
@@ -157,6 +158,7 @@ def _lower_mouth(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The pocket's wall where the slot leaves it at a grazing angle: cut away, it would be a feather edge."""
     width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
     near = math.degrees(math.asin((layout.radius_closed - width) / layout.tongue_radius))
+    near -= max(0.0, -layout.arm_turns[1])
     sector = (layout.lower.direction + near, layout.lower.direction + 90.0)
     return _ring_sector(layout, dimensions.clearance, sector, layout.tongue_radius, layout.floor_top)
 

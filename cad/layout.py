@@ -55,6 +55,7 @@ class JointLayout:
     arm_reach: float  # the arm's length seen along z
     pin_reach: float  # tangent point to contact, seen along z
     slips: tuple[float, float]  # that the tangent point moves along the arm, off its shaft: travel's closed, open end
+    arm_turns: tuple[float, float]  # deg, that an arm turns back on its shafts; at the travel's closed, open end
     coil_start: float  # z of the wire's centre at the lower tangent point
     coil_height: float  # lower to upper tangent point
     half_width: float  # of the tongue along z
@@ -146,6 +147,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         arm_reach=reach,
         pin_reach=pin_reach,
         slips=_slips(dimensions, upper, space, pin_reach),
+        arm_turns=_arm_turns(dimensions, upper, space),
         coil_start=start,
         coil_height=height,
         half_width=half_width,
@@ -287,6 +289,18 @@ def _turn(pin: Point, drawn: float, loaded: float) -> float:
     return math.degrees(math.acos(max(-1.0, min(1.0, loaded / distance))) - math.acos(drawn / distance))
 
 
+def _arm_turns(dimensions: JointDimensions, arm: ArmLayout, space: _SpringSpace) -> tuple[float, float]:
+    """How far an arm turns back on its shafts at the travel's closed and open end, deg (``cad.pose``).
+
+    Where the coil's radius changes, its arms lean on their shafts at another angle; opening, they first take up the
+    keepers' gap.
+    """
+    lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
+    radius = dimensions.spring.radius
+    closed = _turn(arm.bearing, radius + lateral, space.radius_closed + lateral)
+    return closed, _turn(arm.keeper, radius - lateral - dimensions.keeper_gap, space.radius_open - lateral)
+
+
 def _slips(dimensions: JointDimensions, arm: ArmLayout, space: _SpringSpace, pin_reach: float) -> tuple[float, float]:
     """How far the arm slides over its shaft towards the hinge (+) as the coil's radius changes, at both ends, mm."""
     lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
@@ -304,10 +318,7 @@ def _notch(dimensions: JointDimensions, upper: ArmLayout, space: _SpringSpace) -
     width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
     near = math.degrees(math.asin((space.radius_closed - width) / space.tongue_radius))
     pins = _pin_angles(dimensions, upper)
-    lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
-    # Where the coil's radius changes, the arm also turns a little on its shafts (cad.pose).
-    closed = _turn(upper.bearing, dimensions.spring.radius + lateral, space.radius_closed + lateral)
-    opened = _turn(upper.keeper, dimensions.spring.radius - lateral, space.radius_open - lateral)
+    closed, opened = _arm_turns(dimensions, upper, space)
     behind, ahead = min(-90.0 - closed, pins[0]), max(-near - opened, pins[1])
     low, high = dimensions.range
     # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.

@@ -50,6 +50,18 @@ class Hull:
         x, y = math.cos(math.radians(direction)), math.sin(math.radians(direction))
         return max(x * disc.x + y * disc.y + disc.radius for disc in self.discs)
 
+    def half_width_above(self, height: float) -> float:
+        """Largest distance (mm) from x = 0 of the outline where y is at least ``height``; arcs in steps of 3 deg."""
+        points = []
+        for disc, start, end in self.arcs:
+            steps = max(1, math.ceil((end - start) / math.radians(3.0)))
+            points += [_on(disc, start + (end - start) * index / steps) for index in range(steps + 1)]
+        found = [abs(x) for x, y in points if y >= height]
+        for (x0, y0), (x1, y1) in zip(points, points[1:] + points[:1], strict=True):
+            if (y0 - height) * (y1 - height) < 0.0:
+                found.append(abs(x0 + (x1 - x0) * (height - y0) / (y1 - y0)))
+        return max(found, default=0.0)
+
     @property
     def area(self) -> float:
         """Enclosed area, mm^2, by Green's theorem over arcs and lines."""

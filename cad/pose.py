@@ -24,7 +24,8 @@ def pose_spring(dimensions: JointDimensions, layout: JointLayout, angle: float) 
     The wire keeps its length, so a coil closed by c has ``D N / (N + c/360)``. Its tangent arms then run
     nearer to the hinge and turn a little on their shafts: an arm of a coil of radius R touches a shaft at P
     when its normal is ``acos((R +- (d + p)/2) / |P|)`` from P. Closing presses the arms on the bearing
-    shafts, opening on the keepers; within the keepers' gap nothing moves. The closing is found by bisection.
+    shafts, opening on the keepers; within the keepers' gap it keeps its shape and both arms share the play.
+    The closing is found by bisection.
     """
     wanted = dimensions.free_angle - angle  # deg that the joint closes beyond the unloaded pose
     spring, coils = dimensions.spring, dimensions.spring.drawn_coils
@@ -46,7 +47,7 @@ def pose_spring(dimensions: JointDimensions, layout: JointLayout, angle: float) 
         return closing + 2 * turned(closing) - wanted
 
     if (wanted >= 0.0) == (excess(0.0) >= 0.0):
-        closing, turn = 0.0, 0.0
+        closing, turn = 0.0, wanted / 2  # within the keepers' gap the spring only turns, half as far as the joint
     else:
         near, far = 0.0, wanted
         for _ in range(60):

@@ -2,7 +2,7 @@
 
 All on meshes (manifold3d). A pose of two bodies costs half a millisecond, so every degree is tried, with the parts
 of each half taken as one body; which two parts met is asked only where they do. The loaded spring is drawn anew at
-each pose (``cad.pose``); between the ends of the travel on a coarser mesh, whose polygons stand outside the wire.
+every second degree (``cad.pose``), between the ends of the travel on a coarser mesh.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from cad.results import CheckResult, at_least, at_most
 
 OVERLAP_LIMIT = 0.05  # mm^3; chords of two coaxial bores 0.1 mm apart leave nothing, this is rounding
 CONTACT_LIMIT = 1.0  # mm^3, of an arm in the shaft that it bears on, as meshes of both touch
-STEP = 1.0  # deg, between poses
+STEP = 1.0  # deg, between poses of the halves
+SPRING_STEP = 2.0  # deg, between poses of the spring, whose arms sweep less than half a wire in that
 CONTACT_ANGLE = 0.05  # deg, to which the angle of a first contact is bisected
-BEYOND = 90.0  # deg, past the asked travel that the free travel is looked for
+BEYOND = 30.0  # deg, past the asked travel that the free travel is looked for
 GAP_STEP = 3.0  # deg, between poses at which the least gap is measured
 CHORDS = 0.02  # mm, that meshes of round parts 0.4 mm apart may lie nearer than the parts
 COARSE = (12, 24)  # sides and steps a turn of the spring's mesh between the ends of the travel
@@ -135,7 +136,7 @@ def first_contact(bodies: Bodies, start: float, end: float) -> float | None:
 
 
 def free_travel(bodies: Bodies) -> Travel:
-    """How far the halves turn from the rest pose until they meet, looked for up to 90 deg past the asked travel."""
+    """How far the halves turn from the rest pose until they meet, looked for up to 30 deg past the asked travel."""
     dimensions = bodies.joint.dimensions
     rest, (low, high) = dimensions.rest_angle, dimensions.range
     if bodies.overlap(rest) > OVERLAP_LIMIT:
@@ -153,15 +154,18 @@ def free_travel(bodies: Bodies) -> Travel:
 
 
 def check_travel(bodies: Bodies) -> list[CheckResult]:
-    """The asked travel is free of the halves' meeting; both results name what stops the joint, asked for or not."""
+    """The asked travel is free of the halves' meeting; both results name what stops the joint, asked for or not.
+
+    Their ``angle`` is the asked end, where a picture shows most of what is in the way.
+    """
     name = bodies.joint.part("lower").name
     low, high = bodies.joint.dimensions.range
     found = free_travel(bodies)
     return [
         at_most("travel, low end", name, found.low, low, "deg", f"free down to here; then {found.stop_low}",
-                angle=found.low - 2 * CONTACT_ANGLE),
+                angle=low),
         at_least("travel, high end", name, found.high, high, "deg", f"free up to here; then {found.stop_high}",
-                 angle=found.high + 2 * CONTACT_ANGLE),
+                 angle=high),
     ]  # fmt: skip
 
 
@@ -181,11 +185,11 @@ def check_within(bodies: Bodies) -> list[CheckResult]:
 
 
 def check_spring_room(bodies: Bodies) -> list[CheckResult]:
-    """The loaded spring at every degree: it goes through nothing, and bears on its shafts without sinking in."""
+    """The loaded spring at every second degree: it goes through nothing, and bears on its shafts without sinking in."""
     dimensions = bodies.joint.dimensions
     low, high = dimensions.range
     worst: dict[tuple[str, bool], tuple[float, float]] = {}
-    for angle in poses(low, high, STEP, dimensions.rest_angle):
+    for angle in poses(low, high, SPRING_STEP, dimensions.rest_angle):
         exact = angle in (low, high, dimensions.rest_angle)
         for key, volume in bodies.spring_overlaps(angle, None if exact else COARSE).items():
             if volume > worst.get(key, (-1.0, 0.0))[0]:

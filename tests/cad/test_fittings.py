@@ -1,0 +1,187 @@
+"""Encoder seat, damper adapter and mount: they pass every gate, sit where they must, and are refused by name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cad import (
+    AdapterDimensions,
+    DamperDimensions,
+    DimensionError,
+    EncoderDimensions,
+    JointDimensions,
+    LegDimensions,
+    LoadDimensions,
+    MountDimensions,
+    SpringDimensions,
+    build_leg,
+    check_leg,
+    export_leg,
+)
+from cad.layout import lay_out
+from cad.travel import Bodies, check_travel, manifold
+
+HIP = JointDimensions(
+    "hip",
+    SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0),
+    110.0,
+    110.0,
+    range=(80.0, 140.0),
+    damper=DamperDimensions(adapter=AdapterDimensions(6.0, 12.0, 16.0)),
+    loads=LoadDimensions(1.0, 0.1),
+    encoder=EncoderDimensions(),
+    mount=MountDimensions(),
+)
+
+CROWDED = EncoderDimensions(bolt_circle=42.0, bolt_count=8, bolt_diameter=5.0, body_diameter=24.0)
+
+
+@pytest.fixture(scope="module")
+def hip():
+    return build_leg(LegDimensions("one", (HIP,)))
+
+
+def heights(part):
+    return part.mesh.vertices[:, 2].min(), part.mesh.vertices[:, 2].max()
+
+
+def test_a_joint_with_everything_passes_every_gate(hip):
+    checks = check_leg(hip)
+    assert [str(check) for check in checks if not check.passed] == []
+    assert {"encoder_seat", "damper_adapter", "encoder"} <= {part.family for part in hip.parts}
+
+
+def test_adapter_is_keyed_on_the_shaft_and_open_to_the_damper(hip):
+    joint = hip.joints[0]
+    adapter, shaft = (manifold(joint.part(name).mesh) for name in ("damper_adapter", "shaft"))
+    assert (adapter ^ shaft).volume() < 0.05
+    assert (adapter ^ shaft.rotate((0.0, 0.0, 90.0))).volume() > 1.0
+    # The shaft goes in by its grip, measured on the solids.
+    low, high = heights(joint.part("damper_adapter"))
+    bottom, top = heights(joint.part("shaft"))
+    assert min(high, top) - max(low, bottom) == pytest.approx(16.0, abs=1e-6)
+    assert high - low == pytest.approx(12.0 + 2.0 + 16.0)
+
+
+def test_encoder_faces_the_magnet_at_its_air_gap(hip):
+    joint, encoder = hip.joints[0], HIP.encoder
+    shaft, sensor = (heights(joint.part(name)) for name in ("shaft", "encoder"))
+    assert joint.layout.flips[1] > 0
+    assert sensor[0] - shaft[1] == pytest.approx(max(encoder.air_gap, 1.2))
+
+
+def test_mount_s_screws_pass_the_ears(hip):
+    """A rod through each hole of the flange, and a head's width round it, meets nothing of the upper half."""
+    import cadquery as cq
+
+    from cad.mount import mount_screws
+
+    joint = hip.joints[0]
+    upper, start = joint.part("upper").solid, joint.layout.upper_bottom
+    flip_x, flip_z = joint.layout.flips
+    up, bolt = cq.Vector(0, 1, 0), HIP.mount.bolt_diameter
+    for x, z in mount_screws(HIP, joint.layout):
+        x, z = flip_x * x, flip_z * z
+        rod = cq.Solid.makeCylinder(bolt / 2 - 0.05, 40.0, cq.Vector(x, start - bolt, z), up)
+        assert upper.intersect(rod).Volume() < 1e-6
+        head = cq.Solid.makeCylinder(bolt, bolt, cq.Vector(x, start - bolt, z), up)
+        assert upper.intersect(head).Volume() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"encoder": EncoderDimensions(bolt_circle=20.0)}, r"hip\.encoder\.bolt_circle = 20: allowed is at least 26.4"),
+        ({"encoder": CROWDED}, r"hip\.encoder\.bolt_circle = 42: .*come within 5.75 mm of the arm.s shafts"),
+        ({"encoder": EncoderDimensions(magnet_diameter=7.5)}, r"hip\.encoder\.magnet_diameter = 7.5"),
+        ({"encoder": EncoderDimensions(body_diameter=8.0)}, r"hip\.encoder\.body_diameter = 8.*rim"),
+        ({"mount": MountDimensions(spacing_across=20.0)}, r"hip\.mount\.spacing_across = 20.*heads"),
+        ({"damper": replace(HIP.damper, outer_diameter=13.0)}, r"hip\.damper\.outer_diameter = 13.*adapter"),
+        ({"loads": LoadDimensions(spring_rate=-1.0)}, r"hip\.loads\.spring_rate = -1"),
+        ({"floor": 0.5}, r"hip\.floor = 0.5"),
+    ],
+)
+def test_a_fitting_that_cannot_be_is_refused_by_name(change, named):
+    with pytest.raises(DimensionError, match=named):
+        lay_out(replace(HIP, **change))
+
+
+def test_only_the_first_joint_has_a_mount():
+    with pytest.raises(DimensionError, match=r"knee\.mount.*first joint"):
+        build_leg(LegDimensions("two", (HIP, replace(HIP, name="knee"))))
+
+
+def test_a_damper_as_large_as_the_link_is_named():
+    plain = replace(HIP, damper=DamperDimensions(140.0, 16.0, 150.0), mount=None, encoder=None, link_length=200.0)
+    with pytest.raises(DimensionError, match=r"damper\.bolt_circle = 150.*too wide for the link of 200 mm"):
+        build_leg(LegDimensions("two", (plain, replace(plain, name="knee"))))
+
+
+def test_files_for_others_hold_what_was_built(hip, tmp_path):
+    import xml.etree.ElementTree as ET
+    import zipfile
+
+    import ezdxf
+    import numpy as np
+    import trimesh
+
+    files = export_leg(hip, tmp_path, checks=(), pictures=False)
+    assert {file.kind for file in files} == {"step", "stl", "3mf", "glb", "dxf"}
+    printed = {part.name: part for part in hip.parts if part.printed}
+    model = ET.fromstring(zipfile.ZipFile(tmp_path / "leg_print.3mf").read("3D/3dmodel.model"))
+    space = {"m": "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"}
+    assert model.get("unit") == "millimeter"
+    found = {item.get("name"): item for item in model.iterfind(".//m:object", space)}
+    assert found.keys() == printed.keys()
+    for name, item in found.items():
+        points = np.array([[float(v.get(k)) for k in "xyz"] for v in item.iterfind(".//m:vertex", space)])
+        faces = np.array([[int(t.get(k)) for k in ("v1", "v2", "v3")] for t in item.iterfind(".//m:triangle", space)])
+        body = trimesh.Trimesh(points, faces, process=False)
+        assert body.is_watertight
+        assert body.volume == pytest.approx(printed[name].solid.Volume(), rel=5e-3)
+        assert points[:, 2].min() == pytest.approx(0.0, abs=1e-4)  # it lies on the bed
+    assert len(model.findall(".//m:item", space)) == len(printed)
+
+    scene = trimesh.load_scene(tmp_path / "leg.glb")
+    assert set(scene.geometry) == {part.name for part in hip.parts}
+    height = np.ptp(scene.bounds[:, 1])
+    assert 0.1 < height < 0.5  # metres
+
+    base = ezdxf.readfile(tmp_path / "hip_damper_bracket_base.dxf")
+    circles = [entity for entity in base.modelspace() if entity.dxftype() == "CIRCLE"]
+    radii = sorted(round(circle.dxf.radius, 3) for circle in circles)
+    assert radii == sorted([1.7] * 4 + [4.8, round(hip.joints[0].layout.bracket_radius, 3)])
+    assert base.units == ezdxf.units.MM
+    rim = max(circles, key=lambda circle: circle.dxf.radius)
+    area = np.pi * (2 * rim.dxf.radius**2 - sum(circle.dxf.radius**2 for circle in circles))
+    ring = ezdxf.readfile(tmp_path / "hip_damper_bracket_ring.dxf")
+    holes = np.pi * sum(e.dxf.radius**2 for e in ring.modelspace() if e.dxftype() == "CIRCLE")
+    thick = hip.joints[0].layout.bracket_height - HIP.wall
+    bracket = area * HIP.wall + (2 * np.pi * rim.dxf.radius**2 - holes) * thick
+    assert bracket == pytest.approx(printed["hip_damper_bracket"].solid.Volume(), rel=1e-6)
+    before = {name: (tmp_path / name).read_bytes() for name in ("leg_print.3mf", "leg.glb", "hip_mount.dxf")}
+    export_leg(hip, tmp_path / "again", checks=(), pictures=False)
+    assert {name: (tmp_path / "again" / name).read_bytes() for name in before} == before
+
+
+def test_a_failure_is_drawn_in_red(hip, tmp_path):
+    from matplotlib.image import imread
+
+    from cad import PreviewError, draw_failures
+
+    joint = hip.joints[0]
+    wider = replace(joint.dimensions, range=(20.0, 140.0))
+    leg = replace(hip, joints=(replace(joint, dimensions=wider),))
+    failed = [check for check in check_travel(Bodies(leg.joints[0])) if not check.passed]
+    assert [check.name for check in failed] == ["travel, low end"]
+    try:
+        written = draw_failures(leg, failed, tmp_path)
+    except PreviewError as error:
+        pytest.skip(str(error))
+    assert len(written) == len(failed)
+    for name in written:
+        pixels = imread(tmp_path / name)[..., :3]
+        red = (pixels[..., 0] > 0.6) & (pixels[..., 1] < 0.3) & (pixels[..., 2] < 0.3)
+        assert red.sum() > 50

@@ -1,0 +1,72 @@
+"""Walls, overhang, way up and bed, on bodies whose answers are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cad.parts import Mesh
+from cad.print_file import laid
+from cad.printing import WAYS_UP, hanging_faces, on_bed, overhang, thin_points, wall_thickness
+
+pytest.importorskip("manifold3d")
+
+
+def mesh_of(solid) -> Mesh:
+    found = solid.to_mesh()
+    return Mesh(np.asarray(found.vert_properties, dtype=float)[:, :3], np.asarray(found.tri_verts, dtype=np.int64))
+
+
+def box(x, y, z, at=(0.0, 0.0, 0.0)):
+    import manifold3d
+
+    return manifold3d.Manifold.cube((x, y, z)).translate(at)
+
+
+def test_the_wall_of_a_box_is_measured():
+    shell = mesh_of(box(40, 30, 20) - box(36, 26, 16, (2, 2, 2)))
+    _, thickness = wall_thickness(shell)
+    assert np.percentile(thickness, [0, 1, 50]) == pytest.approx([2.0] * 3, abs=1e-4)  # the rest runs along a wall
+    assert len(thin_points(shell, 1.9)) == 0
+    thin = mesh_of(box(40, 30, 20) - box(36, 26, 17.5, (2, 2, 2)))
+    points = thin_points(thin, 1.2)
+    assert len(points) > 50
+    assert np.all(points[:, 2] > 19.4)  # the lid of 0.5 mm
+
+
+def test_a_table_s_underside_needs_support_but_not_upside_down():
+    table = mesh_of(box(30, 30, 4, (0, 0, 20)) + box(10, 10, 21, (10, 10, 0)))
+    assert overhang(table, WAYS_UP["+z"], 45.0) == pytest.approx(30 * 30 - 10 * 10)
+    assert overhang(table, WAYS_UP["-z"], 45.0) == 0.0
+
+
+@pytest.mark.parametrize(("lean", "needs"), [(40.0, False), (50.0, True)])
+def test_a_leaning_wall_needs_support_beyond_the_limit(lean, needs):
+    import manifold3d
+
+    shift = 20.0 * math.tan(math.radians(lean))
+    corners = [(x + (shift if z else 0.0), y, z) for x in (0, 5) for y in (0, 10) for z in (0.0, 20.0)]
+    mesh = mesh_of(manifold3d.Manifold.hull_points(np.array(corners)))
+    assert bool(len(hanging_faces(mesh, WAYS_UP["+z"], 45.0))) is needs
+
+
+def test_a_part_fits_the_bed_lengthwise_or_not():
+    mesh = mesh_of(box(150, 300, 100))
+    assert on_bed(mesh, WAYS_UP["+z"], (320.0, 160.0, 154.0)) == ((300.0, 150.0, 100.0), True)
+    assert not on_bed(mesh, WAYS_UP["+y"], (320.0, 160.0, 154.0))[1]
+    assert not on_bed(mesh, WAYS_UP["+z"], (320.0, 140.0, 154.0))[1]
+
+
+@pytest.mark.parametrize("up", WAYS_UP)
+def test_a_part_is_laid_with_its_way_up(up):
+    mesh = mesh_of(box(3, 5, 7) + box(1, 1, 1, (3, 0, 0)))
+    turned = laid(mesh, up)
+    assert turned.volume == pytest.approx(mesh.volume)
+    assert turned.vertices.min(axis=0) == pytest.approx([0, 0, 0])
+    axis = int(np.argmax(np.abs(WAYS_UP[up])))
+    assert np.ptp(turned.vertices[:, 2]) == pytest.approx(np.ptp(mesh.vertices[:, axis]))
+    # What pointed up points up: the highest points are those that lay furthest that way.
+    old = mesh.vertices @ np.array(WAYS_UP[up])
+    assert np.allclose(turned.vertices[:, 2], old - old.min())

@@ -1,0 +1,73 @@
+"""The free travel by bisection, against exact solids, and that a part in the way is seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cad.joint import BuiltJoint
+from cad.parts import Mesh
+from cad.travel import CONTACT_ANGLE, Bodies, check_spring_room, check_travel, first_contact, free_travel, poses
+
+
+@pytest.fixture(scope="module")
+def knee(leg):
+    return leg.joints[1]
+
+
+def test_the_contact_angle_is_that_of_the_exact_solids(knee):
+    found = free_travel(Bodies(knee))
+    assert found.low < knee.dimensions.range[0]
+    assert found.stop_low.split(" with ")[0].startswith("knee_upper")
+    upper = knee.part("upper").solid
+
+    def shared(angle):
+        return upper.intersect(knee.solid_at(knee.part("lower"), angle)).Volume()
+
+    assert shared(found.low + 0.1) < 1e-6
+    assert shared(found.low - 2 * CONTACT_ANGLE) > 0.0
+
+
+def test_a_travel_that_the_hinge_cannot_give_is_stopped(knee):
+    found = free_travel(Bodies(knee))
+    wider = replace(knee.dimensions, range=(found.low - 5.0, 160.0))
+    low, high = check_travel(Bodies(BuiltJoint(wider, knee.layout, knee.parts)))
+    assert not low.passed
+    assert high.passed
+    assert low.value == pytest.approx(found.low, abs=2 * CONTACT_ANGLE)
+    assert low.angle == wider.range[0]
+
+
+def test_a_thin_part_in_the_way_is_found_at_its_degree(knee):
+    bodies = Bodies(knee)
+    assert first_contact(bodies, 119.0, 160.0) is None
+    # A needle of 1.2 mm where the lower half's socket comes by, fixed to the upper half.
+    shaft = knee.part("upper_keeper")
+    reach = knee.layout.lower_bottom + 5.0
+    needle = Mesh(
+        np.asarray(shaft.mesh.vertices - shaft.mesh.vertices.mean(axis=0)) * [0.3, 0.3, 1.0], shaft.mesh.faces
+    )
+    turned = needle.turned(0.0, (reach, 0.0, 0.0)).turned(-90.0 + knee.dimensions.rotation(150.0))
+    parts = tuple(replace(p, mesh=turned) if p is shaft else p for p in knee.parts)
+    found = first_contact(Bodies(BuiltJoint(knee.dimensions, knee.layout, parts)), 119.0, 160.0)
+    assert found is not None
+    # The socket's half width is seen under asin(13.1/(its distance)) from the axis.
+    assert 119.0 < found < 150.0
+
+
+def test_a_spring_that_is_too_wide_for_its_pocket_is_stopped(knee):
+    """The drawn pocket keeps; the spring is a millimetre wider than it was drawn for."""
+    spring = replace(knee.dimensions.spring, mean_diameter=knee.dimensions.spring.mean_diameter + 2.0)
+    swollen = BuiltJoint(replace(knee.dimensions, spring=spring), knee.layout, knee.parts)
+    failed = [check for check in check_spring_room(Bodies(swollen)) if not check.passed]
+    assert any("the lower half," in check.text for check in failed)
+    assert all(check.angle is not None for check in failed)
+
+
+def test_poses_hold_both_ends_and_are_a_degree_apart():
+    found = poses(60.0, 62.5, 1.0, 61.1)
+    assert (found[0], found[-1]) == (60.0, 62.5)
+    assert 61.1 in found
+    assert max(np.diff(found)) <= 1.0
