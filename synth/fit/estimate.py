@@ -11,14 +11,15 @@ from synth.errors import UserError
 from synth.files.options import Prior
 from synth.files.static_points import StaticPoint
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.least_squares import Stage, Weights, solve
+from synth.fit.least_squares import HUBER, Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import MISFIT, result_of
 from synth.fit.result import FitResult
 from synth.fit.ridge import soften
+from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.static_points import balances
 from synth.fit.trajectories import Local, TrajectoryModel, by_trial
-from synth.fit.uncertainty import correlation_times, root_mean_square, shift_variances
+from synth.fit.uncertainty import correlation_times, residuals, root_mean_square, shift_variances
 from synth.fit.unknowns import SpringsAndDampers, all_of
 from synth.fit.weak_form import WeakForm
 from synth.model.chain import compiled_chain
@@ -201,9 +202,10 @@ def _first_locals(recordings: Sequence[Recording]) -> list[Local]:
 
 
 def _scatter(recordings: Sequence[Recording]) -> Array:
-    """(n,) rad, the samples' scatter about local polynomials: about the measuring noise."""
+    """(n,) rad, the samples' scatter about local polynomials: about the measuring noise; at least what counts make."""
     squares = [np.where(r.counts.any(axis=0), r.smoothed.noise**2, np.nan) for r in recordings]
-    return np.asarray(np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9)
+    found = np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9
+    return np.asarray(np.fmax(found, np.where(np.isnan(found), np.nan, encoder_counts(recordings) / np.sqrt(12.0))))
 
 
 def _start(model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions) -> tuple[Array, Array]:
@@ -279,7 +281,7 @@ def _refine(
     rounds: int = NOISE_ROUNDS,
 ) -> Stage:
     """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes."""
-    relative = _relative_noise(recordings, options)
+    relative, counts = _relative_noise(recordings, options), encoder_counts(recordings)
     lanes = by_trial(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
     predictions = [found.prediction for found in lanes]
     noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=0.1, posinf=0.1) + 1e-6
@@ -292,16 +294,10 @@ def _refine(
     for _ in range(rounds):
         if not np.isfinite(solution.cost):
             break
-        found = root_mean_square(recordings, solution.predictions)
-        # Correlated residuals say less than their number: their noise counts as larger, so that the cost stays a
-        # log-likelihood and weighs rightly against the spread of the shifts and the prior.
-        found = found * np.sqrt(correlation_times(recordings, solution.predictions))
-        found = np.where(np.isfinite(found), found, 1.0) + 1e-7
-        if options.weight == "equal":
-            found = np.full_like(found, np.sqrt(np.mean(found**2)))
+        found, rounding = _noise(recordings, solution.predictions, options, counts)
         change = np.abs(np.log(found / noise)).max()
         noise = found
-        weights = Weights(relative * noise, spread, centre)
+        weights = Weights(relative * noise, spread, centre, rounding)
         solution = solve(
             model, recordings, solution.values, solution.locals, weights,
             tolerance=FINELY, damping=min(solution.damping, NEAR_DAMPING), lanes=solution.lanes,
@@ -309,6 +305,35 @@ def _refine(
         if change < 0.02:
             break
     return Stage(solution, weights)
+
+
+def _noise(
+    recordings: Sequence[Recording], predictions: Sequence[Array], options: FitOptions, counts: Array
+) -> tuple[Array, tuple[Rounding | None, ...]]:
+    """(n,) rad each joint's noise as its residuals show it, and how counts (n,) rad coarser than it are reckoned with.
+
+    Correlated residuals say less than their number: their noise counts as larger, so that the cost stays a
+    log-likelihood and weighs rightly against the spread of the shifts and the prior.
+    """
+    off = [residuals(r, p) for r, p in zip(recordings, predictions, strict=True)]
+    rounding: list[Rounding | None] = [None] * len(counts)
+    if options.weight == "noise":
+        rounding = [rounding_of(np.concatenate([each[:, j] for each in off]), w) for j, w in enumerate(counts)]
+    told = [each.copy() for each in off]
+    for j, item in enumerate(rounding):
+        if item is not None:
+            for each in told:
+                each[:, j] = item.surprise(each[:, j], HUBER)
+    times = correlation_times(recordings, [r.rotation + t for r, t in zip(recordings, told, strict=True)])
+    found = root_mean_square(recordings, predictions) * np.sqrt(times)
+    found = np.where(np.isfinite(found), found, 1.0) + 1e-7
+    if options.weight == "equal":
+        found = np.full_like(found, np.sqrt(np.mean(found**2)))
+    for j, item in enumerate(rounding):
+        if item is not None:
+            rounding[j] = replace(item, correlation=float(times[j]))
+            found[j] = item.noise * np.sqrt(times[j])
+    return found, tuple(rounding)
 
 
 def _relative_noise(recordings: Sequence[Recording], options: FitOptions) -> Array:

@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.fit.recordings import Recording
+from synth.fit.rounding import Rounding
 from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel, by_trial
 from synth.fit.unknowns import Unknowns
 from synth.model.leg import Array
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
+FLAT = 1e-6  # least curvature of a count's likelihood: in the middle of a wide count there is next to none
 LARGEST_STEP = 1.0  # of a log rate, rad
 DAMPING = 1e-3  # at first, of the diagonal
 SETTLED = 0.1  # of the tolerance: a step that promises less is not tried
@@ -32,11 +34,13 @@ class Weights:
     """Noise (n_trial, n_joint) rad that residuals are divided by, and spread (n_joint,) rad of the rest shifts.
 
     A spread of zero holds the shifts at zero, or at ``centre`` (n_trial, n_joint) rad where that is given.
+    ``rounding`` : a joint each, how its counts are reckoned with where they are coarser than its noise; else none.
     """
 
     noise: Array
     spread: Array
     centre: Array | None = None
+    rounding: tuple[Rounding | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -183,7 +187,7 @@ def _assess(
 
     def one(t: int) -> tuple[_Part, Array, Sensitivity | None]:
         found = lanes[t] if lanes else model.sensitivity(recordings[t], values, locals_[t])
-        part = _normal(recordings[t], found, weights.noise[t], len(values))
+        part = _normal(recordings[t], found, weights.noise[t], len(values), weights.rounding)
         _own_priors(part, recordings[t], locals_[t], weights, t, model.shifted(recordings[t]))
         small = found.out.nbytes <= kept
         return part, found.prediction if small else found.prediction.copy(), found if small else None
@@ -231,9 +235,17 @@ class _Part:
     own_gradient: Array
 
 
-def _normal(recording: Recording, found: Sensitivity, noise: Array, n_common: int) -> _Part:
+def _normal(
+    recording: Recording,
+    found: Sensitivity,
+    noise: Array,
+    n_common: int,
+    rounding: Sequence[Rounding | None] = (),
+) -> _Part:
     """One trial's contribution to the normal equations, Huber-weighted."""
     root = recording.counts / noise
+    rounded = [j for j, item in enumerate(rounding) if item is not None]
+    root[:, rounded] = 0.0
     residual = (found.prediction - recording.rotation) * root
     size = np.abs(residual)
     if np.max(size) <= HUBER:  # the usual case; not if it is no number
@@ -243,6 +255,8 @@ def _normal(recording: Recording, found: Sensitivity, noise: Array, n_common: in
         cost = float(np.sum(np.where(inside, 0.5 * residual**2, HUBER * (size - 0.5 * HUBER))))
         weight = np.sqrt(np.where(inside, 1.0, HUBER / np.maximum(size, HUBER)))
         root, residual = root * weight, residual * weight
+    for j in rounded:
+        cost += _rounded(recording, found.prediction, j, rounding[j], root, residual)
     jacobian = found.differences()
     jacobian *= root[:, :, None]
     jacobian = jacobian.reshape(residual.size, -1)
@@ -250,6 +264,20 @@ def _normal(recording: Recording, found: Sensitivity, noise: Array, n_common: in
     normal = ((jacobian.T @ jacobian) / plan.area)[plan.square]
     gradient = (jacobian.T @ residual.ravel() / plan.width)[plan.order]
     return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
+
+
+def _rounded(
+    recording: Recording, prediction: Array, j: int, rounding: Rounding | None, root: Array, residual: Array
+) -> float:
+    """Write joint j's columns of ``root`` and ``residual`` (m, n) by the likelihood of its counts; their cost."""
+    assert rounding is not None
+    counts = recording.counts[:, j]
+    off = prediction[counts, j] - recording.rotation[counts, j]
+    cost, slope, curvature = rounding.terms(off, HUBER)
+    scale = np.sqrt(np.maximum(curvature, FLAT))
+    root[counts, j] = scale / rounding.noise
+    residual[counts, j] = slope / scale
+    return float(cost.sum())
 
 
 def _bounded_step(

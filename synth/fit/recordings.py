@@ -49,6 +49,11 @@ class Recording:
         largest = np.abs(self.smoothed.rate).max(axis=0)
         return self.smoothed.rate[0], 0.3 * largest + self.smoothed.noise / step + 1e-6
 
+    @cached_property
+    def levels(self) -> tuple[Array, ...]:
+        """The different readings of each joint that count, rad, rising: an encoder's show its counts."""
+        return tuple(np.unique(self.rotation[self.counts[:, j], j]) for j in range(self.rotation.shape[1]))
+
     @property
     def free(self) -> list[int]:
         """Joints that are not locked."""

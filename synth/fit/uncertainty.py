@@ -8,6 +8,7 @@ import numpy as np
 
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
+from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
 from synth.model.leg import Array, Leg
@@ -24,14 +25,17 @@ def residuals(recording: Recording, prediction: Array) -> Array:
 def root_mean_square(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
     """(n,) rad over all trials' counted samples, nan for a joint without any; lone lost samples weigh as Huber says."""
     stacked = np.concatenate([residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
-    return np.array([_robust_rms(column[np.isfinite(column)]) for column in stacked.T])
+    return np.array([_robust_rms(column[np.isfinite(column)], recordings, j) for j, column in enumerate(stacked.T)])
 
 
-def _robust_rms(values: Array) -> float:
-    """RMS with residuals beyond 4 robust standard deviations cut to that: glitches do not set the noise."""
+def _robust_rms(values: Array, recordings: Sequence[Recording], joint: int) -> float:
+    """RMS with residuals beyond 6 robust standard deviations cut to that: glitches do not set the noise."""
     if not len(values):
         return float("nan")
-    scale = 1.4826 * float(np.median(np.abs(values))) + 1e-12
+    size = np.abs(values)
+    scale = 1.4826 * float(np.median(size)) + 1e-12
+    if size.max() > 6 * scale:  # at rest on one count all residuals may be next to none
+        scale = max(scale, float(encoder_counts(recordings)[joint]) / np.sqrt(12.0))
     return float(np.sqrt(np.mean(np.clip(values, -6 * scale, 6 * scale) ** 2)))
 
 

@@ -17,6 +17,7 @@ motors: {use: ["N20 HP *"]}
 lengths: {least: 60 mm, most: 180 mm, step: 0.1 mm}
 model: A
 objectives: [clearance]
+intervals: front
 """
 
 

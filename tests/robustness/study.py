@@ -1,0 +1,131 @@
+"""One random leg through the fit: what came out beside the truth, as a record that a run can keep and go on from."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robustness.random_legs import Case, random_case
+from synth.errors import UserError
+from synth.files.trials import Trial
+from synth.fit.estimate import fit_leg, score
+from synth.fit.recordings import Recording, recordings
+from synth.fit.result import Estimate, FitResult
+from synth.fit.uncertainty import root_mean_square
+from synth.motion.release import find_release, free_after
+
+Array = NDArray[np.float64]
+
+SHORTEST = 30  # samples that a cut must leave
+UNCUT = 3  # trials at most, for a driven leg that is fitted as recorded: a model that does not hold is slow to fit
+NEAR = 0.01  # of the RMS (its logarithm, over all joints): the fit explains the recordings as well as the truth
+QUANTITIES = ("spring_rate", "damper_rate", "free_angle")
+
+
+def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
+    """The record of one seed; ``headline`` names the variant that a user would get who cuts what a hand drives."""
+    case = case or random_case(seed)
+    recorder = case.recorder
+    record: dict[str, Any] = {
+        "seed": seed,
+        "joints": list(case.leg.joint_names),
+        "damping_ratio": [round(float(ratio), 4) for ratio in case.damping_ratio],
+        "noise": recorder.noise,
+        "counts": recorder.counts,
+        "rate": recorder.rate,
+        "trials": recorder.trials,
+        "lost": recorder.lost,
+        "driven": recorder.driven,
+        "duration": float(case.trials[0].time[-1]),
+    }
+    seen = [_hand_until(case, trial) for trial in case.trials]
+    record["hands"] = [None if until is None else round(until, 4) for until in seen]
+    variants = {"recorded": list(case.trials)}
+    known = [until for until in seen if until is not None]
+    if known:
+        variants["free"] = [_cut(trial, free_after(known)) for trial in case.trials]
+    record["headline"] = "recorded"
+    if recorder.driven:
+        variants["known"] = [_cut(trial, recorder.driven) for trial in case.trials]
+        record["headline"] = "free" if "free" in variants else "recorded"
+        if recorder.trials > UNCUT and record["headline"] == "free":
+            del variants["recorded"]
+    record["fits"] = {name: _fitted(case, trials) for name, trials in variants.items()}
+    return record
+
+
+def _hand_until(case: Case, trial: Trial) -> float | None:
+    """Until when the detection sees a hand, s; None where it sees none, or nothing at all. All start in motion."""
+    try:
+        found = find_release(trial.time, trial.angles, case.bare)
+    except ValueError:
+        return None
+    return found.free_from if found.driven_until is not None and found.free_from > trial.time[0] else None
+
+
+def _cut(trial: Trial, start: float) -> Trial:
+    first = int(np.searchsorted(trial.time, start))
+    if len(trial.time) - first < SHORTEST:
+        return trial
+    return replace(trial, time=trial.time[first:], angles=trial.angles[first:])
+
+
+def _fitted(case: Case, trials: Sequence[Trial]) -> dict[str, Any]:
+    start = time.process_time()
+    try:
+        made = recordings(case.bare, trials)
+        result = fit_leg(case.bare, made)
+    except UserError as error:
+        return {"done": False, "message": str(error.problems[0])}
+    seconds = time.process_time() - start
+    found = {
+        "done": True,
+        "cpu": round(seconds, 3),
+        "free_angle": result.free_angle,
+        "over": _over_truth(case, result, made),
+    }
+    joints = []
+    for joint in case.leg.joints:
+        fit = result.joints[joint.name]
+        assert joint.spring is not None
+        assert joint.damper is not None
+        assert joint.damper.rate is not None
+        assert fit.damper_rate is not None
+        joints.append(
+            {
+                "spring_rate": _logarithms(fit.spring_rate, joint.spring.rate),
+                "damper_rate": _logarithms(fit.damper_rate, joint.damper.rate),
+                "free_angle": _differences(fit.free_angle, joint.spring.free_angle),
+            }
+        )
+    warned = len(result.warnings)
+    return found | {"warnings": warned, "not_separable": len(result.not_separable), "joints": joints}
+
+
+def _over_truth(case: Case, result: FitResult, made: list[Recording]) -> float:
+    """Mean over joints of log RMS of the fit less that of the true leg, whose initial states are fitted too."""
+    truth = score(replace(result, leg=case.leg), made)[1]
+    ours = [
+        np.where(r.counts, case.leg.to_rotation(t.fitted), r.rotation) for r, t in zip(made, result.trials, strict=True)
+    ]
+    own, true = (np.log(root_mean_square(made, predictions)) for predictions in (ours, truth))
+    return round(float(np.mean(own - true)), 5)
+
+
+def _logarithms(estimate: Estimate, truth: float) -> list[float]:
+    """Log of estimate, low and high end over the truth."""
+    assert estimate.low is not None
+    assert estimate.high is not None
+    return [round(float(np.log(x / truth)), 7) for x in (estimate.value, estimate.low, estimate.high)]
+
+
+def _differences(estimate: Estimate, truth: float) -> list[float]:
+    """Estimate, low and high end less the truth, rad."""
+    assert estimate.low is not None
+    assert estimate.high is not None
+    return [round(float(x - truth), 7) for x in (estimate.value, estimate.low, estimate.high)]
