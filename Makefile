@@ -43,6 +43,11 @@ fuzz: COUNT = 300
 fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and checked in its own process: build/fuzz
 	$(BIN)/python tools/fuzz_joints.py --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz
 
+robustness: COUNT = 500
+robustness: SEED = 1
+robustness: $(READY)  ## how often the fit is right: COUNT (500) random legs of seed SEED, with figures: build/robustness; goes on from where it was
+	PYTHONPATH=tests $(BIN)/python -m robustness --seed $(SEED) --count $(COUNT) --to build/robustness --workers $(WORKERS)
+
 format: $(READY)  ## let ruff mend the style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
