@@ -52,6 +52,8 @@ def main(arguments: list[str] | None = None) -> int:
         if done % 10 == 0 or done == len(missing):
             _say(f"{done}/{len(missing)}")
     records = [json.loads(path.read_text()) for path in (folder / f"{s}.json" for s in seeds) if path.exists()]
+    if not records:
+        return 1 if failed else 0
     made = f"Seed {chosen.seed}, {len(records)} legs; source {digest[:12]} (SHA-256)."
     print(write_page(chosen.to, records, made))  # noqa: T201
     return 1 if failed else 0
