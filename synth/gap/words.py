@@ -63,7 +63,8 @@ def sentence(
             f"from {angle(before)} to about {angle(after)}, noise {angle(floor)}."
         )
     first = text[0].upper() + text[1:]
+    them = {1: "it", 2: "both"}.get(len(causes), "all of them")
     return (
-        f"{first}, {100 * probability:.0f} %; with it the error on {on} falls from {angle(before)} to {angle(after)}, "
+        f"{first}, {100 * probability:.0f} %; with {them} the error on {on} falls from {angle(before)} to {angle(after)}, "
         f"noise {angle(floor)}."
     )
