@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import robot
-from synth.files.mjcf import mjcf_text
+from synth.files.joint_curves import damping_terms
+from synth.files.mjcf import inverse_inertia, mjcf_text
 from synth.model.chain import simulate
-from synth.model.leg import Leg
+from synth.model.leg import Damper, DamperCurve, Leg
 
 FASTEST = np.full(3, 10.0)
 
@@ -24,6 +25,49 @@ def test_mujoco_moves_the_written_leg_as_the_chain_does() -> None:
     ours = simulate(leg, start, [0.0] * 3, np.array([0.0, 0.5]), tolerance=1e-9)[-1]
     assert np.abs(ours - start).max() > 0.1
     np.testing.assert_allclose(data.qpos, ours, atol=1e-6)
+
+
+KNEE_CURVE = DamperCurve((0.03, 0.1, 0.3, 1.0, 3.0, 8.0), (0.026, 0.04, 0.065, 0.11, 0.19, 0.29))
+CASES = {
+    "curves": {name: {"damper": Damper(curve=KNEE_CURVE)} for name in ("hip", "knee", "ankle")},
+    "dry friction": {"knee": {"effects": {"coulomb_friction": {"torque": 0.05}}}},
+    "shear thinning": {"hip": {"effects": {"shear_thinning_damping": {"loss": 0.6, "speed": 1.0, "knee": 2.0}}}},
+    "drag": {"knee": {"effects": {"quadratic_damping": {"coefficient": 0.05}}}},
+    "hardening": {"ankle": {"effects": {"hardening_spring": {"stiffening": 0.3, "exponent": 3.0}}}},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_mujoco_follows_what_is_not_linear_within_a_tenth_of_a_degree(case: str) -> None:
+    """The exported model as it is written, its own step and integrator, swinging for a second and a half."""
+    leg = robot().with_joints(**CASES[case])
+    model = mujoco.MjModel.from_xml_string(mjcf_text(leg, FASTEST))
+    data = mujoco.MjData(model)
+    data.qpos[:] = start = np.array([0.5, -1.8, 1.2])
+    data.qvel[:] = rate = np.array([2.0, -3.0, 4.0])
+    times = np.arange(0.0, 1.5, model.opt.timestep)
+    theirs = np.empty((len(times), 3))
+    for index in range(len(times)):
+        theirs[index] = data.qpos
+        mujoco.mj_step(model, data)
+    ours = simulate(leg, start, rate, times, tolerance=1e-8)
+    plain = simulate(robot(), start, rate, times, tolerance=1e-8)
+    assert np.degrees(np.abs(ours - plain).max()) > 0.5  # the case matters
+    assert np.degrees(np.abs(theirs - ours).max()) < 0.1
+
+
+def test_a_curve_that_bends_upwards_is_approached_and_its_error_told() -> None:
+    leg = robot().with_joints(knee={"damper": Damper(curve=DamperCurve((1.0, 2.0, 4.0, 8.0), (0.02, 0.06, 0.2, 0.7)))})
+    terms = damping_terms(leg.joints[1], 8.0)
+    assert 0.001 < terms.error < 0.1
+    speed = np.linspace(0.0, 8.0, 100)
+    assert np.all(terms.torque(speed)[1:] > 0.0)  # it damps at every speed
+    assert f"at most {terms.error:.1%} of its torque off" in mjcf_text(leg, np.full(3, 8.0))
+
+
+def test_inverse_inertia_is_mujoco_s_own() -> None:
+    model = mujoco.MjModel.from_xml_string(mjcf_text(robot(), FASTEST))
+    np.testing.assert_allclose(inverse_inertia(robot()), model.dof_invweight0, rtol=1e-9)
 
 
 def test_effects_that_mujoco_lacks_are_named() -> None:

@@ -1,0 +1,61 @@
+"""``make fuzz``: its seeds are its designs, each outcome has its tag, and what it found once stays mended."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+TOOL = Path(__file__).resolve().parents[2] / "tools" / "fuzz_joints.py"
+
+
+@pytest.fixture(scope="module")
+def fuzz():
+    spec = importlib.util.spec_from_file_location("fuzz_joints", TOOL)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["fuzz_joints"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_seed_is_a_design(fuzz):
+    for seed in range(3):
+        assert fuzz.design(seed) == fuzz.design(seed)
+    assert len({fuzz.design(seed).wall for seed in range(30)}) > 25
+
+
+@pytest.mark.parametrize("seed", [1000, 1045])
+def test_wide_gaps_between_keepers_have_room(fuzz, seed):
+    """Found by it: within the keepers' gap the spring was drawn through the lower one, and its slot was too narrow."""
+    assert fuzz.outcome(fuzz.design(seed)) == {"tag": "CHECKED", "what": "", "text": ""}
+
+
+def test_most_of_what_is_drawn_anywhere_is_refused_by_name(fuzz):
+    found = [fuzz.outcome(fuzz.design(seed)) for seed in range(2, 62, 3)]
+    refused = [outcome for outcome in found if outcome["tag"] == "REFUSED"]
+    assert len(refused) >= 15
+    assert all(outcome["what"] and outcome["text"] for outcome in refused)
+
+
+def test_crashes_hangs_and_deaths_are_told_apart(fuzz, monkeypatch, tmp_path):
+    def outcome(dimensions):
+        if dimensions == 1:
+            raise ZeroDivisionError("by zero")
+        if dimensions == 2:
+            time.sleep(60)
+        if dimensions == 3:
+            os._exit(11)
+        return {"tag": "CHECKED", "what": "", "text": ""}
+
+    monkeypatch.setattr(fuzz, "design", lambda seed: seed)
+    monkeypatch.setattr(fuzz, "outcome", outcome)
+    found = fuzz.run([0, 1, 2, 3], tmp_path, workers=4, limit=2.0)
+    assert {seed: item["tag"] for seed, item in found.items()} == {0: "CHECKED", 1: "CRASHED", 2: "TIMEOUT", 3: "DIED"}
+    text = fuzz.report(found)
+    assert text.splitlines()[0].startswith("4 designs: ")
+    assert "seed 1: CRASHED: by zero" in text
+    assert list(tmp_path.iterdir()) == []
