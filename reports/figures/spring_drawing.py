@@ -100,12 +100,12 @@ def _along_axis(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], centre: Point, 
     svg.circle(centre, radius, f'fill="none" stroke="{BLACK}" stroke-width="{wire + 2:.2f}"')
     svg.circle(centre, radius, f'fill="none" stroke="{WIRE}" stroke-width="{max(wire, 0.4):.2f}"')
     _rod(svg, place(arms[1].root), place(arms[1].end), wire)
-    caption = f"seen along the axis, {spring.hand}-hand"
+    below = f'font-size="12" fill="{GREY}"'
+    svg.text((8, HEIGHT - 10), f"seen along the axis, {spring.hand}-hand", below)
     if spring.arbor:
         svg.circle(centre, spring.arbor / 2 * scale, f'fill="none" {THIN} stroke-dasharray="4 3"')
-        caption += f"; dashed: arbor Ø {_mm(spring.arbor)}"
+        svg.text((8, HEIGHT - 26), f"dashed: arbor Ø {_mm(spring.arbor)}", below)
     _included_angle(svg, spring, centre, scale)
-    svg.text((LEFT / 2, HEIGHT - 10), caption, f'font-size="12" fill="{GREY}"')
     for index, arm in enumerate(arms):
         upper = (index == 0) == (spring.hand == "right")
         if spring.arms != "axial" and spring.leg_lengths[index] > 0:
@@ -141,11 +141,12 @@ def _included_angle(svg: Svg, spring: Spring, centre: Point, scale: float) -> No
 
 
 def _closing(svg: Svg, spring: Spring, centre: Point, radius: float) -> None:
-    """How work turns the near arm: along the wire's winding, so that the coil and the included angle close."""
+    """How work turns the near arm: along the wire's winding, which closes tangent arms and opens radial ones."""
     assert spring.travel is not None
     sense = 1.0 if spring.hand == "right" else -1.0
-    start = -sense * spring.included_angle / 2
-    turned = min(spring.travel, 0.75 * spring.included_angle)
+    closes = spring.arms == "tangent"
+    start = (-sense if closes else sense) * spring.included_angle / 2
+    turned = min(spring.travel, 0.75 * (spring.included_angle if closes else math.tau - spring.included_angle))
     first, last = _unit(start), _unit(start + sense * turned)
     ends = [(centre[0] + d[0] * radius, centre[1] - d[1] * radius) for d in (first, last)]
     large, sweep = int(turned > math.pi), 0 if sense > 0 else 1

@@ -27,18 +27,21 @@ def winding_of(make: Json) -> Json:
             {"label": label, "value": make.get(key), "plus": plus.get(tolerance)} for key, label, tolerance in _MEASURED
         ],
         "torques": _torques(make, value_of(plus.get("rate")) or 0.0),
-        "closing": closing_words(str(make.get("hand") or "right")),
+        "closing": closing_words(str(make.get("hand") or "right"), str(make.get("leg_convention") or "tangent")),
         "hand": str(make.get("hand") or "right"),
         "rate_plus": plus.get("rate"),
     }
 
 
-def closing_words(hand: str) -> str:
+def closing_words(hand: str, arms: str = "tangent") -> str:
     """Which way work must turn the spring, so that its coil closes."""
     sense = "clockwise" if hand == "right" else "counter-clockwise"
+    does = "closes the coil and the angle between the arms"
+    if arms != "tangent":
+        does = "closes the coil, while the angle between the arms opens"
     return (
         f"{hand}-hand: seen from either end the coil runs away from you {sense}. Fit it so that work turns the far arm "
-        f"{sense} against the near one, which closes the coil and the angle between the arms"
+        f"{sense} against the near one, which {does}"
     )
 
 

@@ -3,6 +3,7 @@
 synth catalog list                    every family and how many of its rows can be used
 synth catalog list dampers            the rows of one family
 synth catalog show 6597K19            one part in full, with its source and what follows from its values
+synth catalog show knee.yaml          what fits a joint (kind: part-wish) and why the rest does not
 synth catalog check my_parts/*.csv    every mistake in your own tables (exit status 2 if there is one)
 """
 
@@ -26,7 +27,7 @@ LONG = ("as_published", "source", "note")  # columns that only ``show`` has
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("action", type=one_of(["list", "show", "check"]), metavar="list|show|check")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="list: a family; show: a part; check: files")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="list: a family; show: a part or a wish; check: files")
     parser.add_argument(
         "--catalog",
         metavar="FILE",
@@ -46,13 +47,26 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if arguments.action == "show":
         if len(arguments.names) != 1:
             raise UserError("synth catalog show takes one part, such as synth catalog show 6597K19")
-        progress.result(_part_text(Catalogue.load(extra), arguments.names[0]))
+        progress.result(_shown(arguments.names[0], extra))
         return 0
     if len(arguments.names) > 1:
         raise UserError("synth catalog list takes one family, or none for all of them")
     catalogue = Catalogue.load(extra)
     progress.result(_family_text(catalogue, arguments.names[0]) if arguments.names else _overview(catalogue))
     return 0
+
+
+def _shown(name: str, extra: list[Path]) -> str:
+    """One part, or what fits the wish in a file."""
+    from synth.parts.catalog import Catalogue
+
+    if not name.casefold().endswith((".yaml", ".yml")):
+        return _part_text(Catalogue.load(extra), name)
+    from synth.commands.fitting_parts import fitting_text
+    from synth.files.part_wish import read_part_wish
+
+    wish = read_part_wish(name)
+    return fitting_text(wish, Catalogue.load([*wish.catalogs, *extra]))
 
 
 def _check(paths: list[Path], progress: Progress) -> int:

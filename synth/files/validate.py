@@ -23,6 +23,7 @@ COMMANDS = {
     "gap": '"synth gap"',
     "import": '"synth import"',
     "leg-design": '"synth leg"',
+    "part-wish": '"synth catalog show"',
     "hopper-design": '"synth hopper"',
     "hopper-motor": '"synth hopper"',
     "hopper-pull-ups": '"synth hopper"',

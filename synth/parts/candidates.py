@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
 from typing import Generic, TypeVar
@@ -68,31 +68,37 @@ def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[D
     return replace(parts, vendors=())
 
 
-def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> str | None:
-    """Why a part may not be chosen whatever its numbers, or None."""
+def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> Iterator[str]:
+    """Why a part may not be chosen whatever its numbers."""
     if parts.vendors and row.vendor.casefold() not in {name.casefold() for name in parts.vendors}:
-        return f"not of {' or '.join(parts.vendors)}"
+        yield f"not of {' or '.join(parts.vendors)}"
     if row.part.casefold() in {name.casefold() for name in parts.without}:
-        return "said not to be had"
-    return None
+        yield "said not to be had"
 
 
 def spring_reason(
     row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> str | None:
-    """Why a spring is left out, or None. ``rate`` N m/rad of each, None: any."""
+    """The first reason why a spring is left out, or None. ``rate`` N m/rad of each, None: any."""
+    return next(spring_reasons(row, choice, rate, parts, count), None)
+
+
+def spring_reasons(
+    row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+) -> Iterator[str]:
+    """Every reason why a spring does not fit; of a row that cannot be used at all, that."""
     if not row.complete:
-        return row.status
-    if (reason := _not_to_be_had(row, parts)) is not None:
-        return reason
+        yield row.status
+        return
+    yield from _not_to_be_had(row, parts)
     if parts.system is not None and row.system not in (None, parts.system):
-        return f"its wire is no {parts.system} size"
+        yield f"its wire is no {parts.system} size"
     assert row.rate is not None
     assert row.included_angle is not None
     if rate is not None and abs(row.rate / rate - 1.0) > choice.rate_tolerance:
-        return f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
+        yield f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
     if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > 1.5:
-        return f"included angle is not {degrees(choice.included_angle):g} deg"
+        yield f"included angle is not {degrees(choice.included_angle):g} deg"
     body = row.body_length if row.body_length is not None else row.close_wound_length
     body = None if body is None else body * count
     for what, value, least, most in (
@@ -101,13 +107,10 @@ def spring_reason(
         ("body length", body, choice.min_body_length, choice.max_body_length),
         ("wire diameter", row.wire_diameter, choice.min_wire_diameter, choice.max_wire_diameter),
     ):
-        if value is None:
-            continue
-        if most is not None and value > most * (1 + 1e-6):
-            return f"{what} over {most * 1e3:.4g} mm"
-        if least is not None and value < least * (1 - 1e-6):
-            return f"{what} under {least * 1e3:.4g} mm"
-    return None
+        if value is not None and most is not None and value > most * (1 + 1e-6):
+            yield f"{what} over {most * 1e3:.4g} mm"
+        if value is not None and least is not None and value < least * (1 - 1e-6):
+            yield f"{what} under {least * 1e3:.4g} mm"
 
 
 def damper_candidates(
@@ -141,20 +144,24 @@ def damper_candidates(
 
 
 def damper_reason(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> str | None:
-    """Why a damper is left out, or None."""
+    """The first reason why a damper is left out, or None."""
+    return next(damper_reasons(row, choice, travel, parts), None)
+
+
+def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> Iterator[str]:
+    """Every reason why a damper does not fit; of a row that cannot be used at all, that."""
     if not row.complete:
-        return row.status
-    if (reason := _not_to_be_had(row, parts)) is not None:
-        return reason
+        yield row.status
+        return
+    yield from _not_to_be_had(row, parts)
     if choice.direction == "both" and row.direction != "both" and choice.parallel < 2:
-        return "damps one way only (parallel: 2 lets it serve in a pair)"
+        yield "damps one way only (parallel: 2 lets it serve in a pair)"
     wanted = (choice.travel if choice.travel is not None else travel) * min(choice.ratios)
     if row.allows_travel(wanted) is False:
-        return f"turns less than {degrees(wanted):.0f} deg"
+        yield f"turns less than {degrees(wanted):.0f} deg"
     most = choice.max_outer_diameter
     if most is not None and row.outer_diameter is not None and row.outer_diameter > most * (1 + 1e-6):
-        return f"outer diameter over {most * 1e3:.4g} mm"
-    return None
+        yield f"outer diameter over {most * 1e3:.4g} mm"
 
 
 def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> UserError:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from synth.errors import Problem, UserError
-from synth.parts.check import contradictions, curve_problems, status_of
+from synth.parts.check import completed, contradictions, curve_problems, status_of
 from synth.parts.rows import (
     FAMILIES,
     CurvePointRow,
@@ -21,7 +21,7 @@ from synth.parts.rows import (
     TorsionSpringRow,
     WireRow,
 )
-from synth.parts.table import read_table
+from synth.parts.table import MAX_PROBLEMS, read_table
 from synth.parts.wire import ALIASES, WireMaterial, wire_material
 from synth.units import factor
 
@@ -195,7 +195,7 @@ def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
     def finished(kept: Sequence[R]) -> tuple[R, ...]:
         return tuple(replace(row, status=status_of(row, modulus_of)) for row in kept)
 
-    springs = _latest(_of(rows, TorsionSpringRow), problems)
+    springs = _latest([completed(row) for row in _of(rows, TorsionSpringRow)], problems)
     dampers = _latest(_of(rows, DamperRow), problems)
     curves = finished(_of(rows, CurvePointRow))
     motors = finished(_latest(_of(rows, GearMotorRow), problems))
@@ -227,16 +227,20 @@ def _with_curves(
     dampers: Sequence[DamperRow], curves: Sequence[CurvePointRow], problems: list[Problem]
 ) -> list[DamperRow]:
     """Give each damper its curve: the points of the last file that has any for it."""
-    points: dict[tuple[str, str], list[CurvePointRow]] = {}
-    for point in curves:
+    sold = {(vendor, row.part.casefold()) for row in dampers for vendor in ("", row.vendor.casefold())}
+    points: dict[tuple[str, str], list[tuple[int, CurvePointRow]]] = {}
+    for order, point in enumerate(curves):
         key = (point.vendor.casefold(), point.part.casefold())
-        if not any(_same_part(damper, key) for damper in dampers):
+        if key not in sold and key not in points and len(problems) < MAX_PROBLEMS:
             text = f'"{point.part}" is no damper of the catalogues{_near(point.part, [row.part for row in dampers])}'
             problems.append(Problem(text, file=point.file, line=point.line, key="part"))
-        points.setdefault(key, []).append(point)
+        points.setdefault(key, []).append((order, point))
     joined: list[DamperRow] = []
     for damper in dampers:
-        own = [point for key, group in points.items() if _same_part(damper, key) for point in group]
+        part = damper.part.casefold()
+        keys = dict.fromkeys((("", part), (damper.vendor.casefold(), part)))
+        found = sorted((item for key in keys for item in points.get(key, [])), key=lambda item: item[0])
+        own = [point for _, point in found]
         own = sorted((point for point in own if point.file == own[-1].file), key=lambda point: point.speed or 0.0)
         for text in curve_problems(own):
             problems.append(Problem(text, file=own[0].file, line=own[0].line, key=damper.part))
@@ -244,11 +248,6 @@ def _with_curves(
         torques = tuple(point.torque for point in own if point.torque is not None)
         joined.append(replace(damper, curve_speed=speeds, curve_torque=torques))
     return joined
-
-
-def _same_part(damper: DamperRow, key: tuple[str, str]) -> bool:
-    vendor, part = key
-    return damper.part.casefold() == part and vendor in ("", damper.vendor.casefold())
 
 
 def _modulus(material: str, diameter: float, materials: Sequence[MaterialRow]) -> float | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 from synth.parts.rows import CurvePointRow, DamperRow, GearMotorRow, MaterialRow, Row, TorsionSpringRow, WireRow
@@ -12,8 +13,20 @@ from synth.spring.rate import rate
 
 DISAGREEMENT = 0.25  # published values this far apart cannot both be right: vendors' own tolerance is 10 %
 
+SIZES_APART = 0.03  # makers hold the outer diameter within 1 to 3 %, and round to three digits
+
 ModulusOf = Callable[[str, float], float | None]
 """Material name and wire diameter in m to Young's modulus in Pa, None where not known."""
+
+
+def completed(row: TorsionSpringRow) -> TorsionSpringRow:
+    """The row with what follows from its other values: the outer diameter, the rate from torque and deflection."""
+    if row.outer_diameter is None and row.inner_diameter is not None and row.wire_diameter is not None:
+        row = replace(row, outer_diameter=row.inner_diameter + 2.0 * row.wire_diameter)
+    if row.rate is None and row.max_torque is not None and row.max_deflection is not None:
+        rate = row.max_torque / row.max_deflection
+        row = replace(row, rate=rate, rate_basis="derived = max torque / max deflection")
+    return row
 
 
 def missing(row: Row) -> list[str]:
@@ -100,22 +113,36 @@ def _rate(row: TorsionSpringRow, modulus_of: ModulusOf) -> list[str]:
 
 
 def _angle(row: TorsionSpringRow) -> list[str]:
-    """An included angle that the coils cannot have: by the stated convention, or by none."""
+    """An included angle that the coils cannot have: by the stated convention, without one by tangent legs."""
     if row.included_angle is None or row.body_coils is None:
         return []
-    stated = [convention for convention in CONVENTIONS if convention == row.leg_convention] or list(CONVENTIONS)
-    if any(abs(angle_mismatch(row.body_coils, row.included_angle, each)) <= TOLERANCE for each in stated):
+    coils, angle = row.body_coils, row.included_angle
+    stated = next((each for each in CONVENTIONS if each == row.leg_convention), CONVENTIONS[0])
+    if abs(angle_mismatch(coils, angle, stated)) <= TOLERANCE:
         return []
-    given = math.degrees(included_angle(row.body_coils, stated[0]))
-    angle = math.degrees(row.included_angle)
-    coils = f"{row.body_coils:.4g} coils with {stated[0]} legs"
-    return [f"included angle {angle:.4g} deg, but {coils} give {given:.4g} deg"]
+    given = math.degrees(included_angle(coils, stated))
+    text = (
+        f"included angle {math.degrees(angle):.4g} deg, but {coils:.4g} coils with {stated} legs give {given:.4g} deg"
+    )
+    fitting = [each for each in CONVENTIONS if abs(angle_mismatch(coils, angle, each)) <= TOLERANCE]
+    if fitting:
+        text += f" (with {' or '.join(fitting)} legs they agree: write leg_convention {fitting[0]} if that is meant)"
+    elif not row.leg_convention:
+        text += " (no leg_convention is written, so tangent is taken; no other fits either)"
+    return [text]
 
 
 def _spring_sizes(row: TorsionSpringRow) -> list[str]:
     """Lengths and torques against each other."""
     found: list[str] = []
     inner = row.inside
+    if row.inner_diameter is not None and row.outer_diameter is not None and row.wire_diameter is not None:
+        outer = row.inner_diameter + 2.0 * row.wire_diameter
+        if abs(outer / row.outer_diameter - 1.0) > SIZES_APART:
+            found.append(
+                f"inner diameter {row.inner_diameter * 1e3:.4g} mm and twice the wire {row.wire_diameter * 1e3:.4g} mm "
+                f"make {outer * 1e3:.4g} mm, outer diameter {row.outer_diameter * 1e3:.4g} mm"
+            )
     if inner is not None and inner <= 0.0:
         found.append("the outer diameter leaves no hole in the coil")
     elif inner is not None and row.max_arbor_diameter is not None and row.max_arbor_diameter > inner:
@@ -123,6 +150,11 @@ def _spring_sizes(row: TorsionSpringRow) -> list[str]:
     close, body = row.close_wound_length, row.body_length
     if close is not None and body is not None and body < close * (1.0 - DISAGREEMENT):
         found.append(f"body length {body * 1e3:.4g} mm, but touching coils take {close * 1e3:.4g} mm")
+    wound = row.body_length_at_max_torque
+    if wound is not None and body is not None and wound < body * (1.0 - SIZES_APART):
+        found.append(
+            f"body length {wound * 1e3:.4g} mm at max torque, {body * 1e3:.4g} mm free: winding makes it longer"
+        )
     if row.max_torque is not None and row.max_deflection is not None and row.rate is not None:
         reached = row.rate * row.max_deflection
         if abs(reached / row.max_torque - 1.0) > DISAGREEMENT:

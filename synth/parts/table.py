@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
+from synth.parts.headers import standard, standard_value
 from synth.parts.rows import FAMILIES, Row
 from synth.units import factor, header
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
 MAX_PROBLEMS = 50  # a file of the wrong kind would give one a cell
+_OF_A_PART = {"direction", "continuous", "travel", "wire_diameter", "max_deflection"}  # no curve's table has these
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -67,13 +69,14 @@ def _read(lines: Iterator[list[str]], name: str) -> ReadTable:
     titles = next(lines, None)
     if not titles or not any(title.strip() for title in titles):
         return _refused(name, "is empty; the first line holds the headers, name [unit]")
+    written, titles = titles, _standard(titles)
     family = _recognise(titles)
     if family is None:
         keys = "; ".join(f"{key}: {', '.join(_keys(row))}" for key, row in FAMILIES.items())
         text = f"is no catalogue: its headers fit no family. The headers that tell one are {keys}"
         return ReadTable(None, (), (Problem(text + _near_key(titles), file=name, line=1),))
     row_type = FAMILIES[family]
-    columns, problems = _columns(titles, row_type, name)
+    columns, problems = _columns(titles, written, row_type, name)
     if problems:
         return ReadTable(family, (), tuple(problems))
     rows: list[Row] = []
@@ -102,6 +105,20 @@ def _bare(title: str) -> str:
     return title.split("[", 1)[0].strip()
 
 
+def _standard(titles: list[str]) -> list[str]:
+    """Headers in the catalogue's words; a column that stands there under its own name keeps it to itself."""
+    known = frozenset(item.name for row in FAMILIES.values() for item in row.columns())
+    own = {_bare(title) for title in titles if _bare(title) in known}
+    found = []
+    for title in titles:
+        better = standard(title, known)
+        found.append(title if _bare(title) in known and "(" not in title else title if _bare(better) in own else better)
+    names = {_bare(title) for title in found}
+    if "torque" in names and "max_torque" not in names and names & _OF_A_PART:
+        found = ["max_" + title if _bare(title) == "torque" else title for title in found]
+    return found
+
+
 def _keys(row_type: type[Row]) -> list[str]:
     return [item.name for item in row_type.columns() if item.metadata.get("key")]
 
@@ -109,6 +126,8 @@ def _keys(row_type: type[Row]) -> list[str]:
 def _recognise(titles: list[str]) -> str | None:
     """The family all of whose key columns are there; the one with more keys where two fit."""
     names = {_bare(title) for title in titles}
+    if {"max_torque", "max_deflection"} <= names:
+        names = names | {"rate"}  # it follows from them
     fitting = [(len(_keys(row)), family) for family, row in FAMILIES.items() if set(_keys(row)) <= names]
     return max(fitting)[1] if fitting else None
 
@@ -121,8 +140,13 @@ def _near_key(titles: list[str]) -> str:
     return ""
 
 
-def _columns(titles: list[str], row_type: type[Row], name: str) -> tuple[list[_Column], list[Problem]]:
-    """Match headers with fields. A column that the family does not know is passed over, unless it looks like a slip."""
+def _columns(
+    titles: list[str], written: list[str], row_type: type[Row], name: str
+) -> tuple[list[_Column], list[Problem]]:
+    """Match headers with fields; ``written``: as they stand in the file.
+
+    A column that the family does not know is passed over, unless it looks like a slip.
+    """
     known = {item.name: item for item in row_type.columns()}
     columns: list[_Column] = []
     problems: list[Problem] = []
@@ -145,7 +169,7 @@ def _columns(titles: list[str], row_type: type[Row], name: str) -> tuple[list[_C
         except UserError as error:
             problems.append(Problem(str(error), file=name, line=1, key=bare))
             continue
-        columns.append(_Column(index, title, known[bare], scale))
+        columns.append(_Column(index, written[index], known[bare], scale))
     return columns, problems
 
 
@@ -188,6 +212,8 @@ def _cell(text: str, column: _Column) -> float | str:
     """One cell; the ValueError's text is the user's message."""
     rules = column.field.metadata
     if rules["unit"] is None:
+        if rules.get("choices"):
+            text = standard_value(column.field.name, text)
         if rules.get("choices") and text not in rules["choices"]:
             near = get_close_matches(text.lower(), rules["choices"], n=1, cutoff=0.5)
             hint = f'; did you mean "{near[0]}"?' if near else ""

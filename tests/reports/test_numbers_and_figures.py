@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 from reports import quantities
 from reports.figures.axes import Scale, log_ticks, padded, tick_text, ticks
-from reports.figures.spring_drawing import Spring, arms_of
+from reports.figures.spring_drawing import Spring, arms_of, spring_drawing
 from reports.figures.svg import polyline_path, thinned
 from reports.figures.torque_speed import RPM, law_points
 from reports.reading import ReportError, Table, read_table
@@ -187,3 +188,32 @@ def test_a_damaged_table_is_refused(tmp_path: Path, text: str, said: str) -> Non
     path.write_text(text)
     with pytest.raises(ReportError, match=said):
         read_table(path)
+
+
+@pytest.mark.parametrize(("hand", "sense"), [("right", 1.0), ("left", -1.0)])
+@pytest.mark.parametrize("arms", ["tangent", "radial"])
+def test_work_turns_the_near_arm_along_the_wires_winding(hand: str, sense: float, arms: str) -> None:
+    """The arrow's end lies a travel on from the near arm, and by the coil's law that changes the included angle.
+
+    Seen by the viewer the wire of a right-hand coil comes nearer counter-clockwise, so work turns the near arm on
+    counter-clockwise: 0.3 rad more of turns. Tangent arms enclose pi - 2 pi frac(N), radial ones 2 pi frac(N).
+    """
+    angle, travel = math.radians(120.0), 0.3
+    spring = Spring(2.0, 20.0, 5.0, angle, (25.0, 25.0), 12.0, arms, None, hand, travel)
+    near = arms_of(spring)[1].direction
+    start = math.atan2(near[1], near[0])
+    html = str(spring_drawing("x", spring))
+    arrow = re.search(
+        r"M([\d.]+) ([\d.]+)A([\d.]+) [\d.]+ 0 0 (\d) ([\d.]+) ([\d.]+)\"[^>]*#d55e00", html, re.IGNORECASE
+    )
+    assert arrow is not None
+    x0, y0, radius, sweep, x1, y1 = (float(value) for value in arrow.groups())
+    turned = 2.0 * math.asin(math.hypot(x1 - x0, y1 - y0) / 2.0 / radius)
+    assert turned == pytest.approx(travel, abs=0.01)
+    assert sweep == (0.0 if sense > 0 else 1.0)  # on paper y points down
+    middle = (x0 - radius * math.cos(start), y0 + radius * math.sin(start))
+    end = math.atan2(-(y1 - middle[1]), x1 - middle[0])
+    assert math.remainder(end - start, math.tau) == pytest.approx(sense * travel, abs=0.02)
+    far = arms_of(spring)[0].direction
+    enclosed = abs(math.remainder(end - math.atan2(far[1], far[0]), math.tau))
+    assert enclosed == pytest.approx(angle - travel if arms == "tangent" else angle + travel, abs=0.02)

@@ -1,0 +1,143 @@
+"""``synth catalog show knee.yaml``: what fits a joint's wish, nearest first, and why each of the rest does not."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import degrees, log, pi
+
+import numpy as np
+
+from synth.commands.table_text import table_text
+from synth.files.options import PartsOptions
+from synth.files.part_wish import DamperWished, PartWish, SpringWished
+from synth.model.curves import torque_at
+from synth.model.leg import Damper
+from synth.parts.arrangement import arrangements
+from synth.parts.candidates import damper_reasons, of_family, spring_reasons
+from synth.parts.catalog import Catalogue
+from synth.parts.rows import DamperRow, TorsionSpringRow
+
+MOST = 30  # rows that are named one by one, of those that fit and of those that do not
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A part, how far it is from the wish (0: at it) and its cells or its reasons."""
+
+    part: str
+    distance: float
+    cells: tuple[str, ...]
+
+
+def fitting_text(wish: PartWish, catalogue: Catalogue) -> str:
+    """Springs and dampers that fit, and why the others do not."""
+    blocks = []
+    if wish.spring is not None:
+        blocks.append(_springs(wish.spring, wish, catalogue))
+    if wish.damper is not None:
+        blocks.append(_dampers(wish.damper, wish, catalogue))
+    return "\n\n".join(blocks)
+
+
+def _springs(asked: SpringWished, wish: PartWish, catalogue: Catalogue) -> str:
+    parts = of_family(wish.parts, catalogue.springs)
+    fitting, others, unusable = [], [], Counter[str]()
+    for row in catalogue.springs:
+        if not row.complete:
+            unusable[row.status] += 1
+            continue
+        for count in range(1, asked.parallel + 1):
+            rate = None if asked.rate is None else asked.rate / count
+            reasons = list(spring_reasons(row, asked, rate, parts, count))
+            off = 0.0 if asked.rate is None or row.rate is None else log(row.rate * count / asked.rate)
+            label = f"{count} x {row.part}" if count > 1 else row.part
+            if reasons:
+                others.append(_Line(label, abs(off), (row.vendor, _off(off, asked.rate), "; ".join(reasons))))
+            else:
+                fitting.append(_Line(label, abs(off), (row.vendor, *_spring_cells(row, count, off, asked.rate))))
+    heads = ("spring", "vendor", "rate [N*m/rad]", "[lbf*in/deg]", "off", "wire [mm]", "[in]", "outside [mm]", "[in]",
+             "coils", "angle [deg]")  # fmt: skip
+    title = "springs" if asked.rate is None else f"springs of {asked.rate:.4g} N*m/rad"
+    return "\n".join(_block(title, heads, fitting, others, unusable))
+
+
+def _off(off: float, wanted: float | None) -> str:
+    return "" if wanted is None else f"{np.expm1(off):+.0%}"
+
+
+def _spring_cells(row: TorsionSpringRow, count: int, off: float, wanted: float | None) -> tuple[str, ...]:
+    rate, wire, outer = (row.rate or 0.0) * count, row.wire_diameter, row.outer_diameter
+    per_degree = rate / 0.112984829 * pi / 180
+    sizes = [f"{size * scale:.4g}" if size else "" for size in (wire, outer) for scale in (1e3, 1 / 0.0254)]
+    angle = "" if row.included_angle is None else f"{degrees(row.included_angle):.4g}"
+    coils = "" if row.body_coils is None else f"{row.body_coils:.4g}"
+    return f"{rate:.4g}", f"{per_degree:.4g}", _off(off, wanted), *sizes, coils, angle
+
+
+def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> str:
+    parts = of_family(wish.parts, catalogue.dampers)
+    fitting, others, unusable = [], [], Counter[str]()
+    for row in catalogue.dampers:
+        if not row.complete:
+            unusable[row.status] += 1
+            continue
+        found = list(_arranged(row, asked, parts))
+        if not found:
+            reasons = list(damper_reasons(row, asked, 0.0, parts)) or ["it would have to turn further than it can"]
+            others.append(_Line(row.part, 0.0, (row.vendor, "", "; ".join(reasons))))
+        for label, torque, pieces, reasons in found:
+            off = 0.0 if asked.torque is None else log(torque / asked.torque)
+            if reasons:
+                others.append(_Line(label, abs(off), (row.vendor, _off(off, asked.torque), "; ".join(reasons))))
+            else:
+                cells = (row.vendor, f"{torque:.4g}", f"{torque / 0.00706155:.4g}", _off(off, asked.torque))
+                fitting.append(_Line(label, abs(off), (*cells, str(pieces), row.direction)))
+    speed = _speed(asked)
+    at = f"at {speed * 30 / pi:.4g} rpm of the joint"
+    heads = ("damper", "vendor", f"torque {at} [N*m]", "[ozf*in]", "off", "pieces", "direction")
+    title = "dampers" if asked.torque is None else f"dampers of {asked.torque:.4g} N*m {at}"
+    return "\n".join(_block(title, heads, fitting, others, unusable))
+
+
+def _speed(asked: DamperWished) -> float:
+    return 1.0 if asked.speed is None else asked.speed
+
+
+def _arranged(row: DamperRow, asked: DamperWished, parts: PartsOptions) -> Iterator[tuple[str, float, int, list[str]]]:
+    """Label, torque (N m) at the joint's speed, pieces and reasons against it, of every arrangement."""
+    for each in arrangements(row, asked.parallel, asked.ratios, asked.direction):
+        turned = replace(asked, travel=(asked.travel or 0.0) * each.ratio or None, ratios=(1.0,))
+        reasons = list(damper_reasons(row, turned, 0.0, parts))
+        torque = _torque(each.at_joint(row.damper()), _speed(asked))
+        if asked.torque is not None and abs(torque / asked.torque - 1.0) > asked.torque_tolerance:
+            reasons.append(f"torque not within {asked.torque_tolerance:.0%} of {asked.torque:.4g} N*m")
+        yield each.words(row.part), torque, each.pieces, reasons
+
+
+def _torque(damper: Damper, speed: float) -> float:
+    if damper.curve is None:
+        return (damper.rate or 0.0) * speed
+    return float(torque_at(damper.curve, np.array([speed]))[0])
+
+
+def _block(
+    title: str, heads: Sequence[str], fitting: list[_Line], others: list[_Line], unusable: Counter[str]
+) -> Iterator[str]:
+    """Those that fit, those that do not with their reasons, and rows that cannot be used, by what they lack."""
+    fitting.sort(key=lambda line: line.distance)
+    others.sort(key=lambda line: line.distance)
+    yield f"{title}: {len(fitting)} fit" + (f", the nearest {MOST}:" if len(fitting) > MOST else ":" * bool(fitting))
+    if fitting:
+        yield table_text([heads, *((line.part, *line.cells) for line in fitting[:MOST])])
+    yield f"{len(others)} do not" + (f", the nearest {MOST}:" if len(others) > MOST else ":" * bool(others))
+    if others:
+        rows = [("part", "vendor", "off", "why"), *((line.part, *line.cells) for line in others[:MOST])]
+        yield table_text(rows, numbers_right=False)
+    if len(others) > MOST:
+        reasons = Counter(reason for line in others[MOST:] for reason in line.cells[-1].split("; "))
+        yield from (f"  {count} more: {reason}" for reason, count in reasons.most_common())
+    if unusable:
+        yield f"{sum(unusable.values())} cannot be used:"
+        yield from (f"  {count}: {status}" for status, count in unusable.most_common())

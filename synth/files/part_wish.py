@@ -1,0 +1,97 @@
+"""The file of ``synth catalog show``: what one joint asks of its spring and damper.
+
+  kind: part-wish
+  spring: {rate: 2.2 N*m/rad, rate_tolerance: 5 %, included_angle: 120 deg, max_outer_diameter: 1.25 in, travel: 40 deg}
+  damper: {torque: 0.1 N*m, speed: 10 rpm, torque_tolerance: 50 %, ratios: [1, 2]}
+  catalogs: [my_parts/*.csv]
+  vendors: [Lee Spring]
+
+Keys of ``spring`` and ``damper`` are those of a leg design's ``select``, and what the fit finds there is said here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from synth.files.options import DamperChoice, PartsOptions, Share, SpringChoice
+from synth.files.paths import matching
+from synth.files.reading import ProjectReader
+from synth.files.schema import read_section
+from synth.files.validate import Quantity, check_kind, gathering
+from synth.files.yaml_lines import load
+
+Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
+
+
+@dataclass(frozen=True)
+class SpringWished(SpringChoice):
+    """A spring and its rate, N m/rad; None: any."""
+
+    rate: Annotated[float | None, Quantity("N*m/rad", above=0)] = None
+
+
+@dataclass(frozen=True)
+class DamperWished(DamperChoice):
+    """A damper and the torque, N m, that it is to give at a speed of the joint, rad/s; None: any."""
+
+    torque: Annotated[float | None, Quantity("N*m", above=0)] = None
+    speed: Annotated[float | None, Quantity("rad/s", above=0)] = None
+    torque_tolerance: Share = 0.5
+
+
+@dataclass(frozen=True)
+class PartWish:
+    """What is asked; ``spring`` or ``damper`` None: not asked for."""
+
+    path: Path
+    spring: SpringWished | None
+    damper: DamperWished | None
+    catalogs: tuple[Path, ...]
+    parts: PartsOptions
+
+
+@dataclass(frozen=True)
+class _WishFile:
+    kind: str
+    name: str | None = None
+    spring: Any = None
+    damper: Any = None
+    catalogs: list[str] = field(default_factory=list)
+    vendors: Names = field(default_factory=list)
+    without: Names = field(default_factory=list)
+    system: Literal["inch", "metric"] | None = None
+
+
+def read_part_wish(path: str | Path) -> PartWish:
+    """Read a file of kind ``part-wish``.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the file.
+    """
+    document = load(path)
+    check_kind(document, "part-wish")
+    reader, written = ProjectReader(document), document.value
+    file = read_section(_WishFile, document, (), reader.problems, value=written)
+    spring = damper = None
+    if written.get("spring") is not None:
+        spring = read_section(SpringWished, document, ("spring",), reader.problems, value=written["spring"])
+    if written.get("damper") is not None:
+        damper = read_section(DamperWished, document, ("damper",), reader.problems, value=written["damper"])
+    if "spring" not in written and "damper" not in written:
+        reader.refuse('asks for nothing: write "spring" or "damper", such as spring: {rate: 2.2 N*m/rad}', ("kind",))
+    if damper is not None and (damper.torque is None) != (damper.speed is None):
+        reader.refuse("a torque belongs to a speed: give both or neither", ("damper",))
+    catalogs: list[Path] = []
+    for index, pattern in enumerate(file.catalogs if file is not None else ()):
+        with gathering(reader.problems, document, ("catalogs", index)):
+            catalogs += [each for each in matching(reader.folder, pattern) if each not in catalogs]
+    reader.finish()
+    assert file is not None
+    parts = PartsOptions(tuple(file.vendors), tuple(file.without), file.system)
+    return PartWish(document.path, spring, damper, tuple(catalogs), parts)

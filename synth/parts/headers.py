@@ -1,0 +1,77 @@
+"""Vendors' and laboratories' own words for a column, a unit or a value, in the catalogue's.
+
+Only what cannot mean anything else is taken over; the rest is reported, with the nearest known name.
+"""
+
+from __future__ import annotations
+
+import re
+
+# Header in lower case with _ for all but letters and digits -> the catalogue's column.
+NAMES = {
+    "part_number": "part", "part_no": "part", "part_nr": "part", "item_number": "part", "stock_number": "part",
+    "catalog_number": "part", "catalogue_number": "part", "sku": "part", "model": "part", "model_number": "part",
+    "manufacturer": "vendor", "supplier": "vendor", "brand": "vendor", "maker": "vendor",
+    "wire": "wire_diameter", "wire_dia": "wire_diameter", "wire_size": "wire_diameter",
+    "od": "outer_diameter", "o_d": "outer_diameter", "outer_dia": "outer_diameter", "outside_dia": "outer_diameter",
+    "outside_diameter": "outer_diameter", "coil_od": "outer_diameter",
+    "id": "inner_diameter", "i_d": "inner_diameter", "inner_dia": "inner_diameter", "inside_dia": "inner_diameter",
+    "inside_diameter": "inner_diameter", "coil_id": "inner_diameter",
+    "coils": "body_coils", "number_of_coils": "body_coils", "no_of_coils": "body_coils", "turns": "body_coils",
+    "spring_rate": "rate", "torque_rate": "rate", "angular_rate": "rate",
+    "leg_angle": "included_angle", "free_angle": "included_angle", "free_position": "included_angle",
+    "legs": "leg_convention", "leg_type": "leg_convention", "leg_style": "leg_convention",
+    "leg": "leg_length", "arm_length": "leg_length", "free_length": "body_length", "body_width": "body_length",
+    "torque": "max_torque", "maximum_torque": "max_torque", "rated_torque": "max_torque", "torque_max": "max_torque",
+    "deflection": "max_deflection", "maximum_deflection": "max_deflection", "max_angle": "max_deflection",
+    "wind": "hand", "winding": "hand", "wind_direction": "hand", "winding_direction": "hand",
+    "direction_of_wind": "hand", "hand_of_wind": "hand",
+    "max_speed": "speed", "rated_speed": "speed", "speed_max": "speed", "damping_direction": "direction",
+    "tolerance": "rate_tolerance",
+}  # fmt: skip
+UNITS = {
+    "in-lb": "lbf*in", "in-lbs": "lbf*in", "lb-in": "lbf*in", "in lb": "lbf*in", "in.-lb.": "lbf*in",
+    "in-lb/deg": "lbf*in/deg", "in-lbs/deg": "lbf*in/deg", "lb-in/deg": "lbf*in/deg",
+    "in-oz": "ozf*in", "oz-in": "ozf*in", "in-oz/deg": "ozf*in/deg", "oz-in/deg": "ozf*in/deg",
+    "Nm": "N*m", "N-m": "N*m", "Nm/rad": "N*m/rad", "Nm/deg": "N*m/deg", "N-m/rad": "N*m/rad",
+    "Nmm": "N*mm", "N-mm": "N*mm", "Nmm/deg": "N*mm/deg", "N-mm/deg": "N*mm/deg", "Ncm": "N*cm",
+    "inch": "in", "inches": "in", "in.": "in", '"': "in", "degree": "deg", "degrees": "deg", "°": "deg",
+    "RPM": "rpm", "r/min": "rpm", "min-1": "rpm", "percent": "%",
+}  # fmt: skip
+VALUES = {
+    "hand": {"rh": "right", "lh": "left", "r": "right", "l": "left", "right hand": "right", "left hand": "left",
+             "right-hand": "right", "left-hand": "left"},
+    "direction": {"dual": "both", "two-way": "both", "bidirectional": "both", "bi-directional": "both",
+                  "cw": "clockwise", "ccw": "counter-clockwise", "uni": "one-way", "unidirectional": "one-way",
+                  "one way": "one-way"},
+    "leg_convention": {"tangential": "tangent"},
+    "continuous": {"true": "yes", "false": "no"},
+}  # fmt: skip
+_TITLE = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
+
+
+def standard(title: str, known: frozenset[str]) -> str:
+    """A header as the catalogue writes it, ``wire_diameter [mm]`` for ``Wire Dia. (mm)``; others as they are.
+
+    ``known``: the catalogue's own columns, which are never renamed. ``d`` or ``torque`` alone stay what they are only
+    where the catalogue knows them.
+    """
+    match = _TITLE.fullmatch(title)
+    if match is None:
+        return title
+    name = match["name"].strip()
+    plain = re.sub(r"[^a-z0-9]+", "_", name.casefold()).strip("_")
+    if plain in known:
+        name = plain
+    elif plain in NAMES:
+        name = NAMES[plain]
+    else:
+        return title
+    unit = match["unit"]
+    return name if unit is None else f"{name} [{UNITS.get(unit.strip(), unit.strip())}]"
+
+
+def standard_value(column: str, text: str) -> str:
+    """A word of a column with choices as the catalogue writes it."""
+    folded = text.casefold()
+    return VALUES.get(column, {}).get(folded, folded if column in VALUES else text)
