@@ -33,8 +33,20 @@ class Cluster:
 
     @property
     def threads(self) -> int:
-        """Tasks that run at once, as the cluster is now."""
-        return max(1, int(sum(self._client.nthreads().values())))
+        """Tasks that run at once, as the cluster is now.
+
+        Raises
+        ------
+        UserError : the scheduler is gone.
+        """
+        try:
+            return max(1, int(sum(self._client.nthreads().values())))
+        except (OSError, ValueError, RuntimeError):  # what a closed client says differs with its state
+            raise self._gone() from None
+
+    def _gone(self) -> UserError:
+        text = "the scheduler is gone. What is done is kept: give the same command again when it is back, or without it"
+        return UserError(Problem(text, self._address))
 
     def run(self, function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Ended]]:
         """Perform ``function(argument)`` for each ``(key, argument)``; yields them as they end.
@@ -79,8 +91,7 @@ class Cluster:
                 raise UserError(Problem(f"a worker has {ended.other}; {SAME}", self._address))
             return ended
         if future.status != "error":
-            text = "the scheduler is gone. What is done is kept: start it and give the same command again"
-            raise UserError(Problem(text, self._address))
+            raise self._gone()
         error = future.exception()
         if isinstance(error, KilledWorker):
             text = "every worker that took it up died, the system stops what takes too much memory; try it alone"
@@ -105,8 +116,9 @@ def connected(address: str) -> Iterator[Cluster]:
         text = "needs the package distributed, which is not installed here: pip install 'limb-synth[cluster]'"
         raise UserError(Problem(text, key=OPTION)) from None
     # Its warnings, of each connection that breaks and of each worker that goes, are told here in words of our own.
-    for name in ("distributed", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    for name in ("tornado", "asyncio", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import builtins
-import os
-import signal
 import socket
 import subprocess
 import sys
@@ -22,41 +20,38 @@ from synth.cli import main
 from synth.errors import UserError
 
 
-def command(*words: str) -> list[str]:
-    return [sys.executable, "-m", "synth", "-q", "fit", *words]
-
-
-def test_a_killed_worker_and_then_a_killed_client_lose_nothing_and_change_no_byte(tmp_path: Path) -> None:
-    """Half-way one of two workers dies, later the client too; the same command then goes on, to a local run's bytes."""
-    legs = folder_of_legs(tmp_path / "legs", 8)
+def test_neither_a_killed_worker_nor_a_killed_scheduler_loses_a_fit_or_changes_a_byte(tmp_path: Path) -> None:
+    """Half-way one of two workers dies, then the scheduler; without a cluster it goes on, to a local run's bytes."""
+    legs = folder_of_legs(tmp_path / "legs", 9)
     kept = tmp_path / ".far.fits"
 
-    def finished() -> set[str]:
-        return {path.name for path in kept.glob("fit-*")}
+    def finished() -> dict[str, int]:
+        return {path.name: path.stat().st_mtime_ns for path in kept.glob("fit-*")}
 
     with cluster(tmp_path) as made:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(ended, "PACKAGES", (*ended.PACKAGES, "pytest"))  # the worker asks for no such thing
             with pytest.raises(UserError, match=r"worker at .* has pytest missing"):
                 connected(made.address).__enter__()
-        words = command(str(legs), "--out", str(tmp_path / "far"), "--scheduler", made.address)
-        running = subprocess.Popen(words)
+        words = ["-q", "fit", str(legs), "--out", str(tmp_path / "far")]
+        running = subprocess.Popen(
+            [sys.executable, "-m", "synth", *words, "--scheduler", made.address], stderr=subprocess.PIPE, text=True
+        )
         wait_until(lambda: len(finished()) >= 2 or running.poll() is not None, 120)
         made.kill_worker()
         at_the_kill = len(finished())
         wait_until(lambda: len(finished()) >= at_the_kill + 2 or running.poll() is not None, 120)
-        os.kill(running.pid, signal.SIGKILL)
-        running.wait()
-        before = {name: (kept / name).stat().st_mtime_ns for name in finished()}
-        again = subprocess.Popen(words)
-        wait_until(lambda: len(finished()) > len(before) or again.poll() is not None, 120)
-        still = {name: (kept / name).stat().st_mtime_ns for name in before if (kept / name).exists()}
-        assert again.wait(timeout=200) == 0
-    assert 2 <= at_the_kill < len(before) < 8
-    assert still in (before, {})  # {}: it was over before the look
+        made.scheduler.kill()
+        said = running.communicate(timeout=120)[1]
+    assert running.returncode == 2
+    assert said.startswith(f"synth: {made.address}: the scheduler is gone. What is done is kept")
+    assert said.count("\n") == 1
+    before = finished()
+    assert 2 <= at_the_kill < len(before) < 9
+    assert main([*words, "--workers", "1"]) == 0
     assert not kept.exists()
-    assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "near"), "--workers", "1"]) == 0
-    assert len(same_bytes(tmp_path / "far", tmp_path / "near")) > 3 * 8
+    assert main([*words[:-1], str(tmp_path / "near"), "--workers", "1"]) == 0
+    assert len(same_bytes(tmp_path / "far", tmp_path / "near")) > 3 * 9
 
 
 def test_where_nothing_answers_one_message_says_so(
