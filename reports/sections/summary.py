@@ -28,17 +28,23 @@ def content(result: Result) -> dict[str, Any] | Missing:
                 "name": name,
                 "wanted": wanted,
                 "refit": refit,
-                "spring": spring.get("part") or ("to make" if make else "none chosen"),
+                "spring": _bought(spring) or ("to make" if make else "none chosen"),
                 "none": not spring.get("part") and not make,
                 "rate": rate,
                 "count": count,
                 "off": percent(None if value is None else value * count, value_of(target)),
-                "damper": mapping(joint, "damper"),
+                "damper": {**mapping(joint, "damper"), "words": mapping(joint, "damper").get("arrangement")},
                 "arm_offset": joint.get("arm_offset"),
                 "rms": mapping(response, "joints").get(name),
             }
         )
     return {"joints": rows, "rms": response.get("rms")}
+
+
+def _bought(spring: dict[str, Any]) -> str:
+    """The part, and how many side by side where there are several."""
+    part, count = spring.get("part"), spring.get("count")
+    return f"{count} x {part}" if part and isinstance(count, int) and count > 1 else str(part or "")
 
 
 SECTION = Section("summary", "The design in short", content)

@@ -19,7 +19,14 @@ from synth.design.dampers import DamperChoiceMade, DamperOption
 from synth.design.forecast import Forecast, Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, Index, PartLanes
 from synth.design.search import Found, best_sets
-from synth.design.springs import SpringChoiceMade, SpringOption, SpringSource, other_springs, spring_options
+from synth.design.springs import (
+    SpringChoiceMade,
+    SpringOption,
+    SpringSource,
+    other_springs,
+    sense_warning,
+    spring_options,
+)
 from synth.errors import UserError
 from synth.files.options import PartsOptions
 from synth.model.leg import Array, Damper, Leg, Spring
@@ -119,6 +126,7 @@ def choose_sets(
         chosen = dampers.chosen[j]
         others = [option for option in dampers.ranked[j] if option.label != chosen.label]
         made, reasons, said = _pairs(source, chosen, spring.rate, others[: DAMPERS - 1])
+        said = [*said, *sense_warning(source.joint, source.turned)]
         pairs.append(made)
         left_out.append(reasons)
         warnings.append(tuple(said))

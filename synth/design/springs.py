@@ -29,10 +29,14 @@ ARM_LENGTH = 0.025  # m, of a spring to wind, up to where it bears
 
 @dataclass(frozen=True)
 class Travel:
-    """How far a joint's spring is turned from its free angle: the farther side, which winds it, and the other; rad."""
+    """How far a joint's spring is turned from its free angle: the farther side, which winds it, and the other; rad.
+
+    ``below``: the farther side lies at smaller measured angles, where a joint as drawn closes the spring's arms.
+    """
 
     winding: float
     opening: float
+    below: bool = True
 
 
 @dataclass(frozen=True)
@@ -127,10 +131,10 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[Travel]:
             ends = [angle - joint.spring.free_angle for angle in joint.range]
         else:
             rest = joint.sign * (joint.spring.free_angle - joint.zero)
-            turned = np.concatenate([motion[:, j] for motion in motions]) - rest
+            turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - rest)
             ends = [float(turned.min()), float(turned.max())]
-        sides = sorted((abs(min(0.0, *ends)), abs(max(0.0, *ends))))
-        found.append(Travel(sides[1], sides[0]))
+        below, above = abs(min(0.0, *ends)), abs(max(0.0, *ends))
+        found.append(Travel(max(below, above), min(below, above), below >= above))
     return found
 
 
@@ -150,7 +154,7 @@ class SpringSource:
         """The travel that was asked for, else the joint's."""
         if self.choice.travel is None:
             return self.travel
-        return Travel(self.choice.travel, min(self.travel.opening, self.choice.travel))
+        return Travel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
 
 
 def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
@@ -255,6 +259,17 @@ def _to_wind(
         ]
     total = design.rate * design.count
     return SpringOption(total, design.included_angle, design=design, result=result), said
+
+
+def sense_warning(joint: str, travel: Travel) -> list[str]:
+    """Work that opens the coil: a joint as drawn closes the arms towards smaller measured angles."""
+    if travel.below or travel.winding < 2.0 * travel.opening or travel.winding < radians(2.0):
+        return []
+    return [
+        f"{joint}: work turns its spring {degrees(travel.winding):.0f} deg towards larger measured angles and only "
+        f"{degrees(travel.opening):.0f} deg the other way, while the joint as drawn winds the spring towards smaller "
+        "ones; torsion springs are made to be wound up. Mount the spring the other way round, or preload it"
+    ]
 
 
 def spring_warnings(joint: str, option: SpringOption) -> list[str]:

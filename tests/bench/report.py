@@ -28,7 +28,7 @@ from reports.figures.legend import legend
 from reports.figures.palette import BLUE, GREEN, GREY, ORANGE, VERMILION, Line
 from reports.figures.svg import Svg
 
-BENCHES = ("engine", "fit", "gap")
+BENCHES = ("engine", "fit", "parts", "gap")
 LIBRARIES = ("limb-synth", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")
 LINES = [Line(BLUE), Line(VERMILION, dash="5 3"), Line(GREEN, dash="2 2"), Line(ORANGE, dash="7 2 2 2")]
 HOPPER = "Jumps a second"

@@ -67,8 +67,10 @@ def test_screening_finds_its_best_among_all(small: PartLanes) -> None:
     assert every[numbers] == pytest.approx(guess)
 
 
-def test_what_is_screened_equals_what_is_simulated_whole(small: PartLanes) -> None:
-    """The best twelve of 1000 sets, in order; the start is the worst corner."""
+@pytest.mark.parametrize(("seed", "spread"), [(0, 2.5), (1, 4.0), (2, 1.5)])
+def test_what_is_screened_equals_what_is_simulated_whole(seed: int, spread: float) -> None:
+    """The best twelve of 1000 sets, in order, from a start anywhere, for parts near each other and far apart."""
+    small = PartLanes(wanted(), LEG, grid(5, 2, spread, seed))
     whole = best_sets(small, [0, 0, 0], 12)
     screened = best_sets(small, [0, 0, 0], 12, exhaustive=0)
     assert whole.exhaustive

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from synth.design.dampers import DamperChoiceMade, DamperOption
 from synth.design.sets import SetsMade, choose_sets
-from synth.design.springs import SpringChoiceMade, SpringSource, Travel, spring_warnings, travels
+from synth.design.springs import SpringChoiceMade, SpringSource, Travel, sense_warning, spring_warnings, travels
 from synth.errors import UserError
 from synth.files.options import CadOptions, PartsOptions, SpringChoice
 from synth.model.chain import Conditions
@@ -127,9 +128,21 @@ def test_travel_is_the_range_where_the_leg_has_one_else_the_motion() -> None:
     assert np.degrees([found.winding, found.opening]) == pytest.approx([51.0, 39.0])
 
 
-def test_a_spring_of_which_no_strength_is_known_is_said_to_be_unchecked(catalogue: Catalogue) -> None:
-    from dataclasses import replace
+def test_work_that_opens_the_coil_is_said() -> None:
+    """As drawn the arms close towards smaller measured angles; a joint with sign -1 turns the other way in q."""
+    leg = knee(1.0)
+    motion = np.radians([[0.0], [40.0], [-5.0]])
+    for sign, below in ((1, False), (-1, True)):
+        turned = replace(leg, joints=(replace(leg.joints[0], sign=sign, zero=radians(111.0)),))
+        (found,) = travels(turned, [motion])
+        assert found.below is below
+        assert np.degrees([found.winding, found.opening]) == pytest.approx([40.0, 5.0])
+        assert bool(sense_warning("knee", found)) is not below
+    assert "towards larger measured angles" in sense_warning("knee", Travel(0.7, 0.1, below=False))[0]
+    assert sense_warning("knee", Travel(0.7, 0.6, below=False)) == []
 
+
+def test_a_spring_of_which_no_strength_is_known_is_said_to_be_unchecked(catalogue: Catalogue) -> None:
     leg = knee(0.47269)
     rows = tuple(
         replace(row, material="unobtainium") if row.part == "LTR080F 10 S" else row for row in catalogue.springs
