@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check blind blind-jumps bench fuzz format example lock clean
+.PHONY: help setup demo test check blind blind-jumps bench universal fuzz format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -42,6 +42,10 @@ bench: $(READY)  ## speed, beside other engines in the same run: build/bench/ben
 fuzz: COUNT = 300
 fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and checked in its own process: build/fuzz
 	$(BIN)/python tools/fuzz_joints.py --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz
+
+universal: COUNT = 500
+universal: $(READY)  ## one cost for every response: ours against the thesis' on COUNT (500) random legs: build/universal; goes on from where it was
+	PYTHONPATH=tests $(BIN)/python -m robustness.universal --count $(COUNT) --to build/universal --workers $(WORKERS)
 
 robustness: COUNT = 500
 robustness: SEED = 1

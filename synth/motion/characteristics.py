@@ -86,7 +86,8 @@ def _peaks(time: Array, level: Array, least: float) -> tuple[Array, Array]:
     """Times (m,) and heights (m,) of the extremes between successive crossings of rest, after the first crossing."""
     crossings = np.flatnonzero(level[:-1] * level[1:] < 0) + 1
     times, heights = [], []
-    for first, last in zip(crossings, [*crossings[1:], len(level)], strict=True):
+    ends = [*crossings[1:], len(level)] if len(crossings) else []  # rounded to counts, a curve may only touch rest
+    for first, last in zip(crossings, ends, strict=True):
         segment = level[first:last]
         k = int(np.argmax(np.abs(segment)))
         inner = 0 < k < len(segment) - 1

@@ -112,3 +112,12 @@ def test_what_starts_at_rest_shows_nothing() -> None:
 def test_a_recording_that_ends_while_it_moves_has_no_settling_time() -> None:
     time = np.arange(0.0, 1.5, 1e-3)
     assert characteristics(time, released(time, 0.02)).settling_time is None
+
+
+def test_a_curve_that_only_touches_its_rest_has_no_swings() -> None:
+    """Read in coarse counts an overdamped joint comes to rest exactly and never crosses it."""
+    time = np.linspace(0.0, 1.0, 101)
+    found = characteristics(time, np.round(8 * np.exp(-12 * time)) * 0.01)
+    assert found.damping_ratio is None
+    assert found.rise_time is not None
+    assert found.validity == "fewer than two swings past rest"

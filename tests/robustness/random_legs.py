@@ -51,13 +51,17 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Case:
-    """One random leg with its trials. ``damping_ratio`` (n,) is each joint's own, b / (2 sqrt(k I)), I outboard."""
+    """One random leg with its trials. ``damping_ratio`` (n,) is each joint's own, b / (2 sqrt(k I)), I outboard.
+
+    ``starts`` : each trial's true rotation and rate at its first sample, (2, n) rad and rad/s.
+    """
 
     seed: int
     leg: Leg
     recorder: Recorder
     trials: tuple[Trial, ...]
     damping_ratio: Array
+    starts: tuple[Array, ...] = ()
 
     @property
     def bare(self) -> Leg:
@@ -129,8 +133,13 @@ def slowest_time(leg: Leg) -> float:
     return max(times)
 
 
-def record(leg: Leg, recorder: Recorder, generator: np.random.Generator, name: str, duration: float) -> Trial:
-    """One release from 8-30 deg off the rest pose, every joint in its own direction, with a small initial rate."""
+def record(
+    leg: Leg, recorder: Recorder, generator: np.random.Generator, name: str, duration: float
+) -> tuple[Trial, Array]:
+    """One release from 8-30 deg off the rest pose, every joint in its own direction, with a small initial rate.
+
+    Also its true start (2, n): rotation and rate.
+    """
     n = len(leg.joints)
     away = np.radians(generator.uniform(8, 30, n)) * generator.choice((-1, 1), n)
     start, first = rest_pose(leg) + away, generator.normal(0.0, 0.2, n)
@@ -147,7 +156,7 @@ def record(leg: Leg, recorder: Recorder, generator: np.random.Generator, name: s
         count = 2 * math.pi / recorder.counts
         angle = count * np.round(angle / count)
     angle[generator.random(angle.shape) < recorder.lost] = np.nan
-    return Trial(name, times, angle)
+    return Trial(name, times, angle), np.array([start, first])
 
 
 def random_case(seed: int, recorder: Recorder | None = None, links: int | None = None) -> Case:
@@ -158,5 +167,5 @@ def random_case(seed: int, recorder: Recorder | None = None, links: int | None =
     recorder = recorder or drawn
     # Recordings end after the motion has died, but nobody records a creeping leg for a minute.
     duration = float(np.clip(4.0 * slowest_time(leg), 0.6, 3.0))
-    trials = [record(leg, recorder, generator, f"release {i}", duration) for i in range(recorder.trials)]
-    return Case(seed, leg, recorder, tuple(trials), ratio)
+    made = [record(leg, recorder, generator, f"release {i}", duration) for i in range(recorder.trials)]
+    return Case(seed, leg, recorder, tuple(trial for trial, _ in made), ratio, tuple(start for _, start in made))
