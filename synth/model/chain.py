@@ -116,11 +116,15 @@ class Chain:
     @cached_property
     def _whole(self) -> tuple[Any, ...]:
         called = (self.right_hand_side, self.extra_torques, self.bearing_forces)
-        return self.integrate, *(Compiled(function) for function in called)
+        return _entry(self.integrate), *(Compiled(function) for function in called)
 
     @cached_property
     def _plain(self) -> tuple[Any, ...]:
-        return self.integrate_plain, Compiled(self.right_hand_side), 0, 0
+        return _entry(self.integrate_plain), Compiled(self.right_hand_side), 0, 0
+
+    @cached_property
+    def _no_memory(self) -> tuple[Any, ...]:
+        return self._rows([])
 
     @cached_property
     def _off(self) -> Array:
@@ -157,6 +161,8 @@ class Chain:
         without friction would cost steps all the same.
         """
         layout, on = self.layout, []
+        if not any(switch and effect.memory for effect, switch in zip(self.effects, active[1, 1:], strict=True)):
+            return self._no_memory
         for effect, switch in zip(self.effects, active[1, 1:], strict=True):
             if not (switch and effect.memory):
                 continue
@@ -165,6 +171,11 @@ class Chain:
             workspace[layout.rows(f"{effect.name} memory")] = effect.function("start")(deflection, *values)
             strengths = [values[effect.index(name)] for name in effect.strengths]
             on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
+        return self._rows(on)
+
+    def _rows(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
+        """What ``_states`` gives, for these memories (effect, joint)."""
+        layout = self.layout
         if len(on) > MOST_MEMORIES:
             raise ValueError(f"{len(on)} memories of effects at once; the integrator has room for {MOST_MEMORIES}")
         state, derivative = layout.states(on)
@@ -208,7 +219,8 @@ class Chain:
         because it diverged or needed more than ``max_steps``.
         """
         n, n_lane = self.layout.n, lanes.shape[1]
-        known = known_torque or (np.zeros(0), np.zeros((0, n)))
+        given = known_torque or (np.zeros(0), np.zeros((0, n)))
+        known = tuple(np.ascontiguousarray(array, dtype=float) for array in given)
         times = np.ascontiguousarray(times, dtype=float)
         limits = (tolerance, tolerance, FIRST_STEP)
         shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
@@ -251,6 +263,14 @@ class Source:
     def on_disk(self) -> bool:
         """Whether it is compiled."""
         return generate.on_disk(*self.parts)
+
+
+def _entry(integrate: Any) -> Any:
+    """The one compiled form of an integrator: to ask numba each time which would do costs as much as ten steps.
+
+    It takes what it is given for what it was compiled for: arrays must be contiguous and of the right type.
+    """
+    return integrate.get_compile_result(integrate.nopython_signatures[0]).entry_point
 
 
 def _file_of(module: str) -> Path:

@@ -132,11 +132,13 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     run = Chain.run
 
     def run_labelled(self: Chain, *arguments: Any, **named: Any) -> Any:
-        if not getattr(self.integrate, "timed", False):
-            timed = shares.timed(self.integrate, lambda *_: label[0])
-            timed.timed = True  # type: ignore[attr-defined]
-            put_back.append((None, self, self.integrate))
-            object.__setattr__(self, "integrate", timed)
+        for which in ("_plain", "_whole"):
+            integrate, *called = getattr(self, which)
+            if not getattr(integrate, "timed", False):
+                put_back.append((None, self, (which, (integrate, *called))))
+                timed = shares.timed(integrate, lambda *_: label[0])
+                timed.timed = True  # type: ignore[attr-defined]
+                self.__dict__[which] = (timed, *called)
         return run(self, *arguments, **named)
 
     def together(self: Any, trial: Any, blocks: Any, _inner: Any = predict.Predictor._together) -> Any:
@@ -161,7 +163,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     finally:
         for owner, name, value in reversed(put_back):
             if owner is None:
-                object.__setattr__(name, "integrate", value)
+                name.__dict__[value[0]] = value[1]
             else:
                 setattr(owner, name, value)
     total = sum(shares.spent.values())
