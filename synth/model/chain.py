@@ -90,6 +90,10 @@ class Chain:
         """The integrator for springs, linear dampers and gravity alone."""
         return self.sources["plain"].load().integrate
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A result that holds a chain is kept without its machine code, which is found again where it is read."""
+        return compiled_chain, (self.layout.n,)
+
     def parameters(self, leg: Leg, conditions: Conditions = Conditions()) -> Array:
         """(n_row,) one lane of the workspace for this leg under these conditions, state rows zero."""
         return self.lanes(LegLanes.of(leg), conditions)[:, 0]

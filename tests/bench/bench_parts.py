@@ -70,7 +70,7 @@ def section() -> Section:
         words=(
             f"Seven releases of the three-link leg of the thesis, 1 s; the best {BEST} sets by the whole leg's "
             "response. Screened: motions of single changes summed, then simulated in the screen's order until none "
-            f"that follows can be better by the screen's measured mistakes (reached for the million: {million.complete}).",
+            f"that follows can be better by the screen's measured mistakes (so for the million: {million.complete}).",
             f"Of {whole.n_set} sets the best {BEST} by screening are those of simulating all: {same}.",
             f"Load (1 min) before {before:.1f}, after {load():.1f}.",
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -63,6 +64,13 @@ def test_tuning_finds_the_spring_that_was_taken_away(wanted: WantedResponse) -> 
         assert joint.spring is not None
         assert true.spring is not None
         assert joint.spring.rate == pytest.approx(true.spring.rate, rel=0.02)
+
+
+def test_a_response_can_be_kept_and_read_again(wanted: WantedResponse) -> None:
+    """Also after it was simulated, when its chain holds machine code."""
+    wanted.errors([LEG])
+    again = pickle.loads(pickle.dumps(wanted))
+    assert again.errors([LEG]).tolist() == wanted.errors([LEG]).tolist()
 
 
 def test_a_leg_too_stiff_to_follow_is_the_worst_not_an_accident(wanted: WantedResponse) -> None:

@@ -308,6 +308,11 @@ def make_design(folder: Path, joints: list[str] | None = None, trials: int = 7, 
             "search": {"sets": 1200, "simulated": 1200, "exhaustive": True, "none_better_left": True},
         },
         "warnings": [{"joint": joints[0], "text": "no single spring can do it"}, {"joint": None, "text": "30 s"}],
+        "solids": {
+            "drawn": True, "notes": [],
+            "checks": [{"name": "wall", "part": "knee_upper", "passed": True, "text": "wall: 3 mm, at least 1.2 mm",
+                        "value": quantity(3.0, "mm"), "limit": quantity(1.2, "mm")}],
+        },
         "pictures": [
             {"path": "parts/assembly.png", "caption": "the leg at rest"},
             {"path": "parts/knee.png", "caption": "knee, arm offset -9 deg"},

@@ -1,0 +1,53 @@
+"""The section of the joints' checks: what failed with its picture, what passed by its nearest to the limit."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+from reports.page import _environment
+from reports.reading import Result
+from reports.section import Missing
+from reports.sections import checks
+
+DOT = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+)
+
+
+def check(part: str, value: float, *, passed: bool = True, **more: object) -> dict[str, object]:
+    quantities = {"value": {"value": value, "unit": "mm"}, "limit": {"value": 0.4, "unit": "mm"}}
+    return {"name": "gap", "part": part, "passed": passed, "text": f"{part} <text>", **quantities, **more}
+
+
+def shown(folder: Path, *found: dict[str, object]) -> tuple[dict[str, object], str]:
+    plan = {"part": "hip_upper", "up": "+y", "support": {"value": 9.0, "unit": "mm^2"},
+            "size": [{"value": 59.4, "unit": "mm"}, {"value": 50.0, "unit": "mm"}, {"value": 90.8, "unit": "mm"}]}  # fmt: skip
+    content = checks.content(Result(folder, "design.json", {"solids": {"checks": list(found), "print": [plan]}}))
+    assert not isinstance(content, Missing)
+    return dict(content), _environment().get_template("checks.html").render(**content, file="design.json")
+
+
+def test_of_the_passed_the_nearest_to_its_limit_is_shown(tmp_path: Path) -> None:
+    content, page = shown(tmp_path, check("far", 0.9), check("near", 0.41), check("middle", 0.6))
+    assert [kind["part"] for kind in content["kinds"]] == ["near"]  # type: ignore[attr-defined]
+    assert "All 3 checks passed" in page
+    assert "near" in page
+    assert "far" not in page
+    assert "59.4 × 50 × 90.8 mm" in page
+
+
+def test_a_failed_one_comes_first_with_its_picture_and_markup_escaped(tmp_path: Path) -> None:
+    (tmp_path / "checks").mkdir()
+    (tmp_path / "checks" / "a.png").write_bytes(DOT)
+    angle = {"value": 61.0, "unit": "deg"}
+    bad = check("bad", 0.1, passed=False, picture="checks/a.png", angle=angle)
+    _, page = shown(tmp_path, check("good", 0.41), bad, check("worse", 0.0, passed=False, picture="../outside.png"))
+    assert "2 of 3 checks failed, so no part is exported" in page
+    assert page.count("data:image/png;base64,") == 1
+    assert "bad &lt;text&gt;" in page
+    assert "61°" in page
+
+
+def test_without_solids_it_is_left_out(tmp_path: Path) -> None:
+    assert isinstance(checks.content(Result(tmp_path, "design.json", {"solids": {"checks": []}})), Missing)
