@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class CheckResult:
@@ -36,18 +38,23 @@ class GateError(RuntimeError):
         super().__init__("\n".join(str(result) for result in results if not result.passed))
 
 
+def _settled(value: float) -> float:
+    """The value without what rounding leaves of a zero, which differs from run to run."""
+    return 0.0 if abs(value) < ROUNDING else float(value)
+
+
 def at_most(
     name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
 ) -> CheckResult:
     """A gate that holds when ``value`` does not exceed ``limit``."""
-    return CheckResult(name, part, bool(value <= limit), float(value), float(limit), unit, text, angle)
+    return CheckResult(name, part, bool(value <= limit), _settled(value), float(limit), unit, text, angle)
 
 
 def at_least(
     name: str, part: str, value: float, limit: float, unit: str, text: str, *, angle: float | None = None
 ) -> CheckResult:
     """A gate that holds when ``value`` reaches ``limit``."""
-    return CheckResult(name, part, bool(value >= limit), float(value), float(limit), unit, text, angle)
+    return CheckResult(name, part, bool(value >= limit), _settled(value), float(limit), unit, text, angle)
 
 
 def require(results: tuple[CheckResult, ...]) -> None:

@@ -97,6 +97,15 @@ class Bodies:
         volume, first, second = max(found)
         return first, second, volume
 
+    def spring_gap(self, angle: float, search: float) -> tuple[float, str]:
+        """Least gap (mm, at most ``search``) of the loaded spring to what it must not touch, and in which half."""
+        joint = self.joint
+        coil = manifold(spring_mesh_at(joint.dimensions, joint.layout, angle))
+        turns = {"upper": 0.0, "lower": joint.turn("lower", angle)}
+        return min(
+            (float(turned(coil, -turns[group]).min_gap(self.bare[group], search)), group) for group in self.parts
+        )
+
     def spring_overlaps(self, angle: float, fineness: tuple[int, int] | None = None) -> dict[tuple[str, bool], float]:
         """Common volume (mm^3) of the loaded spring with each half's (group, meant to touch) parts at an angle."""
         joint = self.joint
@@ -200,7 +209,11 @@ def check_spring_room(bodies: Bodies) -> list[CheckResult]:
         limit = CONTACT_LIMIT if meant else OVERLAP_LIMIT
         text = f"with {what}, over {low:g} to {high:g} deg, most at {angle:.4g}"
         results.append(at_most("overlap", name, volume, limit, "mm^3", text, angle=angle))
-    return results
+    ends = (low, dimensions.rest_angle, high)
+    (gap, half), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
+    text = f"least gap to the {half} half at both ends and at rest, at {angle:.4g}; half the clearance is asked for"
+    limit = dimensions.clearance / 2 - CHORDS
+    return [*results, at_least("spring gap", name, gap, limit, "mm", text, angle=angle)]
 
 
 def check_gaps(bodies: Bodies) -> list[CheckResult]:

@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
     from synth.commands.leg_parts import parts_text, with_options
+    from synth.commands.solids import require_known_joints
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
     from synth.files.stage_cache import StageCache, key_of
@@ -43,6 +44,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         project = read_leg_project(arguments.file, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
         catalogue = Catalogue.load(project.catalogs)
         project = with_options(project, arguments, catalogue)
+        require_known_joints(project)
     if arguments.dry_run:
         progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0

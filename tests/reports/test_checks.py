@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 from pathlib import Path
 
-from reports.page import _environment
+from reports.page import environment
 from reports.reading import Result
 from reports.section import Missing
 from reports.sections import checks
@@ -21,11 +21,11 @@ def check(part: str, value: float, *, passed: bool = True, **more: object) -> di
 
 
 def shown(folder: Path, *found: dict[str, object]) -> tuple[dict[str, object], str]:
-    plan = {"part": "hip_upper", "up": "+y", "support": {"value": 9.0, "unit": "mm^2"},
-            "size": [{"value": 59.4, "unit": "mm"}, {"value": 50.0, "unit": "mm"}, {"value": 90.8, "unit": "mm"}]}  # fmt: skip
+    size = [{"value": value, "unit": "mm"} for value in (59.4, 50.0, 90.8)]
+    plan = {"part": "hip_upper", "up": "+y", "support": {"value": 9.0, "unit": "mm^2"}, "size": size}
     content = checks.content(Result(folder, "design.json", {"solids": {"checks": list(found), "print": [plan]}}))
     assert not isinstance(content, Missing)
-    return dict(content), _environment().get_template("checks.html").render(**content, file="design.json")
+    return dict(content), environment().get_template("checks.html").render(**content, file="design.json")
 
 
 def test_of_the_passed_the_nearest_to_its_limit_is_shown(tmp_path: Path) -> None:
