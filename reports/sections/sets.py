@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from reports.figures.bars import Bar, Column, bar_figure
-from reports.quantities import brief, interval_of, share_text
+from reports.quantities import brief, interval_of, share_text, text
 from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
 
@@ -35,6 +35,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "figure": _figure([chosen, *others]),
         "causes": _causes(forecast),
         "measured": measured,
+        "open": mapping(response, "fit_uncertainty"),
         "measured_causes": _causes(measured),
         "search": mapping(response, "search"),
         "tolerances": [
@@ -51,7 +52,9 @@ def _parts(document: Json) -> Json:
     for name, joint in mapping(document, "joints").items():
         spring, damper = mapping(joint, "spring"), mapping(joint, "damper")
         count = value_of(spring.get("count")) or spring.get("count") or 1
-        words = spring.get("part") or "one to wind"
+        make = mapping(spring, "make")
+        words = spring.get("part") or f"wind {text(make.get('wire_diameter'))} {make.get('material') or 'wire'}"
+        count = make.get("count") or count
         if isinstance(count, (int, float)) and count > 1:
             words = f"{count:g} x {words}"
         found[name] = {"spring": words, "damper": damper.get("arrangement") or damper.get("part") or "–"}

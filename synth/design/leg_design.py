@@ -20,6 +20,7 @@ from synth.design.dampers import (
 from synth.design.sets import SetsMade, choose_sets
 from synth.design.springs import SpringChoiceMade, SpringSource, spring_warnings, travels
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
+from synth.design.told import Told, told
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
 from synth.fit.methods import fit_by
@@ -54,6 +55,7 @@ class LegDesign:
     errors: Array  # (n,) rad, RMS of each joint, built against wanted
     warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
     sets: SetsMade
+    told: Told | None  # what the target's fit leaves open does to the choice
     target_effects: tuple[TargetEffect, ...] = ()
 
     def arm_offset(self, joint: int) -> float:
@@ -116,6 +118,9 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in target.trials if trial.held_out)
     warnings = tuple(_warnings(project, motion, target, refit, wanted, dampers, springs, laws, errors))
+    known = told(wanted, target, sets.legs)
+    if known is not None and known.warning is not None:
+        warnings = (*warnings, (None, known.warning))
     warnings = (*warnings, *notes(into.effects))
     return LegDesign(
         project=project,
@@ -133,6 +138,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         errors=errors,
         warnings=warnings,
         sets=sets,
+        told=known,
         target_effects=into.effects,
     )
 

@@ -86,6 +86,7 @@ class SetsMade:
     dampers: DamperChoiceMade
     cut: tuple[int, ...]  # pairs a joint that were left out because they are worst by themselves
     measured: Forecast  # of the chosen set if its springs' free angles are measured before the arms are made
+    legs: tuple[Leg, ...]  # with each of ``sets``
 
     @property
     def chosen(self) -> PartSet:
@@ -144,6 +145,7 @@ def choose_sets(
         _dampers_made(lanes, sets[0], dampers, leg),
         cut,
         _if_measured(wanted, fitted, sets[0], parts, seed),
+        tuple(_leg(lanes, fitted, item.pairs) for item in sets),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.effects import effect_named
 from synth.fit.bootstrap import Bootstrap, bootstrap
+from synth.fit.draws import drawn_legs, draws
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording
@@ -68,6 +69,7 @@ def result_of(
         )
         if name == mode:
             chosen, chosen_joints, chosen_rms = stage, joints, rms
+            drawn = draws(stage.solution.values, spreads, refits, seed)
     said = not_separable(unknowns, covariance(model, chosen.solution, with_prior=False), chosen.solution.values)
     told = any(balance.weighed for balance in unknowns.balances)
     scale = mass_scale_sentence(leg, recordings, weighed=told)
@@ -97,6 +99,7 @@ def result_of(
         lost_samples=sum(recording.n_lost for recording in recordings),
         static=static,
         proposals=proposals(model, recordings, chosen.solution),
+        drawn=tuple(drawn_legs(leg, unknowns, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
     )
 

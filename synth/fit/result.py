@@ -138,6 +138,7 @@ class FitResult:
     cost: str = "trajectory"
     static: tuple[Judged, ...] = ()  # the static points beside the fit
     proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
+    drawn: tuple[Leg, ...] = ()  # legs that the trials allow, for whoever chooses by the fit
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
 
     def as_json(self) -> dict[str, Any]:

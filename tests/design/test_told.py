@@ -1,0 +1,89 @@
+"""What the fit leaves open reaches the choice of parts: drawn legs, and sets held against them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import Rig, bare, recorded, releases, robot
+from fit.test_static_points import OVERDAMPED
+from synth.design.stages import releases as released
+from synth.design.told import Told, told
+from synth.fit.draws import DRAWS
+from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.result import FitResult
+from synth.model.leg import Leg
+from synth.parts.response import WantedResponse
+
+
+def fit_of(leg: Leg, noise: float, **options: object) -> tuple[FitResult, WantedResponse]:
+    recordings = recorded(leg, releases(leg, 3, Rig(noise=noise, rate=250.0), 3))
+    fit = fit_leg(bare(leg), recordings, FitOptions(free_angle="common", **options))  # type: ignore[arg-type]
+    return fit, WantedResponse.of(fit.leg, released(recordings, fit))
+
+
+def rates(legs: tuple[Leg, ...]) -> np.ndarray:
+    """(2, n_leg, n) logarithms of spring and damper rates."""
+    found = [
+        [[joint.spring.rate, joint.damper.rate] for joint in leg.joints if joint.spring and joint.damper]
+        for leg in legs
+    ]
+    return np.log(np.array(found, dtype=float)).transpose(2, 0, 1)
+
+
+def stiffer(leg: Leg, joint: str, factor: float) -> Leg:
+    spring = leg.joints[leg.joint_names.index(joint)].spring
+    assert spring is not None
+    return leg.with_joints(**{joint: {"spring": replace(spring, rate=spring.rate * factor)}})
+
+
+def test_draws_scatter_as_the_intervals_say_and_hold_to_the_ridge() -> None:
+    fit, _ = fit_of(OVERDAMPED, 0.5)
+    assert len(fit.drawn) == DRAWS
+    spring, damper = rates(fit.drawn)
+    estimate = fit.joints["hip"].spring_rate
+    assert estimate.low is not None
+    assert estimate.high is not None
+    sd = np.log(estimate.high / estimate.low) / 2 / 1.645
+    assert spring[:, 0].std() == pytest.approx(sd, rel=0.3)
+    assert (damper - spring)[:, 0].std() < 0.1 * spring[:, 0].std()  # b/k is known ten times as well as k
+
+
+def test_bootstrap_refits_are_the_draws_where_there_are_any() -> None:
+    fit, _ = fit_of(robot(), 0.2, intervals="bootstrap")
+    assert len(fit.drawn) == DRAWS
+    normal, _ = fit_of(robot(), 0.2)
+    both = [rates(item.drawn)[0].std(axis=0) for item in (fit, normal)]
+    assert both[0] == pytest.approx(both[1], rel=0.5)
+
+
+def test_a_set_that_moves_as_wanted_is_the_best_whatever_the_fit_leaves_open() -> None:
+    fit, wanted = fit_of(robot(), 0.2)
+    found = told(wanted, fit, [fit.leg, stiffer(fit.leg, "knee", 1.3)])
+    assert found is not None
+    assert found.best.tolist() == [1.0, 0.0]
+    assert found.errors[0] == pytest.approx(found.wanted, rel=1e-4)  # the first set is the fitted leg itself
+    assert np.all(found.errors[1] > found.errors[0])
+    assert found.warning is None
+    written = found.as_json()
+    assert written["chosen_is_best"] == {"value": 1.0, "unit": "1"}
+    low, high = written["chosen"]["interval90"]
+    assert low <= written["chosen"]["value"] <= high
+
+
+def test_two_sets_that_the_trials_do_not_tell_apart_are_said_to_hang_on_them() -> None:
+    fit, wanted = fit_of(robot(), 0.5)
+    sets = [stiffer(fit.leg, "knee", factor) for factor in (0.97, 1.03, 1.0)]
+    found = told(wanted, fit, sets)
+    assert found is not None
+    assert found.best[0] < 0.5
+    assert found.warning is not None
+    assert "hangs on what the trials leave open" in found.warning
+
+
+def test_without_draws_nothing_is_said() -> None:
+    fit, wanted = fit_of(robot(), 0.2)
+    assert told(wanted, replace(fit, drawn=()), [fit.leg]) is None
+    assert Told(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None
