@@ -11,7 +11,7 @@ from synth.errors import UserError
 from synth.files.options import Prior
 from synth.files.static_points import StaticPoint
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.least_squares import HUBER, Stage, Weights, solve
+from synth.fit.least_squares import HUBER, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import MISFIT, result_of
 from synth.fit.result import FitResult
@@ -106,12 +106,23 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions = Fit
     stage, spread = stages[mode]
     rms = root_mean_square(recordings, stage.solution.predictions)
     softened: tuple[str, ...] = ()
+    least: Solution | None = None
     if np.any(rms > MISFIT * scatter):
         moved = soften(model, recordings, stage.solution, stage.weights)
         stages[mode] = (Stage(moved.solution, stage.weights), spread)
         softened = moved.sentences
+        least = stage.solution if softened else None
     return result_of(
-        model, recordings, stages, mode, why, scatter, softened, intervals=options.intervals, seed=options.seed
+        model,
+        recordings,
+        stages,
+        mode,
+        why,
+        scatter,
+        softened,
+        intervals=options.intervals,
+        seed=options.seed,
+        least=least,
     )
 
 

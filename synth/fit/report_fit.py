@@ -37,11 +37,14 @@ def result_of(
     intervals: str = "sensitivities",
     seed: int = 0,
     searched: bool = False,
+    least: Solution | None = None,
 ) -> FitResult:
     """Assemble the result of the chosen ``mode`` out of the stages, name -> (Stage, spread (n,) rad).
 
     ``intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``. ``searched``: the stage is
-    not the least of its residuals, so that what they leave does not speak against the model.
+    not the least of its residuals, so that what they leave does not speak against the model. ``least``: the solution of
+    least residual where the chosen stage was moved down a ridge from there; the intervals then reach from one to the
+    other, for the trials do not choose between them.
     """
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
@@ -56,6 +59,8 @@ def result_of(
             except ArithmeticError as error:
                 warnings.append(f"bootstrap: {error}; the intervals are those of the sensitivities")
         offsets = refits.offsets(stage.solution.values) if name == mode and refits else _normal_offsets(spreads)
+        if name == mode and least is not None:
+            offsets = _reaching(offsets, stage.solution.values, least.values)
         joints = _joints(unknowns, stage.solution, offsets, spread, len(recordings))
         rms = dict(zip(names, root_mean_square(recordings, stage.solution.predictions).tolist(), strict=True))
         variants.append(
@@ -122,6 +127,13 @@ def _off_balance(leg: Leg, static: Sequence[Judged]) -> list[str]:
         for item in static
         if abs(item.deviations) > MISPLACED
     ]
+
+
+def _reaching(offsets: tuple[Array, Array], values: Array, least: Array) -> tuple[Array, Array]:
+    """The offsets about ``values``, widened so that they hold the same interval about ``least`` too."""
+    low, high = offsets
+    moved = least - values
+    return np.minimum(low, moved + low), np.maximum(high, moved + high)
 
 
 def _normal_offsets(covariance: Array) -> tuple[Array, Array]:

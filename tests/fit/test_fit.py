@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -202,6 +203,11 @@ def test_the_softest_on_a_ridge_is_taken_only_where_the_model_lacks_something() 
     assert found.spring_rate.value < 70.0
     assert found.damper_rate is not None
     assert found.damper_rate.value / found.spring_rate.value == pytest.approx(0.15, rel=0.1)
+    # the interval reaches to where the least residual was, and beyond: the trials do not choose between the two
+    least = float(re.search(r"where the least residual alone would take ([\d.]+)", said)[1])  # type: ignore[index]
+    assert found.spring_rate.low is not None
+    assert found.spring_rate.high is not None
+    assert found.spring_rate.low < found.spring_rate.value < least < found.spring_rate.high
 
 
 def test_mass_scale_is_said_to_be_open_unless_a_known_mass_tells() -> None:
