@@ -30,10 +30,11 @@ _TIMES = {"low": "first", "middle": "middle", "high": "last"}
 PANEL, LABEL = 300.0, 104.0
 MOST_TIMES = 60
 ENDING = " missing torque"
+DEFLECTION = "deflection from the free angle"  # the words for the column
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
-    """Shares as bars, missing torque a joint, error over time a joint."""
+def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Missing:
+    """Shares as bars, missing torque a joint, error over time a joint; ``deflection``: from where it counts."""
     where = mapping(result.content, "where")
     if not where:
         return Missing(f"{result.name} does not say where the gap lies")
@@ -41,7 +42,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     joints = _joints(tables)
     return {
         "shares": [figure for key in SHARES if (figure := _share(key, mapping(where, key))) is not None],
-        "torques": [figure for joint in joints if (figure := _torque(joint, tables)) is not None],
+        "torques": [figure for joint in joints if (figure := _torque(joint, tables, deflection)) is not None],
         "errors": _errors(result, joints),
         "legend": legend([(BEFORE, "nominal at its best"), (AFTER, "with the explanation"), (FLOOR, "noise")]),
         "trials": len(tables),
@@ -79,10 +80,10 @@ def _share(key: str, shares: Json) -> Markup | None:
     return bar_figure(title, labels, [Column(f"share {heading}", bars, 1.0, words=40.0)], PANEL, LABEL)
 
 
-def _torque(joint: str, tables: list[Table]) -> Markup | None:
+def _torque(joint: str, tables: list[Table], deflection: str) -> Markup | None:
     """Missing torque against speed and against deflection, over all trials."""
     clouds = []
-    for column, words in (("speed", "speed"), ("deflection", "deflection from the free angle")):
+    for column, words in (("speed", "speed"), ("deflection", deflection)):
         points, unit = [], ""
         for table in tables:
             torque, other = table.columns.get(joint + ENDING), table.columns.get(f"{joint} {column}")

@@ -57,5 +57,7 @@ def _slope(quantity: object) -> float | None:
     return 100.0 * value if unit == "1/cm" else value
 
 
-WHERE = Section("hopper-where", "Where the gap lies", gap_where.content)
+WHERE = Section(
+    "hopper-where", "Where the gap lies", lambda result: gap_where.content(result, "upper link from the crouch")
+)
 ACROSS = Section("hopper-across", "How high, and across designs", content)

@@ -23,7 +23,8 @@ AFTER = 0.01  # s past the push that still count
 LEAST_MOTION = np.radians(2.0)
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
 # What is measured beside noise: the share of a channel's largest value that no model of ours claims to get right.
-CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.0, "foot slide": 0.0}
+CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
+JITTER = 5e-5  # s, by which samples are off their times: where a channel is steep, that counts
 LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-4, "foot slide": 2e-5}
 
 
@@ -31,10 +32,11 @@ LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch":
 class Jump:
     """One trial as the search uses it.
 
-    ``time`` (m,) s and ``measured`` channel -> (m,) SI, the stretch that counts; ``sigma`` channel -> what a sample is
-    uncertain by, noise and ``CLAIM`` together; ``noise`` the noise alone. ``jumps`` : one lane of the nominal leg under
-    the trial's conditions. ``group`` : which motor's tolerances hold. ``torque`` : a pull-up's, on all of ``time``.
-    ``seen`` : what the recording itself tells of the jump; None for a pull-up, or where it does not leave the ground.
+    ``time`` (m,) s and ``measured`` channel -> (m,) SI, the stretch that counts; ``sigma`` channel -> (m,) what a
+    sample is uncertain by, noise, ``CLAIM`` and ``JITTER`` together; ``noise`` the noise alone. ``jumps`` : one lane of
+    the nominal leg under the trial's conditions. ``group`` : which motor's tolerances hold. ``torque`` : a pull-up's,
+    on all of ``time``. ``seen`` : what the recording itself tells of the jump; None for a pull-up, or where it does not
+    leave the ground.
     """
 
     trial: JumpTrial
@@ -42,7 +44,7 @@ class Jump:
     motor: Motor
     time: Array
     measured: Mapping[str, Array]
-    sigma: Mapping[str, float]
+    sigma: Mapping[str, Array]
     noise: Mapping[str, float]
     jumps: JumpLanes
     group: int
@@ -59,6 +61,11 @@ class Jump:
     def leaning(self) -> bool:
         """Whether the planar form is needed."""
         return self.trial.lean != 0.0
+
+    def upright(self) -> Jump:
+        """The same jump without its lean, and without the channels that only a lean moves."""
+        measured = {name: values for name, values in self.measured.items() if name not in ("pitch", "foot slide")}
+        return replace(self, trial=replace(self.trial, lean=0.0), measured=measured)
 
     @property
     def weight(self) -> float:
@@ -136,7 +143,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
         measured = {name: recorded[name] for name in CLAIM if name in recorded and (name != "pitch" or trial.lean)}
         torque = None
     noise = {name: max(_noise(values), LEAST_NOISE[name]) for name, values in measured.items()}
-    sigma = {name: float(np.hypot(noise[name], CLAIM[name] * np.abs(v).max())) for name, v in measured.items()}
+    sigma = {name: uncertain(recorded["time"], v, noise[name], name) for name, v in measured.items()}
     group = groups.setdefault(trial.motor, len(groups))
     return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, seen)
 
@@ -182,6 +189,12 @@ def _noise(values: Array) -> float:
     """Deviation of white noise on a smooth curve, by third differences and their median."""
     third = np.diff(values, 3)
     return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
+
+
+def uncertain(time: Array, values: Array, noise: float, channel: str) -> Array:
+    """(m,) by how much each sample of a channel may be off, one standard deviation."""
+    claim = CLAIM[channel] * float(np.abs(values).max())
+    return np.asarray(np.sqrt(noise**2 + claim**2 + (JITTER * np.gradient(values, time)) ** 2))
 
 
 def pooled(jumps: Sequence[Jump], channel: str) -> float:

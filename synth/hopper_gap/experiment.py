@@ -98,7 +98,7 @@ def _imagined(
     noise = {name: usual.noise.get(name, NOISE.get(name, LEAST_NOISE[name])) for name in names}
     sizes = {FORCE: 4.0 * float(made.total_mass[0]) * leg.gravity, CURRENT: 2 * motor.stall_current,
              "supply": motor.voltage}  # fmt: skip
-    sigma = {name: float(np.hypot(noise[name], CLAIM[name] * sizes.get(name, 0.0))) for name in names}
+    sigma = {name: np.full(len(time), np.hypot(noise[name], CLAIM[name] * sizes.get(name, 0.0))) for name in names}
     nothing = {name: np.zeros(len(time)) for name in names}
     group = usual.group if trial.motor == usual.trial.motor else -1
     return Jump(trial, leg, motor, time, nothing, sigma, noise, made, group, usual.slip_speed)
@@ -113,7 +113,8 @@ def _pull_up(usual: Jump) -> Jump:
     angle = np.full(len(time), np.radians(15.0))
     noise = {ANGLE: usual.noise[ANGLE]}
     trial = replace(usual.trial, kind="pull-up", lean=0.0, supply=None, payload=0.0)
-    return replace(usual, trial=trial, time=time, measured={ANGLE: angle}, sigma=noise, noise=noise, torque=torque)
+    sigma = {ANGLE: np.full(len(time), usual.noise[ANGLE])}
+    return replace(usual, trial=trial, time=time, measured={ANGLE: angle}, sigma=sigma, noise=noise, torque=torque)
 
 
 def next_experiment(

@@ -98,7 +98,7 @@ class JumpPredictor:
     def residual(self, jump: Jump, predicted: dict[str, Array]) -> Array:
         """(M, n_lane) whitened misses of all channels, each trial's samples counted as ``EFFECTIVE`` at most."""
         parts = [
-            (predicted[name] - measured[:, None]) * (np.sqrt(jump.weight) / jump.sigma[name])
+            (predicted[name] - measured[:, None]) * (np.sqrt(jump.weight) / jump.sigma[name][:, None])
             for name, measured in jump.measured.items()
         ]
         found: Array = np.nan_to_num(np.concatenate(parts), nan=LOST, posinf=LOST, neginf=-LOST)

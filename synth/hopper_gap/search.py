@@ -17,7 +17,7 @@ LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # times a start's strengths
 SHAPES_LADDER = (1.0, 0.5, 2.0)  # of log-normal ones
 TRIED = 2  # rungs of a shape that are gone on with,
 NEAR = 1.5  # the second where it promises to leave no more than so many times what the first does
-PAIRED = 5  # single causes of which pairs are made
+PAIRED, ANCHORS = 5, 2  # single causes of which pairs are made, one of them among the first
 SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
 
 
@@ -51,18 +51,24 @@ def search(
     say("the nominal leg within its tolerances")
     designed = as_designed(bench)
     none = _assess(bench, bench.solve_softly(designed))
+    near = {False: designed, True: none.fit}  # where a search begins; what only a lean shows, at the design's best
     say(f"{len({c.key for c in candidates})} single causes")
     best: dict[tuple[str, str], JumpFit] = {}
+    least = none.cost
     for candidate in candidates:
-        for start in _starts(bench, candidate, designed):
-            fit = bench.solve_softly(start)
+        for start in _starts(bench, candidate, near[candidate.effect.leaning]):
+            fit = bench.solve_softly(start, least)
+            least = min(least, fit.cost)
             if candidate.key not in best or fit.cost < best[candidate.key].cost:
                 best[candidate.key] = fit
     singles = sorted((_assess(bench, fit) for fit in best.values()), key=lambda a: a.cost)
     several: list[JumpAssessed] = []
     if singles and singles[0].ratio > SATISFIED and none.ratio > SATISFIED:
         say("pairs of causes")
-        several = [_pair(bench, a.fit, b.fit) for a, b in combinations(singles[:PAIRED], 2)]
+        for one, other in combinations(range(min(PAIRED, len(singles))), 2):
+            if one < ANCHORS:
+                several.append(_pair(bench, singles[one].fit, singles[other].fit, least))
+                least = min(least, several[-1].cost)
     return JumpSearch(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
 
 
@@ -73,7 +79,7 @@ def as_designed(bench: JumpBench) -> JumpFit:
     return bench.evaluate(replace(fit, own=own))
 
 
-def _starts(bench: JumpBench, candidate: JumpCandidate, designed: JumpFit) -> list[JumpFit]:
+def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[JumpFit]:
     """Of a ladder of strengths the rungs that promise to leave least."""
     low, high = candidate.bounds()
     log = [p.prior is not None and p.prior.log for p in candidate.effect.parameters]
@@ -84,19 +90,20 @@ def _starts(bench: JumpBench, candidate: JumpCandidate, designed: JumpFit) -> li
             point = np.clip(start + np.log2(factor) if shapes.all() else start * factor, low, high)
             if not any(np.array_equal(point, known) for known in rungs):
                 rungs.append(point)
-    left = bench.left((candidate,), np.array(rungs).T, designed)
-    chosen = np.argsort(left, kind="stable")[:TRIED]
-    return [JumpFit((candidate,), np.concatenate([designed.unknowns, rungs[k]]), designed.own) for k in chosen.tolist()]
+    left = bench.left((candidate,), np.array(rungs).T, base)
+    order = np.argsort(left, kind="stable")[:TRIED].tolist()
+    chosen = [k for k in order if left[k] <= NEAR * left[order[0]]]
+    return [JumpFit((candidate,), np.concatenate([base.unknowns, rungs[k]]), base.own) for k in chosen]
 
 
-def _pair(bench: JumpBench, one: JumpFit, other: JumpFit) -> JumpAssessed:
+def _pair(bench: JumpBench, one: JumpFit, other: JumpFit, best: float) -> JumpAssessed:
     """Two causes together, from either's own fit with half of the other's strength."""
     p = bench.n_tolerance
     fits = []
     for first, second in ((one, other), (other, one)):
         unknowns = np.concatenate([first.unknowns, 0.5 * second.unknowns[p:]])
         fits.append(bench.evaluate(JumpFit((*first.hypothesis, *second.hypothesis), unknowns, first.own)))
-    return _assess(bench, bench.solve_softly(min(fits, key=lambda fit: fit.cost)))
+    return _assess(bench, bench.solve_softly(min(fits, key=lambda fit: fit.cost), best))
 
 
 def _assess(bench: JumpBench, fit: JumpFit) -> JumpAssessed:

@@ -1,14 +1,14 @@
 """Unknowns that fit the trials best: Levenberg and Marquardt, each trial's own unknowns eliminated.
 
-Derivatives are differences between lanes that share every step of the integration. A leaning trial's by the tolerances
-are those of the nominal leg, computed once: the planar form takes a hundred times as long as a lane.
+Derivatives are differences between lanes that share every step of the integration. A leaning trial's, but those by what
+only a lean shows, are taken upright: the planar form takes a hundred times as long as a lane.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from synth.hopper_gap.predict import N_OWN, JumpPredictor
 
 STEP = 0.05  # whitened, of differences
 ROUNDS, CONVERGED, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
+HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share that a step must gain there
 WITHIN = 2.5  # deviations: what lies further off is not within tolerances, however much it would explain
 FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
 SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
@@ -53,7 +54,6 @@ class JumpBench:
     predictor: JumpPredictor
     trials: tuple[Jump, ...]
     softness: float = 1.0
-    planar_slopes: dict[str, Array] = field(default_factory=dict)
 
     @property
     def n_tolerance(self) -> int:
@@ -75,10 +75,36 @@ class JumpBench:
         return replace(fit, residuals=residuals, slopes=tuple(s / self.softness for _, s in found), cost=cost)
 
     def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
-        """(M,) residual and (M, n_unknown + 2) its derivatives, by steps away from the nearer bound."""
-        p, count = self.n_tolerance, len(fit.unknowns)
-        kept = self.planar_slopes.get(jump.name) if jump.leaning else None
-        moved = range(count + N_OWN) if kept is None else range(p, count + N_OWN)
+        """(M,) residual and (M, n_unknown + 2) its derivatives."""
+        everything = list(range(len(fit.unknowns) + N_OWN))
+        if not jump.leaning:
+            return self._differences(jump, fit, own, everything)
+        slid = self._leaning_unknowns(fit)
+        residual, by_slide = self._differences(jump, fit, own, slid)
+        rest = [k for k in everything if k not in slid]
+        upright = jump.upright()
+        _, by_rest = self._differences(upright, fit, own, rest)
+        found = np.zeros((len(residual), len(everything)))
+        found[:, slid] = by_slide
+        size = len(jump.time)
+        for place, name in enumerate(jump.measured):
+            if name in upright.measured:
+                first = list(upright.measured).index(name) * size
+                found[place * size : (place + 1) * size, rest] = by_rest[first : first + size]
+        return residual, found
+
+    def _leaning_unknowns(self, fit: JumpFit) -> list[int]:
+        """Places of the unknowns of causes that only a lean shows."""
+        found: list[int] = []
+        first = self.n_tolerance
+        for candidate in fit.hypothesis:
+            found += range(first, first + candidate.size) if candidate.effect.leaning else ()
+            first += candidate.size
+        return found
+
+    def _differences(self, jump: Jump, fit: JumpFit, own: Array, moved: list[int]) -> tuple[Array, Array]:
+        """Residual and its derivatives by some unknowns, by steps away from the nearer bound."""
+        count = len(fit.unknowns)
         x = np.repeat(fit.unknowns[:, None], 1 + len(moved), axis=1)
         mine = np.repeat(own[:, None], 1 + len(moved), axis=1)
         low, high = self.bounds(fit.hypothesis)
@@ -90,12 +116,7 @@ class JumpBench:
             else:
                 mine[k - count, lane] += steps[k]
         residual = self.predictor.residual(jump, self.predictor.predict(jump, fit.hypothesis, x, mine))
-        found = (residual[:, 1:] - residual[:, :1]) / steps[list(moved)]
-        if kept is not None:
-            found = np.concatenate([kept, found], axis=1)
-        elif jump.leaning:
-            self.planar_slopes[jump.name] = found[:, :p]
-        return residual[:, 0], found
+        return residual[:, 0], (residual[:, 1:] - residual[:, :1]) / steps[moved]
 
     def left(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
         """(n_point,) cost that the causes at these points (size, n_point) promise, all else linear about ``base``."""
@@ -118,18 +139,29 @@ class JumpBench:
             costs[k] += 0.5 * float(points[:, k] @ points[:, k])
         return costs
 
-    def solve_softly(self, fit: JumpFit) -> JumpFit:
+    def solve_softly(self, fit: JumpFit, best: float = np.inf) -> JumpFit:
         """First with samples that count little, so that causes and not far-off tolerances explain what is gross.
 
         A push ends at a stop: a few milliseconds off, every sample after is, and the way to the best fit is narrow.
+        ``best`` : as for ``solve``.
         """
-        current = fit
+        if any(candidate.effect.leaning for candidate in fit.hypothesis):
+            return self.solve(replace(fit, residuals=()), best=best)  # it begins where the design fits best
+        quick = [i for i, trial in enumerate(self.trials) if not trial.leaning] or list(range(len(self.trials)))
+        trials = tuple(self.trials[i] for i in quick)
+        current = replace(fit, own=fit.own[quick])
         for softness in SOFTENING:
-            current = replace(self, softness=softness).solve(replace(current, residuals=()), SOFT_ROUNDS)
-        return self.solve(replace(current, residuals=()))
+            bench = replace(self, softness=softness, trials=trials)
+            current = bench.solve(replace(current, residuals=()), SOFT_ROUNDS)
+        own = fit.own.copy()
+        own[quick] = current.own
+        return self.solve(replace(current, own=own, residuals=()), best=best)
 
-    def solve(self, fit: JumpFit, rounds: int = ROUNDS) -> JumpFit:
-        """The fit gone on with until it gains no more."""
+    def solve(self, fit: JumpFit, rounds: int = ROUNDS, best: float = np.inf) -> JumpFit:
+        """The fit gone on with until it gains no more.
+
+        ``best`` : cost of another hypothesis; one far above it need not be brought to its last decimal.
+        """
         current = fit if fit.residuals else self.evaluate(fit)
         low, high = self.bounds(fit.hypothesis)
         damping = 1e-3
@@ -147,7 +179,8 @@ class JumpBench:
             gain = current.cost - tried.cost
             if gain > 0.0:
                 current, damping = tried, max(damping / 10.0, 1e-7)
-                if gain < max(CONVERGED, SHARE * current.cost):
+                hopeless = current.cost > HOPELESS * best
+                if gain < max(CONVERGED, (LAZY if hopeless else SHARE) * current.cost):
                     break
             else:
                 damping = max(10.0 * damping, 1e-2)
@@ -210,7 +243,7 @@ class Normal:
                 shared = np.zeros(count)
                 shared[free] = -np.linalg.solve(matrix[np.ix_(free, free)], total[free])
         return [
-            np.concatenate([shared, -np.linalg.solve(c, mine + b.T @ shared)])
+            np.concatenate([shared, -np.linalg.solve(c + damping * np.diag(np.diag(c)), mine + b.T @ shared)])
             for (_, mine), (_, b, c) in zip(gradients, self.parts, strict=True)
         ]
 

@@ -157,6 +157,13 @@ class Sensors:
                  "pitch": math.radians(0.1), "foot slide": 2e-4, "hip torque": 1e-3}  # fmt: skip
         return cls({name: level * value for name, value in noise.items()}, bool(rng.random() < 0.4))
 
+    def channels(self, asked: Asked) -> list[str]:
+        """What is recorded of a trial, beside time."""
+        if asked.kind == "pull-up":
+            return ["upper link", "hip torque"]
+        return ["upper link", "ground force", *(["current", "supply"] * self.extra),
+                *(["pitch", "foot slide"] * bool(asked.lean))]  # fmt: skip
+
 
 def record(
     asked: Asked, errors: Errors, effects: dict[str, float], sensors: Sensors, rng: np.random.Generator,
@@ -168,12 +175,8 @@ def record(
     crouch = float(rng.normal(0.0, math.radians(1.0)))
     told = simulated(asked, errors, effects, catalogue, crouch)
     time = np.arange(0.0, told["time"][-1], 1e-3)
-    names = [name for name in told if name != "time"]
-    if asked.kind == "jump":
-        names = ["upper link", "ground force", *(["current", "supply"] if sensors.extra else [])]
-        names += ["pitch", "foot slide"] if asked.lean else []
     found = {"time": time}
-    for name in names:
+    for name in sensors.channels(asked):
         clean = np.interp(time - late, told["time"], told[name])
         found[name] = clean + rng.normal(0.0, sensors.noise[name], len(time))
     found["upper link"] *= 1.0 + effects.get("encoder_scale", 0.0)
@@ -204,9 +207,10 @@ def sized(
     sign = -1.0 if name == "torque_constant.share" and rng.random() < 0.6 else 1.0
     inverse = name in ("ground_compliance.stiffness", "current_limit", "ground_slip.friction")
     clean = [simulated(item, errors, others, catalogue) for item in shows]
+    seen = ["time", *sensors.channels(shows[0])]
 
     def write(folder: Path) -> None:
-        _write_trials(folder, list(zip(shows, clean, strict=True)))
+        _write_trials(folder, [(a, {n: told[n] for n in seen}) for a, told in zip(shows, clean, strict=True)])
 
     absorb = absorber(clean, write, sensors.noise)
     # A foot slides or it does not: its friction is drawn, not sought.

@@ -16,7 +16,7 @@ import numpy as np
 
 from blind.jump_engine import Array
 from synth.files.hopper_gap_project import read_hopper_gap_project
-from synth.hopper_gap.data import CLAIM, Jump, prepared
+from synth.hopper_gap.data import Jump, prepared, uncertain
 from synth.hopper_gap.predict import JumpPredictor
 from synth.hopper_gap.search import as_designed
 from synth.hopper_gap.solve import JumpBench
@@ -64,7 +64,7 @@ class Absorber:
         for name, values in jump.measured.items():
             a, b = (np.interp(jump.time, one["time"], one[name]) for one in (told, clean))
             a = a * (1.0 + scale) if name == "upper link" else a
-            sigma = math.hypot(self.noise[name], CLAIM[name] * float(np.abs(values).max()))
+            sigma = uncertain(jump.time, values, self.noise[name], name)
             parts.append((a - b) / sigma * math.sqrt(jump.weight))
         return np.concatenate(parts)
 
@@ -78,11 +78,9 @@ def absorber(clean: Sequence[Told], write: Callable[[Path], None], noise: dict[s
     tolerances = JumpTolerances(project.tolerance, 1 + max(jump.group for jump in jumps))
     leg = project.design.leg
     bench = JumpBench(JumpPredictor(tolerances, leg.bending, leg.body_inertia), tuple(jumps))
-    sigma = {n: np.array([math.hypot(noise[n], CLAIM[n] * float(np.abs(j.measured[n]).max())) for j in jumps])
-             for n in jumps[0].measured}  # fmt: skip
     slopes = []
-    for i, (jump, found) in enumerate(zip(jumps, as_designed(bench).slopes, strict=True)):
+    for jump, found in zip(jumps, as_designed(bench).slopes, strict=True):
         # The recordings being clean, their own deviations are too small: to those of the sensors.
-        rows = np.concatenate([np.full(len(jump.time), jump.sigma[n] / sigma[n][i]) for n in jump.measured])
-        slopes.append(found * rows[:, None])
+        rows = [jump.sigma[n] / uncertain(jump.time, v, noise[n], n) for n, v in jump.measured.items()]
+        slopes.append(found * np.concatenate(rows)[:, None])
     return Absorber(clean, jumps, slopes, noise)
