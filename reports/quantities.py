@@ -112,9 +112,10 @@ def brief(quantity: object) -> str:
 
 
 def signed(quantity: object) -> str:
-    """``brief`` with its sign, for what something costs or gains."""
+    """With its sign and two decimals, for what something costs or gains."""
     value = value_of(quantity)
-    return ("+" if value is not None and value >= 0.0 else "") + brief(quantity)
+    shown = with_decimals(value, 2)
+    return ("+" if value is not None and not shown.startswith("−") else "") + _with_unit(shown, quantity)
 
 
 def _with_unit(shown: str, quantity: object) -> str:

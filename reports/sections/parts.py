@@ -9,6 +9,8 @@ from reports.quantities import percent
 from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
 
+SHOWN = 8  # alternatives of each part
+
 
 def content(result: Result) -> dict[str, Any] | Missing:
     """Spring, damper, alternatives and what was left out, by joint."""
@@ -16,7 +18,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     rows = [_joint(name, joint) for name, joint in joints.items() if isinstance(joint, Mapping)]
     if not any(row["spring"] or row["damper"] for row in rows):
         return Missing("design.json names no part")
-    return {"joints": rows, "forecast": bool(mapping(result.content, "response", "forecast"))}
+    return {"joints": rows, "most": SHOWN, "forecast": bool(mapping(result.content, "response", "forecast"))}
 
 
 def _joint(name: str, joint: Mapping[str, Any]) -> Json:

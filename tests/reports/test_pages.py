@@ -221,7 +221,7 @@ def test_sets_show_what_is_to_be_expected_and_what_it_hangs_on(leg_folder: LegFo
     assert "Measure the springs first." in text
     assert "1,200 sets of parts met the constraints; every one was simulated." in text
     assert "instead, another rate" in text
-    assert "costs +0.300°" in text
+    assert "costs +0.30°" in text
     del design["response"]["forecast"]
     (folder / "design.json").write_text(json.dumps(design))
     _, page = page_of(write_leg_report(folder))
