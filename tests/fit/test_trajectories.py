@@ -99,3 +99,36 @@ def test_packing_is_undone_and_clipped_into_the_box() -> None:
     without = replace(unknowns, dampers=(0, 2))
     assert without.names[-2:] == ("damper_rate hip", "damper_rate ankle")
     assert without.rest_index == (3, 4, 5)
+
+
+def test_columns_of_unknowns_are_single_runs_and_one_that_diverges_spoils_no_other() -> None:
+    leg = robot()
+    recording = recorded(leg, releases(leg, 0)[:1])[0]
+    model, values = model_of(leg)
+    local, shifts = local_of(recording), np.array([[0.0, 0.02, 0.0]] * 3)
+    columns = np.stack([values, values + 0.01, values + 0.1], axis=1)
+    together = model.predictions(recording, columns, local, shifts)
+    for k in range(3):
+        alone = model.predictions(recording, columns[:, k : k + 1], local, shifts[:, k : k + 1])
+        np.testing.assert_allclose(together[:, :, k], alone[:, :, 0], atol=1e-6)
+    columns[6:, 1] += 14.0  # dampers far too stiff to follow
+    spoilt = model.predictions(recording, columns, local, shifts)
+    assert np.isnan(spoilt[-1, :, 1]).all()
+    np.testing.assert_allclose(spoilt[:, :, [0, 2]], together[:, :, [0, 2]], atol=1e-6)
+
+
+def test_weights_at_the_same_point_need_no_simulation() -> None:
+    leg = robot()
+    trials = recorded(leg, releases(leg, 0)[:2])
+    model, values = model_of(leg)
+    locals_ = [local_of(recording) for recording in trials]
+    lanes = [model.sensitivity(r, values, local) for r, local in zip(trials, locals_, strict=True)]
+    weights = Weights(np.full((2, 3), 0.1), np.zeros(3))  # so that every residual counts in full
+    anew = solve(model, trials, values, locals_, weights, max_iterations=0)
+    kept = solve(model, trials, values, locals_, weights, max_iterations=0, lanes=lanes)
+    assert kept.cost == anew.cost
+    np.testing.assert_array_equal(kept.information.common, anew.information.common)
+    slopes = [model.evaluate(r, values, local).common for r, local in zip(trials, locals_, strict=True)]
+    jacobian = np.concatenate([slope.reshape(-1, 9) for slope in slopes if slope is not None]) / 0.1
+    expected = jacobian.T @ jacobian + np.diag(model.unknowns.prior[1])
+    np.testing.assert_allclose(anew.information.common, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())

@@ -14,6 +14,7 @@ from scipy.special import ellipk
 from fit.simulated_legs import DAMPER, SPRING, robot
 from peers.mujoco_leg import mechanical_energy
 from synth.model.chain import Conditions, compiled_chain, simulate
+from synth.model.layout import MOST_MEMORIES
 from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
 from synth.model.mechanics import energy
 
@@ -136,6 +137,22 @@ def test_37_lanes_equal_37_single_runs() -> None:
     assert np.ptp(together[-1], axis=1).min() > 1e-3
     np.testing.assert_allclose(together, alone, atol=2e-8)
     np.testing.assert_array_equal(chain.run(lanes, times, 1e-10), together[:, :3])
+
+
+def test_the_integrator_without_effects_moves_the_leg_as_the_one_with_all_of_them() -> None:
+    chain, times = compiled_chain(3), np.linspace(0, 1, 21)
+    one = np.repeat(lane(robot(), [0.3, -1.0, 0.7], [1.0, 0.0, -2.0])[:, None], 17, axis=1)
+    one[chain.layout.row("spring_rate")] *= np.linspace(1.0, 1.2, 17)
+    plain = chain.run(one, times, 1e-8, rates=True)
+    nothing = (np.array([0.0, 1.0]), np.zeros((2, 3)))  # a known torque of nothing asks for the whole integrator
+    whole = chain.run(one, times, 1e-8, rates=True, known_torque=nothing)
+    np.testing.assert_allclose(plain, whole, atol=1e-11)
+
+
+def test_more_memories_than_there_is_room_for_are_refused() -> None:
+    chain = compiled_chain(3)
+    with pytest.raises(ValueError, match="room for"):
+        chain._rows([("coulomb_friction", 0)] * (MOST_MEMORIES + 1))
 
 
 def test_lanes_that_are_alike_give_the_same_bits() -> None:
