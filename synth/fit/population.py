@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import FIT_STEPS, TrajectoryModel
 from synth.model.leg import Array
+from synth.threads import thread_count
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ def motions(
         )
 
     pairs = list(zip(recordings, candidates, strict=True))
-    if len(pairs) == 1 or (os.cpu_count() or 1) == 1:
+    if len(pairs) == 1 or thread_count() == 1:
         return [one(pair) for pair in pairs]
     return list(_workers().map(one, pairs))
 
 
 @lru_cache(maxsize=1)
 def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-candidates")
+    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth-candidates")

@@ -143,14 +143,14 @@ def _calibration(records: Sequence[Record]) -> Markup:
 def _errors(records: Sequence[Record]) -> Markup:
     """Each rate's error over its interval's half-width."""
     svg = Svg(430, 330, "Error of each rate over the half-width of its interval")
-    ends = (1e-4, 3.0)
-    axes = Axes(Scale(*ends, 60, 420, logarithmic=True), Scale(1e-5, 3.0, 290, 12, logarithmic=True))
+    ends = (2e-4, 3.0)
+    axes = Axes(Scale(*ends, 60, 420, logarithmic=True), Scale(2e-5, 3.0, 290, 12, logarithmic=True))
     axes.frame(svg)
     at = [(x, axes.x(x), axes.y(x)) for x in ends]
     svg.line((at[0][1], at[0][2]), (at[1][1], at[1][2]), f'stroke="{GREY}" stroke-width="1"')
     for name, colour in zip(("spring_rate", "damper_rate"), COLOURS, strict=False):
         points = [
-            (axes.x(min(max((high - low) / 2, ends[0]), ends[1])), axes.y(min(max(abs(error), 1e-5), 3.0)))
+            (axes.x(min(max((high - low) / 2, ends[0]), ends[1])), axes.y(min(max(abs(error), 2e-5), 3.0)))
             for record in records
             for _, error, low, high in estimates(headline(record), [name])
         ]
