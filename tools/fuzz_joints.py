@@ -211,6 +211,8 @@ def run(seeds: list[int], folder: Path, workers: int, limit: float) -> dict[int,
                 found = {"tag": "DIED", "what": f"status {status}", "text": ""}
             path.unlink(missing_ok=True)
             results[seed] = {**found, "seconds": round(spent, 2)}
+            if len(results) % 20 == 0:
+                print(f"{len(results)} of {len(seeds)}", file=sys.stderr, flush=True)
             del running[process]
         time.sleep(0.01)
     return results
