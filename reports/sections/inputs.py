@@ -25,6 +25,7 @@ def content(result: Result) -> dict[str, Any]:
         {"key": f"{fit_key(result)}{key}", "value": str(fit[key]), "how": how}
         for key, how in (
             ("method", "how the parameters were found"),
+            ("cost", "what was made small"),
             ("iterations", "steps until it stopped"),
             ("reason", "why it stopped"),
             ("lost_samples", "samples left out as lost"),

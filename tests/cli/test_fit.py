@@ -104,3 +104,17 @@ def test_a_mistake_in_a_static_point_is_named_with_its_line(tmp_path: Path, caps
     assert f"fit.yaml:{len(lines) + 2}" in said
     assert "supported: true" in said
     assert not (tmp_path / "no").exists()
+
+
+def test_what_the_example_shows_as_a_comment_can_be_used(tmp_path: Path) -> None:
+    """The static points of the example are those of the leg that made its trials: the fit agrees with them."""
+    shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
+    file = tmp_path / "project" / "fit.yaml"
+    lines = file.read_text().splitlines()
+    used = [line.removeprefix("# ") if line.startswith(("# static:", "#   - ", "# fit:")) else line for line in lines]
+    file.write_text("\n".join(used) + "\n")
+    assert main(["--quiet", "fit", str(file), "--out", str(tmp_path / "out")]) == 0
+    fit = json.loads((tmp_path / "out" / "fit.json").read_text())
+    assert len(fit["static"]) == 1 + 3 + 1
+    assert max(abs(point["deviations"]) for point in fit["static"]) < 1.5
+    assert not any("static point" in text for text in fit["warnings"])
