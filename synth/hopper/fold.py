@@ -57,7 +57,7 @@ def _fold(time, torque, start, rate, parameters, out):  # type: ignore[no-untype
         out[0, lane] = a
         for k in range(len(time) - 1):
             span = time[k + 1] - time[k]
-            steps = max(1, int(math.ceil(span / STEP)))
+            steps = max(1, math.ceil(span / STEP))
             h = span / steps
             for s in range(steps):
                 t0 = torque[k] + (torque[k + 1] - torque[k]) * s / steps
