@@ -81,6 +81,7 @@ def test_numbers_of_a_line_are_those_by_hand() -> None:
 def test_a_study_goes_on_from_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(whole, "_source_hash", lambda: "one program")
     words = ["--seed", "1", "--to", str(tmp_path), "--workers", "1", "--count"]
     assert whole.main([*words, "1"]) == 0
     first = tmp_path / "records" / "1000.json"
