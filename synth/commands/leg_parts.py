@@ -47,21 +47,25 @@ def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: 
     sold: list[TorsionSpringRow | DamperRow] = [*catalogue.springs, *catalogue.dampers]
     file = str(project.path)
     problems = []
-    for names, option, known in (
-        (parts.vendors, "vendor", {row.vendor for row in sold if row.vendor}),
-        (parts.without, "without", {row.part for row in sold}),
+    for names, option, key, known in (
+        (parts.vendors, "vendor", "select.vendors", {row.vendor for row in sold if row.vendor}),
+        (parts.without, "without", "select.without", {row.part for row in sold}),
     ):
         folded = {name.casefold() for name in known}
         for name in names:
             if name.casefold() not in folded:
-                where = (
-                    f"--{option}" if name in getattr(arguments, option) else "select." + option.replace("r", "rs", 1)
-                )
+                where = f"--{option}" if name in getattr(arguments, option) else key
                 what = "no vendor" if option == "vendor" else "no part"
                 hint = near_miss(name, sorted(known), 3)
                 listed = f"; there are {', '.join(sorted(known))}" if option == "vendor" else ""
                 text = f'"{name}" is {what} in the catalogues{hint}{listed}'
                 problems.append(Problem(text, None if where.startswith("--") else file, key=where))
+    refused = {name.casefold() for name in parts.without}
+    for joint, choice in project.joints.items():
+        for kind, part in (("spring", choice.spring.part), ("damper", choice.damper.part)):
+            if part is not None and part.casefold() in refused:
+                text = f"{part} is asked for here and said not to be had (without)"
+                problems.append(Problem(text, file, key=f"select.joints.{joint}.{kind}.part"))
     if problems:
         raise UserError(problems)
     return replace(project, parts=parts)
@@ -109,7 +113,7 @@ def _instead(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
             item["part"],
             item["vendor"] or "to wind",
             f"{item['response_error']['value']:.2f} deg",
-            f"{item['cost']['value']:+.2f} deg",
+            f"{round(item['cost']['value'], 2) + 0.0:+.2f} deg",
         ]
         for item in alternatives[:SHOWN]
     ]

@@ -83,6 +83,11 @@ def test_names_that_no_catalogue_has(
         ("parallel: 2, ratios", "parallel: 9, ratios", "parallel"),
         ("ratios: [1, 2]", "ratios: [0]", "ratios"),
         ("ratios: [1, 2]", "ratios: []", "ratios"),
+        (
+            "rate_tolerance: 25 %, parallel: 2",
+            "part: 9271K621",
+            "select.joints.ankle.spring.part: 9271K621 is asked for",
+        ),
     ],
 )
 def test_what_the_project_may_not_ask(
@@ -93,5 +98,5 @@ def test_what_the_project_may_not_ask(
     path = copy / "leg-design.yaml"
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new, 1))
-    assert main(["leg", str(path), "--out", str(tmp_path / "out"), "--dry-run"]) == 2
+    assert main(["leg", str(path), "--out", str(tmp_path / "out"), "--dry-run", "--without", "9271K621"]) == 2
     assert message in capsys.readouterr().err

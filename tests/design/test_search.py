@@ -9,8 +9,10 @@ import pytest
 
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.search import Mistake, _Screen, best_sets
+from synth.model.chain import Conditions
 from synth.model.leg import Damper, Spring
-from three_links import LEG, grid, wanted
+from synth.parts.response import Release, WantedResponse
+from three_links import LEG, TIME, grid, wanted
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +89,14 @@ def test_the_bound_on_mistakes_grows_away_from_the_best() -> None:
     guess = np.array([1.0, 1.2, 2.0, 3.0])
     least = mistake.least(guess)
     assert least == pytest.approx([0.985, 1.2 * (1 - 0.3 * 0.25), 2.0 * (1 - 0.3 * 1.05), 3.0 * 0.6])
+
+
+def test_one_joint_is_screened_like_many() -> None:
+    """With nothing to act on each other the screen is exact."""
+    options = grid(30, 10)[2]
+    leg = replace(LEG, joints=LEG.joints[2:])
+    release = Release("a", TIME, np.array([0.5]), np.zeros(1), Conditions())
+    lanes = PartLanes(WantedResponse.of(leg, [release]), leg, [options])
+    whole, screened = best_sets(lanes, [0], 5), best_sets(lanes, [0], 5, exhaustive=0)
+    assert screened.index.tolist() == whole.index.tolist()
+    assert screened.complete
