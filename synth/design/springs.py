@@ -237,11 +237,13 @@ def _to_wind(
         included_angle=choice.included_angle or INCLUDED_ANGLE,
         leg_lengths=(ARM_LENGTH, ARM_LENGTH),
         material=choice.wire or "music",
+        objective=choice.objective,
         limits=SpringLimits(
             arbor_diameter=cad.shaft_diameter,
             min_inside_diameter=choice.min_inner_diameter,
             max_outer_diameter=choice.max_outer_diameter,
             max_body_length=choice.max_body_length,
+            cycles=choice.cycles,
         ),
     )
     result = design_spring(wish, catalogue)

@@ -70,7 +70,8 @@ class Prior:
 class SpringChoice:
     """What a joint's spring must meet; None: no limit. A ``part`` is taken whatever its numbers.
 
-    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one where one fits.
+    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one where one fits. ``objective`` and
+    ``cycles`` (turns through the whole travel that it is to last) are for one to wind.
     """
 
     make: Annotated[
@@ -88,6 +89,10 @@ class SpringChoice:
     max_body_length: Annotated[Length | None, Because("none was asked for", "no limit")] = None
     min_wire_diameter: Length | None = None
     max_wire_diameter: Length | None = None
+    objective: Annotated[Literal["mass", "space", "life"], Because("of springs to wind that hold, the lightest")] = (
+        "mass"
+    )
+    cycles: Annotated[float | None, Quantity("1", least=1, most=1e6)] = None
     parallel: Annotated[Count, Because("room for one spring is drawn")] = 1
 
 

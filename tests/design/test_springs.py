@@ -87,6 +87,20 @@ def test_none_in_tolerance_winds_one_and_says_so(catalogue: Catalogue) -> None:
     assert "no bought spring" in made.warnings[0][0]
 
 
+def test_one_to_wind_lasts_as_often_as_is_asked(catalogue: Catalogue) -> None:
+    leg = knee(3.3)
+    once, often, longest = (
+        choose(leg, choice(make=True, **asked), catalogue).chosen[0].design
+        for asked in ({}, {"cycles": 1e6}, {"objective": "life", "max_outer_diameter": 0.05})
+    )
+    assert once is not None
+    assert often is not None
+    assert longest is not None
+    lives = [each.life.factor_1e6 for each in (once, often, longest) if each.life is not None]
+    assert lives[0] < 1.0 <= lives[1] < lives[2]
+    assert once.mass < often.mass < longest.mass
+
+
 def test_a_bought_spring_asked_for_and_none_there_is_a_message(catalogue: Catalogue) -> None:
     leg = knee(3.3)
     with pytest.raises(UserError, match=r"knee: none of the \d+ springs.*comes nearest.*make: true"):
