@@ -64,10 +64,10 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
 def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
     """All cut as long after the release as a hand is seen in any of them; see ``release.free_after``."""
     driven = {trial.source.name: trial.imported.driven for trial in trials if trial.source.window is None}
-    seen = {name: length for name, length in driven.items() if length is not None}
+    seen = [length for length in driven.values() if length is not None]
     if not seen:
         return trials
-    after, where = free_after(list(seen.values())), max(seen, key=lambda name: seen[name])
+    after = free_after(seen)
     made = []
     for trial in trials:
         own, name = trial.imported, trial.source.name
@@ -76,7 +76,8 @@ def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
         if name not in driven or start <= own.time[0] or left < SHORTEST:
             made.append(trial)
             continue
-        text = f"cut to {start:.3f} s, {after * 1e3:.0f} ms after its start: so long a hand acts in {where}"
+        shown = f"seen in {len(seen)} of {len(driven)} recordings, and what fades after"
+        text = f"cut to {start:.3f} s, {after * 1e3:.0f} ms after its start: as long as a hand acts here ({shown})"
         made.append(replace(trial, imported=own.later(start, text)))
     return made
 

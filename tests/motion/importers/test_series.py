@@ -42,7 +42,12 @@ def test_the_longest_hand_counts_for_all_from_each_ones_release() -> None:
     starts = [item.imported.time[0] for item in made]
     np.testing.assert_allclose(starts, [0.37, 0.17, 0.57, 0.10], atol=0.0051)
     assert [len(item.imported.notes) for item in made] == [1, 1, 1, 0]
-    assert "so long a hand acts in b.csv" in made[2].imported.notes[0]
+    assert "seen in 2 of 3 recordings" in made[2].imported.notes[0]
+
+
+def test_a_hand_far_longer_than_the_series_is_not_believed() -> None:
+    assert free_after([0.11, 0.12, 0.10, 0.12, 0.75, 0.79]) == pytest.approx(1.3 * 0.12 + FADING)
+    assert free_after([0.75]) == pytest.approx(0.78)
 
 
 def test_nothing_is_cut_where_no_hand_is_seen_or_nothing_would_be_left() -> None:
