@@ -58,10 +58,10 @@ def test_the_withheld_effect_is_named(
     assert least < value["value"] < most
     gap = found["gap"]
     assert gap["scored_on"] == ["trials/check.csv"]
-    assert gap["shrink"]["value"] > 0.3  # of what far-off tolerances leave
+    assert gap["shrink"]["value"] > 0.5
     assert gap["after"]["value"] < 0.2 * gap["as_designed"]["value"]
     assert gap["after"]["value"] < 1.6 * gap["noise_floor"]["value"]
-    (design,) = found["across"]["designs"]
+    design = next(item for item in found["across"]["designs"] if not item["learnt_from"])
     assert abs(design["error"]["after"]["value"]) < 3.0
     assert design["error"]["as_designed"]["value"] > 15.0
 
