@@ -1,9 +1,9 @@
 """What tolerances leave of a set's response: its error's expectation, 90 % interval, chance, and what causes it.
 
 Every sample of the tolerances is a lane: the set's parts with rates, free angles and torques drawn inside their limits,
-the arms' offsets where the nominal parts would have them. One temperature holds for all dampers of a sample. Samples
-are Sobol's points, shifted at random by the project's seed, and the same for every set, so that sets are compared on
-equal draws.
+the arms' offsets where the nominal parts would have them. One temperature holds for all dampers of a sample. The draws
+are a Latin hypercube by the project's seed (McKay, Beckman & Conover, Technometrics 21, 1979), the same for every set,
+so that sets are compared on equal draws.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class Forecaster:
         self.lanes, self.asked, self.within, self.seed = lanes, asked, within, seed
 
     def forecast(self, parts: SetParts, n_sample: int, *, shares: bool = False) -> Forecast:
-        """The error of one set over ``n_sample`` draws, a power of two."""
+        """The error of one set over ``n_sample`` draws."""
         errors = self.lanes.errors_of(self._columns(parts, self._draws(len(parts), n_sample)))
         nominal = float(self.lanes.errors_of(self._columns(parts, np.zeros((4 * len(parts) + 1, 1))))[0])
         low, high = np.quantile(errors, [0.05, 0.95])
@@ -130,11 +130,9 @@ class Forecaster:
 
     def _draws(self, n: int, n_sample: int) -> Array:
         """(4 n + 1, n_sample) in [-1, 1]: four causes a joint, then temperature."""
-        from scipy.stats import qmc
-
-        points = qmc.Sobol(4 * n + 1, scramble=False).random(n_sample)
-        shift = np.random.default_rng(self.seed).random(4 * n + 1)
-        return np.asarray(2.0 * np.mod(points + shift, 1.0).T - 1.0)
+        generator, shape = np.random.default_rng(self.seed), (4 * n + 1, n_sample)
+        cells = np.argsort(generator.random(shape), axis=1)
+        return np.asarray(2.0 * (cells + generator.random(shape)) / n_sample - 1.0)
 
     def _columns(self, parts: SetParts, draws: Array) -> list[Array]:
         """Columns (ROWS, n_lane) by joint for draws (4 n + 1, n_lane)."""

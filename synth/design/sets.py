@@ -38,7 +38,7 @@ PAIRS = 400  # spring and damper pairs a joint that are looked at
 MOST_SETS = 4_000_000
 FINALISTS = 12  # sets that are judged with their tolerances
 SHOWN = 8  # of these, with more samples
-SAMPLES_FINAL, SAMPLES_SHOWN, SAMPLES_CHOSEN = 32, 64, 256  # powers of two
+SAMPLES_FINAL, SAMPLES_SHOWN, SAMPLES_CHOSEN = 32, 64, 256
 MEASURED_ANGLE = radians(1.0)  # what a protractor leaves open
 RELEASES = 7  # about so many serve for tolerances
 
