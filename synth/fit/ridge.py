@@ -24,6 +24,8 @@ from synth.model.leg import Array
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5
+POINTS = 0.5  # by which the static points' cost may rise on the way: one standard deviation of one of them
+SAME = np.log(1.2)  # by which b/k may change on the way: beyond that it is another valley and not this ridge
 HELD = 1e8  # precision of a log rate that is held where it is
 
 
@@ -46,13 +48,14 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         for k, j in enumerate(unknowns.rates)
         if j in unknowns.dampers and _is_ridge(cov, k, first_damper + unknowns.dampers.index(j))
     ]
-    best = _overall(recordings, solution)
+    best, points = _overall(recordings, solution), _beside(unknowns, solution.values)
     sentences: list[str] = []
     pinned = unknowns.beliefs
     for count, (_, j, k, place) in enumerate(sorted(loose, reverse=True)):
         limit = best * (1 + ALLOWANCE * (count + 1) / len(loose))
         high, low = float(solution.values[place]), float(unknowns.lower[place]) + np.log(500.0)
         before = np.exp(solution.values[[k, place]])
+        ratio = float(solution.values[place] - solution.values[k])
         for _ in range(BISECTIONS):
             middle = 0.5 * (high + low)
             at = TrajectoryModel(model.chain, model.leg, replace(unknowns, beliefs=(*pinned, (place, middle, HELD))))
@@ -60,7 +63,9 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
             values[k] += middle - values[place]
             values[place] = middle
             found = solve(at, recordings, values, solution.locals, weights, max_iterations=12, tolerance=0.05)
-            if _overall(recordings, found) <= limit:
+            along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME
+            beside = _beside(unknowns, found.values) <= points + POINTS
+            if along and beside and _overall(recordings, found) <= limit:
                 high, solution = middle, found
             else:
                 low = middle
@@ -79,6 +84,12 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
 def _is_ridge(cov: Array, k: int, place: int) -> bool:
     ratio = np.sqrt(max(0.0, cov[k, k] + cov[place, place] - 2 * cov[k, place]))
     return bool(np.sqrt(cov[k, k]) > LOOSE and ratio < 0.4 * np.sqrt(cov[k, k]))
+
+
+def _beside(unknowns: SpringsAndDampers, values: Array) -> float:
+    """The cost of the static points: trials that fit alike are no reason to leave them."""
+    measured = unknowns.measured(values)
+    return 0.0 if measured is None else measured[0]
 
 
 def _overall(recordings: Sequence[Recording], solution: Solution) -> float:

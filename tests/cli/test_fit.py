@@ -73,6 +73,8 @@ def test_method_and_cost_are_chosen_on_the_command_line(tmp_path: Path, capsys: 
     assert "Write method: piecewise or swarm" in capsys.readouterr().err
     assert main(["fit", str(file), "--out", str(tmp_path / "no"), "--method", "swam"]) == 2
     assert "did you mean swarm?" in capsys.readouterr().err
+    assert main(["fit", str(tmp_path), "--out", str(tmp_path / "no"), "--method", "swarm"]) == 2
+    assert "write it under fit: in each project" in capsys.readouterr().err
     assert not (tmp_path / "no").exists()
 
 

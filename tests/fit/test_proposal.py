@@ -82,3 +82,11 @@ def test_a_mass_at_the_tip_is_offered_where_the_joint_sags_under_it() -> None:
     assert f"{1e3 * knee.tip_mass:.0f} g at the tip" in knee.sentence
     assert knee.as_json()["or_tip_mass"]["rest_angle"]["unit"] == "deg"
     assert found["hip"].tip_mass is None
+
+
+def test_the_mass_that_would_tell_the_scale_doubles_the_inertia_about_the_last_joint() -> None:
+    """(4.17e-4 + 0.09 x 0.03^2) kg m^2 over (0.16 m)^2: 19 g."""
+    leg = robot()
+    (said,) = (t for t in fitted(leg, releases(leg, 3, Rig(noise=0.1), 2)).not_separable if "mass scale" in t)
+    assert "`tip_mass: 19 g`" in said
+    assert "about the ankle doubles" in said
