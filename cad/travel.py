@@ -24,12 +24,13 @@ STEP = 1.0  # deg, between poses of the halves
 SPRING_STEP = 2.0  # deg, between poses of the spring, whose arms sweep less than half a wire in that
 CONTACT_ANGLE = 0.05  # deg, to which the angle of a first contact is bisected
 BEYOND = 30.0  # deg, past the asked travel that the free travel is looked for
-GAP_STEP = 3.0  # deg, between poses at which the least gap is measured
+GAP_STEP = 5.0  # deg, between poses at which the least gap is measured
 CHORDS = 0.02  # mm, that meshes of round parts 0.4 mm apart may lie nearer than the parts
-COARSE = (12, 24)  # sides and steps a turn of the spring's mesh between the ends of the travel
+COARSE = (10, 20)  # sides and steps a turn of the spring's mesh between the ends of the travel
 
 # Pairs that are meant to touch, by the end of their names: the spring's arms on their shafts.
 MEANT = ("arm_shaft", "keeper")
+ROUND = ("shaft", "damper_adapter")  # families that are round about the hinge axis but for their flats
 
 
 def manifold(mesh: Mesh) -> Any:
@@ -75,16 +76,38 @@ class Bodies:
         self.parts = {group: [part for part in parts if part.group == group] for group in ("upper", "lower")}
         self.solids = {part.name: manifold(part.mesh) for part in parts}
         self.halves = {group: united([self.solids[part.name] for part in found]) for group, found in self.parts.items()}
+        self.moving = self._moving()
         self.pins = {group: self._united(group, meant=True) for group in self.parts}
         self.bare = {group: self._united(group, meant=False) for group in self.parts}
 
     def _united(self, group: str, *, meant: bool) -> Any:
         return united([self.solids[p.name] for p in self.parts[group] if p.name.endswith(MEANT) is meant])
 
+    def _moving(self) -> dict[str, Any]:
+        """The halves without what cannot meet: shaft and adapter, which are round, and what lies beside all else."""
+        lower = [part for part in self.parts["lower"] if part.family not in ROUND]
+        low, high = (end([end(p.mesh.vertices[:, 2]) for p in lower]) for end in (min, max))
+        upper = [
+            p for p in self.parts["upper"] if p.mesh.vertices[:, 2].min() < high and p.mesh.vertices[:, 2].max() > low
+        ]
+        return {
+            group: united([self.solids[part.name] for part in found])
+            for group, found in (("upper", upper), ("lower", lower))
+        }
+
     def overlap(self, angle: float) -> float:
-        """Common volume (mm^3) of both halves at a measured joint angle, deg."""
+        """Common volume (mm^3) of both halves at a measured joint angle, deg; round parts left out."""
         turn = self.joint.turn("lower", angle)
-        return float((self.halves["upper"] ^ turned(self.halves["lower"], turn)).volume())
+        return float((self.moving["upper"] ^ turned(self.moving["lower"], turn)).volume())
+
+    def round_overlap(self) -> float:
+        """Common volume (mm^3) of the upper half with the shaft, and what is keyed on it, turned in eight ways."""
+        names = [part.name for part in self.parts["lower"] if part.family in ROUND]
+        return max(
+            float((self.halves["upper"] ^ turned(self.solids[name], 45.0 * step)).volume())
+            for name in names
+            for step in range(8)
+        )
 
     def pair(self, angle: float) -> tuple[str, str, float]:
         """The two parts that overlap most at an angle, and their common volume, mm^3."""
@@ -93,6 +116,7 @@ class Bodies:
             (float((self.solids[a.name] ^ turned(self.solids[b.name], turn)).volume()), a.name, b.name)
             for a in self.parts["upper"]
             for b in self.parts["lower"]
+            if b.family not in ROUND
         ]
         volume, first, second = max(found)
         return first, second, volume
@@ -175,6 +199,8 @@ def check_travel(bodies: Bodies) -> list[CheckResult]:
                 angle=low),
         at_least("travel, high end", name, found.high, high, "deg", f"free up to here; then {found.stop_high}",
                  angle=high),
+        at_most("overlap", bodies.joint.part("shaft").name, bodies.round_overlap(), OVERLAP_LIMIT, "mm^3",
+                "shaft and what is keyed on it with the upper half, turned in eight ways"),
     ]  # fmt: skip
 
 
@@ -223,11 +249,11 @@ def check_gaps(bodies: Bodies) -> list[CheckResult]:
     """
     joint, dimensions = bodies.joint, bodies.joint.dimensions
     shaft = joint.part("shaft").name
-    lower = united([bodies.solids[p.name] for p in bodies.parts["lower"] if p.name != shaft])
+    upper, lower = bodies.moving["upper"], bodies.moving["lower"]
     search = 2 * dimensions.clearance
     low, high = dimensions.range
     gaps = [
-        (float(bodies.halves["upper"].min_gap(turned(lower, joint.turn("lower", angle)), search)), angle)
+        (float(upper.min_gap(turned(lower, joint.turn("lower", angle)), search)), angle)
         for angle in poses(low, high, GAP_STEP)
     ]
     gap, angle = min(gaps)

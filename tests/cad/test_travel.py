@@ -33,9 +33,10 @@ def test_the_contact_angle_is_that_of_the_exact_solids(knee):
 def test_a_travel_that_the_hinge_cannot_give_is_stopped(knee):
     found = free_travel(Bodies(knee))
     wider = replace(knee.dimensions, range=(found.low - 5.0, 160.0))
-    low, high = check_travel(Bodies(BuiltJoint(wider, knee.layout, knee.parts)))
+    low, high, shaft = check_travel(Bodies(BuiltJoint(wider, knee.layout, knee.parts)))
     assert not low.passed
     assert high.passed
+    assert shaft.passed
     assert low.value == pytest.approx(found.low, abs=2 * CONTACT_ANGLE)
     assert low.angle == wider.range[0]
 
@@ -64,6 +65,22 @@ def test_a_spring_that_is_too_wide_for_its_pocket_is_stopped(knee):
     failed = [check for check in check_spring_room(Bodies(swollen)) if not check.passed]
     assert any("the lower half," in check.text for check in failed)
     assert all(check.angle is not None for check in failed)
+
+
+def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
+    """A D bore in the ear lets the shaft in as it is drawn, and not when it turns."""
+    from cad.arm_shaft import build_d_bore
+    from cad.parts import mesh_of
+
+    upper = knee.part("upper")
+    plug = build_d_bore(8.0, 0.1, knee.layout.gap, knee.layout.gap + knee.dimensions.plate)
+    import cadquery as cq
+
+    ring = cq.Solid.makeCylinder(5.0, knee.dimensions.plate, cq.Vector(0, 0, knee.layout.gap)).cut(plug)
+    parts = tuple(replace(p, mesh=mesh_of(upper.solid.fuse(ring))) if p is upper else p for p in knee.parts)
+    keyed = Bodies(BuiltJoint(knee.dimensions, knee.layout, parts))
+    assert keyed.round_overlap() > 1.0
+    assert Bodies(knee).round_overlap() < 0.05
 
 
 def test_poses_hold_both_ends_and_are_a_degree_apart():
