@@ -6,6 +6,7 @@ maker's line; a winding that takes time is put on it as a lag of that line with 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -89,7 +90,7 @@ class JumpLanes:
         """Some of the lanes, as copies."""
         return self._each(lambda values: values[lanes].copy())
 
-    def _each(self, change) -> JumpLanes:  # type: ignore[no-untyped-def]
+    def _each(self, change: Callable[[Array], Array]) -> JumpLanes:
         kept = ("layout", "electric", "may_pull")
         made = {f.name: getattr(self, f.name) for f in fields(self)}
         return JumpLanes(**{name: value if name in kept else change(value) for name, value in made.items()})

@@ -6,9 +6,10 @@ only a lean shows, are taken upright: the planar form takes a hundred times as l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from synth.hopper.leg import Array
 from synth.hopper_gap.candidates import JumpCandidate
 from synth.hopper_gap.data import Jump
 from synth.hopper_gap.predict import N_OWN, JumpPredictor
+
+Found = TypeVar("Found")
 
 STEP = 0.05  # whitened, of differences
 ROUNDS, CONVERGED, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
@@ -256,7 +259,7 @@ class Normal:
         return np.asarray(-np.linalg.solve(matrix, total))
 
 
-def by_trial(work, count: int) -> list:  # type: ignore[no-untyped-def, type-arg]
+def by_trial(work: Callable[[int], Found], count: int) -> list[Found]:
     """Results of ``work(i)`` in order; compiled loops let other threads run."""
     if count < 2:
         return [work(i) for i in range(count)]
