@@ -7,7 +7,8 @@ maker's line; a winding that takes time is put on it as a lag of that line with 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +93,8 @@ class JumpLanes:
 
     def _each(self, change: Callable[[Array], Array]) -> JumpLanes:
         kept = ("layout", "electric", "may_pull")
-        made = {f.name: getattr(self, f.name) for f in fields(self)}
-        return JumpLanes(**{name: value if name in kept else change(value) for name, value in made.items()})
+        columns: dict[str, Any] = {f.name: change(getattr(self, f.name)) for f in fields(self) if f.name not in kept}
+        return replace(self, **columns)
 
     @property
     def total_mass(self) -> Array:

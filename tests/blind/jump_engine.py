@@ -284,6 +284,8 @@ def pull_up(truth: JumpTruth, torque: float, duration: float = 0.5) -> dict[str,
             rig.data.ctrl[:] = pull, -pull
             if k % 10 == 0:
                 rows.append((k * STEP, float(rig.data.qpos[r0]), pull))
+            if rig.data.qpos[r0] > 0.9 * truth.leg.largest_crouch:
+                break
             mujoco.mj_step(rig.model, rig.data)
     found: dict[str, Array] = dict(zip(("time", "upper link", "hip torque"), np.array(rows).T, strict=True))
     return found

@@ -24,7 +24,8 @@ EFFECT = MotorEffect(
     meaning="the gears rub more than the design says: dry friction, or a share of the load",
     phrase="have gears that rub",
     formula="-torque sign(omega) at the rotor; of what the gear passes on, (1 - loss)",
-    source="Knaup & Aukes, equation 4 (f_0, the same for all their gearboxes); load-dependent loss: Shigley, Mechanical Engineering Design, ch. 13",
+    source="Knaup & Aukes, equation 4 (f_0, the same for all their gearboxes); loss: Shigley, Mechanical Engineering "
+    "Design, ch. 13",
     way="leg",
     place="hip",
     parameters=(
