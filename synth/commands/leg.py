@@ -57,7 +57,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
             progress.say("nothing changed since an earlier run: its result is copied (--no-cache does it again)")
         else:
             failure = _made(arguments, project, catalogue, folder, cache, progress, report)
-            if failure is None:
+            # A machine that could not draw may be able to later.
+            whole = arguments.no_cad or arguments.no_pictures or (folder / "parts" / "leg.png").exists()
+            if failure is None and whole:
                 cache.keep(key, folder)
     if failure is not None:
         raise failure
