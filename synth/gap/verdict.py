@@ -88,7 +88,7 @@ def paying(hypotheses: Sequence[Assessed], share: float) -> list[Assessed]:
     for hypothesis in hypotheses:
         count = len(hypothesis.keys)
         fewer = [h.ratio for h in hypotheses if 0 < len(h.keys) < count]
-        if count < 2 or hypothesis.ratio**2 - 1.0 <= (1.0 - share) * (min(fewer) ** 2 - 1.0):
+        if count < 2 or hypothesis.ratio**2 - 1.0 <= (1.0 - share) * (min(fewer, default=np.inf) ** 2 - 1.0):
             kept.append(hypothesis)
     return kept
 

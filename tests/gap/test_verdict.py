@@ -61,6 +61,11 @@ def test_a_second_cause_that_takes_little_away_is_not_taken() -> None:
     assert len(judge(Search(NONE, SINGLES, (little,))).accepted.keys) == 1
 
 
+def test_several_causes_stand_where_fewer_are_not_weighed() -> None:
+    pair = assessed(200.0, 1.5, FRICTION, OFFSET)
+    assert paying([NONE, pair], CALIBRATED.pays) == [NONE, pair]
+
+
 def test_a_third_must_pay_beside_the_best_pair() -> None:
     pair = assessed(200.0, 1.5, FRICTION, OFFSET)
     third = assessed(150.0, 1.45, FRICTION, OFFSET, DRAG)
