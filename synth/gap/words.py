@@ -65,6 +65,6 @@ def sentence(
     first = text[0].upper() + text[1:]
     them = {1: "it", 2: "both"}.get(len(causes), "all of them")
     return (
-        f"{first}, {100 * probability:.0f} %; with {them} the error on {on} falls from {angle(before)} to {angle(after)}, "
-        f"noise {angle(floor)}."
+        f"{first}, {100 * probability:.0f} %; with {them} the error on {on} falls from {angle(before)} to "
+        f"{angle(after)}, noise {angle(floor)}."
     )
