@@ -2,8 +2,8 @@
 
     M a'' + M' a'^2 / 2 + V' = 2 tau - b D a'
 
-with rigid links; tau is what a motor puts on its upper link, outward positive, as recorded, so nothing of motor or gear
-is in it. Runge and Kutta's fourth order, steps of at most ``STEP``.
+with rigid links, and the leg's stop where it is stretched; tau is what a motor puts on its upper link, outward
+positive, as recorded, so nothing of motor or gear is in it. Runge and Kutta's fourth order, steps of at most ``STEP``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ STEP = 1e-3  # s
 FASTEST = 300.0  # rad/s; a guess that runs away stays a number
 NAMES = (
     "length", "lower_length", "hip_spacing", "body_mass", "mass_per_length", "flexure_rate", "joint_damping",
-    "hip_rest", "knee_rest", "foot_rest", "gravity",
+    "hip_rest", "knee_rest", "foot_rest", "gravity", "extended", "stop_rate", "stop_dissipation",
 )  # fmt: skip
 _options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "cache": True}
 
@@ -46,6 +46,8 @@ def _acceleration(a, w, tau, p):  # type: ignore[no-untyped-def]
     force = -p[10] * (body * dy + 2.0 * upper_mass * uy - lower_mass * lower * sine * db)
     force += 2.0 * rate * (a - p[7] + (a + b - p[8]) * (1.0 + db)) + rate * (2.0 * b - p[9]) * 2.0 * db
     joints = 2.0 + 2.0 * (1.0 + db) ** 2 + 4.0 * db * db
+    past = max(0.0, p[11] - a)
+    force -= 2.0 * p[12] * past * max(0.0, 1.0 - p[13] * w)
     return (2.0 * tau - force - damping * joints * w - slope * w * w) / inertia
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
-from synth.files.hopper_recordings import HopperRecording
+from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
 from synth.hopper.jump_lanes import JumpLanes
 from synth.hopper.leg import Array, HopperLeg, Motor
 from synth.hopper.models import MODELS, columns
@@ -20,12 +20,14 @@ from synth.parts.catalog import Catalogue
 EFFECTIVE = 50.0  # samples of a trial and channel that count as independent
 DENSE = 1e-3  # s; finer recordings are averaged
 AFTER = 0.01  # s past the push that still count
+STOP_MARGIN = np.radians(2.5)
 LEAST_MOTION = np.radians(2.0)
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
 # What is measured beside noise: the share of a channel's largest value that no model of ours claims to get right.
 CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
 JITTER = 5e-5  # s, by which samples are off their times: where a channel is steep, that counts
-LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-4, "foot slide": 2e-5}
+# The foot creeps where friction is smoothed: of slide and pitch nothing finer is claimed.
+LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-3, "foot slide": 5e-4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +133,9 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
         text = f"never moves: the upper link turns by no more than {np.degrees(np.ptp(angle)):.2g} deg"
         raise UserError(Problem(text, trial.name, key=ANGLE))
     if trial.kind == "pull-up":
-        recorded = _averaged(trial.columns)
-        measured = {ANGLE: recorded[ANGLE]}
         _refuse_out_of_reach(trial, leg)
+        recorded = _averaged(_off_the_stop(trial, leg))
+        measured = {ANGLE: recorded[ANGLE]}
         seen, torque = None, recorded[PULL_UP]
     else:
         seen = _seen(trial, float(jumps.total_mass[0]), leg.gravity)
@@ -146,6 +148,16 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
     sigma = {name: uncertain(recorded["time"], v, noise[name], name) for name, v in measured.items()}
     group = groups.setdefault(trial.motor, len(groups))
     return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, seen)
+
+
+def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
+    """A pull-up up to where the leg comes near its stop: how it bounces there hangs on little things."""
+    near = trial.columns[ANGLE] < leg.extended + STOP_MARGIN
+    last = int(np.argmax(near)) if near.any() else len(near)
+    if last < LEAST_SAMPLES:
+        text = f"begins {np.degrees(STOP_MARGIN):.1f} deg or less off the stop at {np.degrees(leg.extended):.1f} deg"
+        raise UserError(Problem(f"{text}; fold the leg a little before the recording begins", trial.name, key=ANGLE))
+    return {name: values[:last] for name, values in trial.columns.items()}
 
 
 def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:

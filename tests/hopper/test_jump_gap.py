@@ -177,6 +177,7 @@ BAD = [
     ("  - still.csv\n", HEAD, "never moves"),
     ("  - wide.csv\n", HEAD, "fold from"),
     ("  - short.csv\n", HEAD, "at least 20"),
+    ("  - stretched.csv\n", HEAD, "off the stop"),
     ("  - a.csv\n", HEAD + "tolerance: {motor: 80 %}\n", "can be at most"),
     ("  - a.csv\n", HEAD + "tolerance: {hip: 1 %}\n", '"hip" is not a key here'),
 ]
@@ -191,6 +192,7 @@ def test_bad_input_is_named(
     write(tmp_path / "still.csv", np.column_stack([time, 0.5 + 0 * time, 0.6 + 0 * time]))
     write(tmp_path / "wide.csv", np.column_stack([time, 0.01 + 0 * time, 7 * time]))
     write(tmp_path / "short.csv", jumped()[:10])
+    write(tmp_path / "stretched.csv", np.column_stack([time, 0.01 + 0 * time, 0.2 + time]))
     file = project(tmp_path, trials, head)
     assert main(["-q", "gap", str(file), "--out", str(tmp_path / "out")]) == 2
     shown = capsys.readouterr().err
