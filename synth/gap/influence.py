@@ -33,7 +33,7 @@ def hangs_on(
     if len(bench.trials) < LEAST_TRIALS:
         return []
     chosen = {id(item): item for item, _ in judged.weighed[:HEAVIEST]}
-    chosen[id(found.none)] = found.none
+    chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # what several causes are held against
     steps = {key: _without_each(bench, item) for key, item in chosen.items()}
     turned = []
     for i, trial in enumerate(bench.trials):
@@ -50,14 +50,7 @@ def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -
     """Judged by the hypotheses that there are, under the identity of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
-    share = len(singles) / max(len(found.singles), 1)  # each keeps its prior, though fewer are weighed
-    fewer = replace(
-        calibration,
-        single=calibration.single * share,
-        pair=calibration.pair * share**2,
-        triple=calibration.triple * share**3,
-    )
-    return judge(Search(here[id(found.none)], singles, several), fewer)
+    return judge(Search(here[id(found.none)], singles, several), calibration, len(found.singles))
 
 
 def _refitted(bench: Workbench, found: Assessed, out: int) -> Assessed:

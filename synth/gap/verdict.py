@@ -70,11 +70,14 @@ class Judged:
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
-def weigh(hypotheses: Sequence[Assessed], calibration: Calibration) -> Array:
-    """(n,) posterior weights: prior times exp(-cost / temperature), costs with what their unknowns must earn."""
+def weigh(hypotheses: Sequence[Assessed], calibration: Calibration, singles: int = 0) -> Array:
+    """(n,) posterior weights: prior times exp(-cost / temperature), costs with what their unknowns must earn.
+
+    ``singles`` : how many single causes there are, where they are not all among the hypotheses.
+    """
     counts = np.array([len(h.fit.hypothesis) for h in hypotheses])
     unknowns = np.array([sum(candidate.size for candidate in h.fit.hypothesis) for h in hypotheses])
-    singles = max(int(np.sum(counts == 1)), 1)
+    singles = max(int(np.sum(counts == 1)), singles, 1)
     together = [calibration.none, calibration.single, calibration.pair, calibration.triple]
     prior = np.array([together[k] * factorial(k) / singles**k for k in counts])
     cost = np.array([h.cost for h in hypotheses]) + calibration.per_parameter * unknowns
@@ -93,15 +96,15 @@ def paying(hypotheses: Sequence[Assessed], share: float) -> list[Assessed]:
     return kept
 
 
-def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
-    """Weigh all hypotheses.
+def judge(search: Search, calibration: Calibration = CALIBRATED, singles: int = 0) -> Judged:
+    """Weigh all hypotheses; ``singles`` as in ``weigh``.
 
     Where one cause explains the trials, a cause's probability is the weight of itself alone and its share of every set
     that it is part of, by what it does there: they sum to at most 1. Where it takes several, it is the weight of all
     sets that it is part of: each of two may be all but certain.
     """
     hypotheses = paying([search.none, *search.singles, *search.several], calibration.pays)
-    weights = weigh(hypotheses, calibration)
+    weights = weigh(hypotheses, calibration, singles)
     heaviest = int(np.argmax(weights))
     best = hypotheses[heaviest]
     unknown = _unknown(search.none, best, calibration)
@@ -111,14 +114,14 @@ def judge(search: Search, calibration: Calibration = CALIBRATED) -> Judged:
         shares = _credit(hypothesis, costs) if len(best.keys) < 2 else dict.fromkeys(hypothesis.keys, 1.0)
         for key, share in shares.items():
             by_key[key] = by_key.get(key, 0.0) + float(weight) * share
-    singles = sorted(
+    ranked = sorted(
         ((single, by_key.get(single.keys[0], 0.0) * (1.0 - unknown)) for single in search.singles),
         key=lambda item: (-item[1], item[0].cost),
     )
     none = float(weights[0]) * (1.0 - unknown)
     verdict, tied = _verdict(hypotheses, weights, heaviest, unknown, calibration)
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
-    return Judged(verdict, best, tied, tuple(singles), none, unknown, tuple(weighed))
+    return Judged(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
 
 
 def _credit(found: Assessed, costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
