@@ -39,10 +39,9 @@ def _across(result: Result) -> dict[str, Any] | Missing:
             rows.append({"joint": joint, "what": words, "legs": len(known), "ends": ends})
             group = 0 if key == "spring_rate" else 1
             for index, (name, estimate) in enumerate(known[:MOST_DRAWN]):
-                low, high = estimate.get("interval90") or (None, None)
-                ratios = [None if end is None else end / middle for end in (low, high)]
-                label = f"{name}, {words}"
-                drawn.append(Row(label, group, estimate["value"] / middle, *ratios, first=index == 0 and group == 1))
+                low, high = (None if end is None else end / middle for end in estimate.get("interval90") or (None, None))
+                first = index == 0 and group == 1
+                drawn.append(Row(f"{name}, {words}", group, estimate["value"] / middle, low, high, first))
         if drawn:
             title = f"{joint}: each leg's rates over the median of all legs"
             figures.append({"title": title, "drawing": interval_figure(title, "rate over the legs' median", drawn)})
