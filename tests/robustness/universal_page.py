@@ -64,7 +64,9 @@ def sentences(
     ]
     for name in CONTESTANTS[1:]:
         given = (
-            "from the recordings alone" if name == AS_IN_THE_THESIS else "with all else given and begun at the truth"
+            "its starts and free angles read off the recordings"
+            if name == AS_IN_THE_THESIS
+            else "with all else given and begun at the truth"
         )
         said.append(f"{name[0].upper()}{name[1:]}, {given}: {legs[name]} of {count} legs; {_weakest(shares, name)}.")
     said.append(
