@@ -152,9 +152,10 @@ def _why(judged: Judged, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]
 
 
 def _worse(gaps: JumpGaps) -> tuple[str, ...]:
-    """A warning where the explanation predicts scored trials no better."""
+    """A warning where the explanation predicts scored trials no better, and not as well as their noise allows."""
     before, after = gaps.gap.squares["before"].sum(axis=1), gaps.gap.squares["after"].sum(axis=1)
-    names = [trial.name for trial, b, a in zip(gaps.trials, before, after, strict=True) if a > 1.1 * b]
+    poor = (after > 1.1 * before) & (after > 1.5 * gaps.gap.noise.sum(axis=1))
+    names = [trial.name for trial, worse in zip(gaps.trials, poor, strict=True) if worse]
     if not names:
         return ()
     return (
