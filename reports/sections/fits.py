@@ -39,7 +39,8 @@ def _across(result: Result) -> dict[str, Any] | Missing:
             rows.append({"joint": joint, "what": words, "legs": len(known), "ends": ends})
             group = 0 if key == "spring_rate" else 1
             for index, (name, estimate) in enumerate(known[:MOST_DRAWN]):
-                low, high = (None if end is None else end / middle for end in estimate.get("interval90") or (None, None))
+                ends90 = estimate.get("interval90") or (None, None)
+                low, high = (None if end is None else end / middle for end in ends90)
                 first = index == 0 and group == 1
                 drawn.append(Row(f"{name}, {words}", group, estimate["value"] / middle, low, high, first))
         if drawn:
