@@ -83,19 +83,20 @@ def test_changelog_has_a_section_for_what_is_not_released() -> None:
     assert re.search(r"^## \[Unreleased\]\n\n### (Added|Changed|Fixed|Removed)\n- ", text, re.MULTILINE)
 
 
-def make_example() -> ModuleType:
-    """``tools/make_example.py`` as a module; it is no part of a package."""
-    specification = importlib.util.spec_from_file_location("make_example", ROOT / "tools" / "make_example.py")
+def tool(name: str) -> ModuleType:
+    """``tools/NAME.py`` as a module; it is no part of a package."""
+    specification = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
     assert specification is not None
     assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
-    sys.modules["make_example"] = module  # its dataclasses look themselves up there
+    sys.modules[name] = module  # its dataclasses look themselves up there
     specification.loader.exec_module(module)
     return module
 
 
-def test_examples_are_what_their_tool_makes(tmp_path: Path) -> None:
-    make_example().make(EXAMPLES, tmp_path)
+def test_examples_are_what_their_tools_make(tmp_path: Path) -> None:
+    tool("make_example").make(EXAMPLES, tmp_path)
+    tool("make_jumps").make(tmp_path / "hopper")
     made = files_in(tmp_path)
     assert [name for name in files_in(EXAMPLES) if name.endswith(".csv") or name.endswith("truth.json")] == made
     for name in made:

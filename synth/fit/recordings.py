@@ -43,14 +43,14 @@ class Recording:
         """Initial rate (n,) rad/s as the smoothed samples show it, and its standard deviation (n,).
 
         So wide that it decides nothing that the trajectory shows. It is there for a joint so damped that its initial
-        rate dies within a sample: without it any rate would do, and a thousand degrees a second be found. Wider than
-        the fastest that is seen, because there the smoothed samples show the creep after it and not the initial rate;
-        a third of the fastest pulled thirty trials' initial rates one way, and with them k and b by two of their
-        standard deviations.
+        rate dies within a sample: without it any rate would do, and a thousand degrees a second be found. As wide as
+        the fastest that is seen: where a joint creeps, the smoothed samples show the creep and not the initial rate,
+        and a third of the fastest pulled thirty trials' initial rates one way, k and b by two of their standard
+        deviations with them; three times it let the lab's overdamped hip go to a hundredth of its stiffness.
         """
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
-        return self.smoothed.rate[0], 3.0 * largest + self.smoothed.noise / step + 1e-6
+        return self.smoothed.rate[0], 1.0 * largest + self.smoothed.noise / step + 1e-6
 
     @cached_property
     def levels(self) -> tuple[Array, ...]:

@@ -234,7 +234,10 @@ BAD = {
         ["hipp", "cad.damper_shafts"],
     ),
     "a negative clearance": (replace_in("leg-design.yaml", "clearance: 0.4 mm", "clearance: -0.4 mm"), ["clearance"]),
-    "a method to come": (replace_in("leg-design.yaml", "target:", "fit: {method: swarm}\ntarget:"), ["swarm"]),
+    "a method that is none": (
+        replace_in("leg-design.yaml", "target:", "fit: {method: genetic}\ntarget:"),
+        ["genetic", "swarm"],
+    ),
 }
 
 
