@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from cad.arm_shaft import FLAT_DEPTH
 from cad.fittings import PrintDimensions
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
@@ -141,9 +142,22 @@ def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
     free = float((shaft ^ manifold(joint.part("upper").mesh)).volume())
     name = joint.part("shaft").name
     return [
-        at_least("keyed", name, keyed, 1.0, "mm^3", "overlap with the lower half when turned a quarter"),
+        at_least(
+            "keyed", name, keyed, _keyed_least(joint), "mm^3", "overlap with the lower half when turned a quarter"
+        ),
         at_most("free", name, free, OVERLAP_LIMIT, "mm^3", "overlap with the upper half when turned a quarter"),
     ]
+
+
+def _keyed_least(joint: BuiltJoint) -> float:
+    """Half of what a round shaft shares with the print beyond its bore's flat, over the floor, mm^3."""
+    dimensions = joint.dimensions
+    radius = dimensions.shaft_diameter / 2
+    flat = dimensions.shaft_diameter * (0.5 - FLAT_DEPTH) + dimensions.fit
+    if flat >= radius:
+        return math.inf
+    segment = radius**2 * math.acos(flat / radius) - flat * math.sqrt(radius**2 - flat**2)
+    return segment * dimensions.floor_thickness / 2
 
 
 def check_joint(

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from cad.layout import ArmLayout, JointLayout
 
 Point = tuple[float, float]
+LOOSEST_KEY = 0.06  # of the shaft's diameter; its flat is 0.1 deep
 LEAST_BRIDGE = 1.2  # mm of print between an encoder's screw and an arm's shaft
 
 
@@ -59,7 +60,16 @@ def mount_across(dimensions: JointDimensions, layout: JointLayout) -> float:
 
 def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """Fittings that do not fit, by the dimension that is to blame."""
-    return [*_encoder(dimensions, layout), *_adapter(dimensions), *_mount(dimensions, layout)]
+    return [*_key(dimensions), *_encoder(dimensions, layout), *_adapter(dimensions), *_mount(dimensions, layout)]
+
+
+def _key(dimensions: JointDimensions) -> list[DimensionProblem]:
+    """A fit so loose that the D-shaft's flat, a tenth of its diameter deep, hardly holds."""
+    most = LOOSEST_KEY * dimensions.shaft_diameter
+    if dimensions.fit <= most:
+        return []
+    allowed = f"at most {most:.3g} mm with a shaft of {dimensions.shaft_diameter:g} mm"
+    return [DimensionProblem(f"{dimensions.name}.fit", dimensions.fit, allowed, "the shaft would slip in its D bore")]
 
 
 def _encoder(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
