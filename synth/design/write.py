@@ -279,7 +279,7 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
     design = option.design
     assert design is not None
     what = (
-        f"{design.material} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: "
+        f"{design.material.removesuffix(' wire')} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: "
         f"wind {design.body_coils:.4g} coils on {design.mean_diameter * 1e3:.4g} mm mean diameter"
     )
     return _line(joint, what, "to wind", "", str(design.count), design.strength_source)
