@@ -26,7 +26,8 @@ class Calibration:
     what an unknown more must earn. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that nothing, one
     cause, two or three are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the
     best explanation may leave for an unknown cause to be as likely as not, ``misfit`` how fast that probability grows
-    with its logarithm; ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` :
+    with its logarithm, ``doubt`` its least where something is missing: now and then what is in no list does the same as
+    what is in it; ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` :
     odds below which explanations are said to be tied. ``pays`` : share of what fewer causes leave of the squared gap
     that one more must take away; form errors of a cause that is right are taken up by others by a tenth.
     """
@@ -40,6 +41,7 @@ class Calibration:
     misfit: float = 3.0
     left: float = 0.15
     pays: float = 0.4
+    doubt: float = 0.06
     clean: float = 1.25
     tie_odds: float = 6.0
 
@@ -108,6 +110,8 @@ def judge(search: Search, calibration: Calibration = CALIBRATED, singles: int = 
     heaviest = int(np.argmax(weights))
     best = hypotheses[heaviest]
     unknown = _unknown(search.none, best, calibration)
+    if best.keys:
+        unknown = 1.0 - (1.0 - unknown) * (1.0 - calibration.doubt)
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
     for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):

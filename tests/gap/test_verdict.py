@@ -39,16 +39,16 @@ def test_one_cause_that_leaves_only_noise_is_the_effect() -> None:
     judged = judge(Search(NONE, (assessed(100.0, 1.01, FRICTION), *SINGLES[1:]), ()))
     assert judged.verdict == "effect"
     assert judged.accepted.keys == (("coulomb_friction", "hip"),)
-    assert judged.probability > 0.99
-    assert judged.unknown == 0.0
+    assert judged.probability == pytest.approx(1.0 - CALIBRATED.doubt, abs=0.01)
+    assert judged.unknown == pytest.approx(CALIBRATED.doubt)
 
 
 def test_two_causes_of_which_each_is_certain() -> None:
     judged = judge(Search(NONE, SINGLES, (assessed(100.0, 1.01, FRICTION, OFFSET),)))
     assert set(judged.accepted.keys) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
     odds = {item.keys[0]: probability for item, probability in judged.singles}
-    assert odds["coulomb_friction", "hip"] == pytest.approx(1.0, abs=1e-3)
-    assert odds["encoder_offset", "knee"] == pytest.approx(1.0, abs=1e-3)
+    assert odds["coulomb_friction", "hip"] == pytest.approx(1.0 - CALIBRATED.doubt, abs=1e-3)
+    assert odds["encoder_offset", "knee"] == pytest.approx(1.0 - CALIBRATED.doubt, abs=1e-3)
     assert odds["quadratic_damping", "knee"] < 1e-3
 
 
@@ -83,7 +83,7 @@ def test_single_causes_none_and_unknown_sum_to_one() -> None:
 
 def test_more_is_left_the_likelier_an_unknown() -> None:
     odds = [judge(Search(NONE, (assessed(400.0, r, FRICTION), *SINGLES[1:]), ())).unknown for r in (1.2, 1.6, 2.2, 3.0)]
-    assert odds[0] == 0.0
+    assert odds[0] == pytest.approx(CALIBRATED.doubt)
     assert odds == sorted(odds)
     assert odds[-1] > 0.8
 
@@ -100,6 +100,7 @@ def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
     judged = judge(found)
     assert judged.verdict == "none"
     assert judged.none > 0.5
+    assert judged.unknown == 0.0
     weights = weigh([still, *found.singles], replace(CALIBRATED, none=0.3, single=0.5, pair=0.2))
     asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
     odds = [0.25 * np.exp(-(cost - 100.0) / 5.0) for cost in asked]  # temperature 5
