@@ -69,7 +69,7 @@ def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull
     return ear_a, ear_b
 
 
-def _web_outline(layout: JointLayout) -> Hull:
+def web_outline(layout: JointLayout) -> Hull:
     """The web between the ears seen along z, its corners as round as it is thick."""
     radius = layout.web_thickness / 2
     side = layout.socket_outer - radius
@@ -80,7 +80,7 @@ def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The clevis as a cadquery Solid; the upper link points along +y."""
     gap, outside = layout.gap, layout.gap + dimensions.plate
     ear_a, ear_b = ear_outlines(dimensions, layout)
-    web = _web_outline(layout).extrude(-gap, gap)
+    web = web_outline(layout).extrude(-gap, gap)
     if dimensions.mount is None:
         end, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
     else:
@@ -191,7 +191,7 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     encoder = dimensions.encoder
     seat = 0.0 if encoder is None else encoder.bolt_count * math.pi * (PILOT * encoder.bolt_diameter / 2) ** 2
     ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - pins - seat) * plate
-    web = 2 * layout.gap * _web_outline(layout).area
+    web = 2 * layout.gap * web_outline(layout).area
     if dimensions.mount is not None:
         return ears + web + flange_volume(dimensions, layout)
     outer = layout.socket_outer

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 from cad.dimensions import JointDimensions
 from cad.fitting_layout import fitting_problems, seat_radius
+from cad.folding import folding_problems
 from cad.limits import DimensionError, DimensionProblem
 
 Point = tuple[float, float]
@@ -337,14 +338,7 @@ def _travel_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
     low, high = dimensions.range
     half = _stem_half_width(layout) + dimensions.clearance
     largest = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))
-    allowed = (dimensions.zero_angle - largest, dimensions.zero_angle + largest)
-    name, found = dimensions.name, []
-    if low < allowed[0] or high > allowed[1]:
-        found.append(
-            DimensionProblem(
-                f"{name}.range", (low, high), f"{allowed[0]:.4g} to {allowed[1]:.4g} deg", "the links would meet"
-            )
-        )
+    name, found = dimensions.name, folding_problems(dimensions, layout, largest)
     if layout.notch[1] - layout.notch[0] > 300.0:
         found.append(
             DimensionProblem(

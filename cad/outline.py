@@ -62,6 +62,23 @@ class Hull:
                 found.append(abs(x0 + (x1 - x0) * (height - y0) / (y1 - y0)))
         return max(found, default=0.0)
 
+    def gap(self, other: Hull) -> float:
+        """Distance (mm) of two hulls; negative where they overlap.
+
+        The widest strip between them: of all directions the best is square to an edge of one, or from a disc of one to
+        a disc of the other (separating axes).
+        """
+        ways = [tangent.angle for tangent in self.tangents]
+        ways += [tangent.angle + math.pi for tangent in other.tangents]
+        ways += [math.atan2(b.y - a.y, b.x - a.x) for a in self.discs for b in other.discs]
+        return max(-self.reach(math.degrees(way)) - other.reach(math.degrees(way) + 180.0) for way in ways)
+
+    def turned(self, angle: float) -> Hull:
+        """The hull turned by ``angle`` deg about the origin."""
+        c, s, turn = math.cos(math.radians(angle)), math.sin(math.radians(angle)), math.radians(angle)
+        discs = tuple(Disc(c * disc.x - s * disc.y, s * disc.x + c * disc.y, disc.radius) for disc in self.discs)
+        return Hull(discs, tuple(_Tangent(t.start, t.end, t.angle + turn) for t in self.tangents))
+
     @property
     def area(self) -> float:
         """Enclosed area, mm^2, by Green's theorem over arcs and lines."""

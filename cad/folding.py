@@ -1,0 +1,77 @@
+"""How far a joint folds until its links meet, by their outlines seen along the hinge axis. No solids.
+
+Web, flange, sockets and tubes all reach over z = 0 and are widest there, so what meets does so in that plane first.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from cad.dimensions import JointDimensions
+from cad.limits import DimensionProblem
+from cad.outline import Disc, Hull, hull_of
+
+if TYPE_CHECKING:
+    from cad.layout import JointLayout
+
+ROUNDING = 1e-6  # mm, of a gap that is the clearance by construction
+HALVINGS = 20  # of half a turn: to 0.0002 deg
+
+
+def _block(half: float, start: float, end: float) -> Hull:
+    """A rectangle of a half width across the link's line, from ``start`` to ``end`` along it (y), mm."""
+    return hull_of([Disc(x, y, 0.0) for x in (-half, half) for y in (start, end)])
+
+
+def _upper(dimensions: JointDimensions, layout: JointLayout) -> list[Hull]:
+    """Web and what stands on it: the socket with its tube, or the flange."""
+    from cad.hinge import web_outline  # which itself needs the layout
+    from cad.mount import flange_size
+
+    start = layout.upper_bottom
+    if dimensions.mount is None:
+        return [web_outline(layout), *_link(dimensions, layout, start, 1)]
+    across, _ = flange_size(dimensions, layout)
+    return [web_outline(layout), _block(across / 2, start, start + dimensions.mount.thickness)]
+
+
+def _link(dimensions: JointDimensions, layout: JointLayout, start: float, way: int) -> list[Hull]:
+    """A socket from y = ``way * start`` outwards and the tube in it, as long as the joint's own link."""
+    tube = _block(dimensions.link_width / 2, way * start, way * (start + dimensions.link_length))
+    return [_block(layout.socket_outer, way * start, way * (start + layout.socket_depth)), tube]
+
+
+def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) -> float:
+    """Least gap (mm) between both links, lower floor plate and web at a ``rotation`` (deg) from straight.
+
+    Canonical sense; 0 or negative where they meet.
+    """
+    from cad.hinge import tongue_outlines
+
+    lower = [tongue_outlines(dimensions, layout)[0], *_link(dimensions, layout, layout.lower_bottom, -1)]
+    turned = [hull.turned(rotation) for hull in lower]
+    return min(a.gap(b) for a in _upper(dimensions, layout) for b in turned)
+
+
+def folding_problems(dimensions: JointDimensions, layout: JointLayout, most: float) -> list[DimensionProblem]:
+    """A travel beyond ``most`` deg from straight, or at whose ends the links are nearer than the clearance."""
+    least, zero = dimensions.clearance - ROUNDING, dimensions.zero_angle
+
+    def clear(rotation: float) -> bool:
+        return abs(rotation) <= most and link_gap(dimensions, layout, rotation) >= least
+
+    low, high = dimensions.range
+    if clear(low - zero) and clear(high - zero):
+        return []
+    limits = []
+    for end in (-180.0, 180.0):
+        free, met = 0.0, end
+        for _ in range(HALVINGS):
+            middle = (free + met) / 2
+            free, met = (middle, met) if clear(middle) else (free, middle)
+        limits.append(zero + free)
+    # Rounded inwards: what is said to be allowed is.
+    allowed = f"{math.ceil(100 * limits[0]) / 100:.6g} to {math.floor(100 * limits[1]) / 100:.6g} deg"
+    reason = "the links would meet" if dimensions.mount is None else "the link would meet the web or the mount's flange"
+    return [DimensionProblem(f"{dimensions.name}.range", (low, high), allowed, reason)]

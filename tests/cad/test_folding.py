@@ -1,0 +1,64 @@
+"""How far a joint folds: the outlines' gap is that of the solids, and what is said to be allowed is free."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions
+from cad.folding import link_gap
+from cad.hinge import build_lower, build_upper
+from cad.layout import lay_out
+from cad.outline import Disc, hull_of
+
+HIP = JointDimensions("hip", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
+FLANGED = replace(HIP, mount=MountDimensions())
+
+
+def block(x: float, y: float, half: float, end: float):
+    return hull_of([Disc(x + i, y + j, 0.0) for i in (-half, half) for j in (-end, end)])
+
+
+def test_gap_of_hulls_in_closed_form():
+    square = block(0.0, 0.0, 1.0, 1.0)
+    assert square.gap(block(5.0, 0.5, 1.0, 1.0)) == pytest.approx(3.0)
+    assert square.gap(hull_of([Disc(4.0, 5.0, 2.0)])) == pytest.approx(3.0)  # corner to disc: 5 - 2
+    assert hull_of([Disc(0, 0, 1)]).gap(hull_of([Disc(3, 4, 1), Disc(30, 4, 1)])) == pytest.approx(3.0)
+    turned = square.turned(45.0)
+    assert turned.gap(block(5.0, 0.0, 1.0, 1.0)) == pytest.approx(4.0 - math.sqrt(2.0))
+
+
+def test_crossed_hulls_overlap_though_no_corner_lies_in_the_other():
+    assert block(0.0, 0.0, 1.0, 9.0).gap(block(0.0, 0.0, 9.0, 1.0)) < -1.0
+
+
+@pytest.mark.parametrize("dimensions", [HIP, FLANGED], ids=["socket", "flange"])
+@pytest.mark.parametrize("way", [-1, 1])
+def test_gap_of_outlines_is_that_of_the_solids(dimensions, way):
+    layout = lay_out(dimensions)
+    upper, lower = build_upper(dimensions, layout), build_lower(dimensions, layout)
+    rotation = next(
+        way * turn for turn in range(180) if link_gap(dimensions, layout, way * turn) < dimensions.clearance
+    )
+    rotation -= way * 1.0  # the ears' gap is the clearance everywhere: under it only what folds can be seen
+    closer = rotation + way * 0.999
+    while link_gap(dimensions, layout, closer) > 0.8 * dimensions.clearance:
+        closer += way * 0.02
+    wanted = link_gap(dimensions, layout, closer)
+    assert wanted > 0.0
+    assert upper.distance(lower.rotate((0, 0, 0), (0, 0, 1), closer)) == pytest.approx(wanted, abs=1e-4)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_link_that_would_meet_the_flange_is_refused_and_what_is_allowed_is_not(sign):
+    folded = replace(FLANGED, sign=sign, range=(40.0, 140.0), mount=MountDimensions(spacing_across=120.0))
+    with pytest.raises(DimensionError, match=r"hip\.range = \(40.*the web or the mount's flange") as refused:
+        lay_out(folded)
+    low = float(re.search(r"allowed is ([0-9.]+) to", str(refused.value))[1])
+    assert 45.0 < low < 80.0
+    layout = lay_out(replace(folded, range=(low, 140.0)))  # which refuses it unless it is free
+    gap = link_gap(folded, layout, low - folded.zero_angle)
+    assert folded.clearance <= gap < folded.clearance + 0.2
