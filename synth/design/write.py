@@ -278,8 +278,9 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
         return _line(joint, what, row.vendor, row.part, str(option.count), row.source)
     design = option.design
     assert design is not None
+    material = design.material.removesuffix(" wire")
     what = (
-        f"{design.material.removesuffix(' wire')} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: "
+        f"{material} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: "
         f"wind {design.body_coils:.4g} coils on {design.mean_diameter * 1e3:.4g} mm mean diameter"
     )
     return _line(joint, what, "to wind", "", str(design.count), design.strength_source)
