@@ -20,11 +20,8 @@ from synth.gap.solve import Fit, Workbench
 
 WORTH = 3.0  # cost that a further cause must promise to take away
 SECANTS = (1.0, 12.0)  # times a start's strengths, at which the change that a cause makes is looked at
-LOOKED_AT, STRENGTHS_TRIED, AROUND = (
-    16,
-    4,
-    (0.4, 1.0),
-)  # causes that promise most; their starts; times the secant's strength
+LOOKED_AT, STRENGTHS_TRIED = 16, 4  # causes that promise most by secants; of each, starts
+AROUND = (0.4, 1.0)  # times the strength that the secant asks for
 TRIED = 10  # further causes that are fitted to some of the trials, of those that promise most
 KEPT = 5  # of those, that are fitted to all
 ROUNDS = (2, 3)

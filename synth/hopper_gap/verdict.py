@@ -1,4 +1,4 @@
-"""Verdict and odds: those of the swinging leg (``synth.gap.verdict``), with a temperature of the jump's own."""
+"""Verdict and odds: those of the swinging leg (``synth.gap.verdict``), with a threshold of the jump's own."""
 
 from __future__ import annotations
 
