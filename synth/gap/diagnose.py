@@ -22,7 +22,7 @@ from synth.gap.influence import hangs_on
 from synth.gap.predict import Predictor
 from synth.gap.result import Cause, GapResult, Ranked
 from synth.gap.search import Assessed, search
-from synth.gap.solve import Normal, Workbench
+from synth.gap.solve import Fit, Normal, Workbench
 from synth.gap.tolerances import Tolerance, Tolerances
 from synth.gap.verdict import Judged, judge, open_explanations, with_counts
 from synth.gap.where import missing_torque, where
@@ -211,7 +211,7 @@ def _counts(scene: _Scene) -> tuple[Cause, ...]:
     )
 
 
-def _ranked(scene: _Scene, judged: Judged, gap: Gap) -> tuple[Ranked, ...]:
+def _ranked(scene: _Scene, judged: Judged[Fit], gap: Gap) -> tuple[Ranked, ...]:
     made = [
         Ranked(_causes(scene.bench, item)[0], probability, gap.shrink(label(item.keys)))
         for item, probability in judged.singles[:RANKED]
@@ -220,7 +220,7 @@ def _ranked(scene: _Scene, judged: Judged, gap: Gap) -> tuple[Ranked, ...]:
     return tuple(sorted(made, key=lambda entry: -entry.probability))
 
 
-def _blamed(judged: Judged, leg: Leg) -> dict[str, float]:
+def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:
     """Joint -> probability that a cause sits there."""
     found: dict[str, float] = {}
     for item, probability in judged.singles:
@@ -230,7 +230,7 @@ def _blamed(judged: Judged, leg: Leg) -> dict[str, float]:
     return found
 
 
-def _why(judged: Judged, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
+def _why(judged: Judged[Fit], causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
     if judged.verdict == "tie":
         names = [" and ".join(f"{c.effect} ({c.joint})" for c in option) for option in (causes, *tied)]
         return f"{', '.join(names[:-1])} and {names[-1]} explain these trials alike."

@@ -24,7 +24,7 @@ SURE = 0.8  # weight that the other explanation must have without the recording
 
 
 def hangs_on(
-    bench: Workbench, found: Search, judged: Judged, calibration: Calibration = CALIBRATED
+    bench: Workbench, found: Search, judged: Judged[Fit], calibration: Calibration = CALIBRATED
 ) -> list[tuple[str, str]]:
     """(name, what would be said without it) of each recording that turns the verdict.
 
@@ -46,7 +46,7 @@ def hangs_on(
     return turned
 
 
-def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -> Judged:
+def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -> Judged[Fit]:
     """Judged by the hypotheses that there are, under the identity of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
@@ -87,7 +87,7 @@ def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:
     return made
 
 
-def _said(judged: Judged) -> str:
+def _said(judged: Judged[Fit]) -> str:
     """What would be said, where it would be said with some certainty."""
     if judged.verdict == "unknown":
         return "what is missing would be unknown" if judged.unknown > SURE else ""
@@ -97,7 +97,7 @@ def _said(judged: Judged) -> str:
     return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
 
 
-def _differs(judged: Judged, again: Judged) -> bool:
+def _differs(judged: Judged[Fit], again: Judged[Fit]) -> bool:
     if again.verdict in ("none", "unknown") or judged.verdict in ("none", "unknown"):
         return again.verdict != judged.verdict
     known = [judged.accepted.keys, *(rival.keys for rival in judged.tied)]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from synth.gap import hypotheses
 from synth.gap.candidates import Candidate
 from synth.gap.further import WORTH, Sifting, further
 from synth.gap.ladder import rungs
@@ -34,30 +35,8 @@ PAYS = 0.4  # share of what one cause leaves that a second takes away, before a 
 SATISFIED, WELL, LEAST_LEFT = 1.05, 1.2, 0.003  # RMS over the floor; share of the squared gap, see ``_leaves``
 
 
-@dataclass(frozen=True)
-class Assessed:
-    """A hypothesis at its best: ``cost`` of the trials it was fitted to, ``ratio`` their RMS over the noise floor."""
-
-    fit: Fit
-    cost: float
-    ratio: float
-
-    @property
-    def keys(self) -> tuple[tuple[str, str], ...]:
-        """Effect and place of each cause."""
-        return self.fit.keys
-
-
-@dataclass(frozen=True)
-class Search:
-    """All hypotheses that were brought to their best: ``none``, ``singles``, and ``several`` of two causes or three.
-
-    Each in order of cost.
-    """
-
-    none: Assessed
-    singles: tuple[Assessed, ...]
-    several: tuple[Assessed, ...]
+Assessed = hypotheses.Assessed[Fit]
+Search = hypotheses.Hypotheses[Fit]
 
 
 def as_designed(bench: Workbench) -> Fit:

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import factorial
+from typing import Generic
 
 import numpy as np
 
 from synth.gap.counts import Coarse
+from synth.gap.hypotheses import Assessed, F, Hypotheses, Key
 from synth.gap.result import Verdict
-from synth.gap.search import Assessed, Search
-from synth.gap.solve import Fit
 from synth.model.leg import Array
 
-Key = tuple[str, str]
 COUNTS_ALONE, COUNTS_BESIDE = 0.95, 0.5  # probability of coarse counts that show, alone or beside a cause; not tuned
 
 
@@ -50,7 +49,7 @@ CALIBRATED = Calibration()
 
 
 @dataclass(frozen=True)
-class Judged:
+class Judged(Generic[F]):
     """Verdict, the hypothesis accepted (no causes for none), the others it is tied with, and all odds.
 
     ``singles`` : (assessed, probability) in order of probability; with ``none`` and ``unknown`` they sum to 1, unless
@@ -58,12 +57,12 @@ class Judged:
     """
 
     verdict: Verdict
-    accepted: Assessed
-    tied: tuple[Assessed, ...]
-    singles: tuple[tuple[Assessed, float], ...]
+    accepted: Assessed[F]
+    tied: tuple[Assessed[F], ...]
+    singles: tuple[tuple[Assessed[F], float], ...]
     none: float
     unknown: float
-    weighed: tuple[tuple[Assessed, float], ...] = ()  # every hypothesis with its weight, heaviest first
+    weighed: tuple[tuple[Assessed[F], float], ...] = ()  # every hypothesis with its weight, heaviest first
     counts: float = 0.0  # probability that coarse counts are a cause
 
     @property
@@ -72,13 +71,13 @@ class Judged:
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
-def weigh(hypotheses: Sequence[Assessed], calibration: Calibration, singles: int = 0) -> Array:
+def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: int = 0) -> Array:
     """(n,) posterior weights: prior times exp(-cost / temperature), costs with what their unknowns must earn.
 
     ``singles`` : how many single causes there are, where they are not all among the hypotheses.
     """
-    counts = np.array([len(h.fit.hypothesis) for h in hypotheses])
-    unknowns = np.array([sum(candidate.size for candidate in h.fit.hypothesis) for h in hypotheses])
+    counts = np.array([len(h.keys) for h in hypotheses])
+    unknowns = np.array([h.n_unknown for h in hypotheses])
     singles = max(int(np.sum(counts == 1)), singles, 1)
     together = [calibration.none, calibration.single, calibration.pair, calibration.triple]
     prior = np.array([together[k] * factorial(k) / singles**k for k in counts])
@@ -87,7 +86,7 @@ def weigh(hypotheses: Sequence[Assessed], calibration: Calibration, singles: int
     return np.asarray(weights / weights.sum())
 
 
-def paying(hypotheses: Sequence[Assessed], share: float) -> list[Assessed]:
+def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]:
     """Those of several causes only that leave clearly less than the best of fewer causes does."""
     kept = []
     for hypothesis in hypotheses:
@@ -98,18 +97,18 @@ def paying(hypotheses: Sequence[Assessed], share: float) -> list[Assessed]:
     return kept
 
 
-def judge(search: Search, calibration: Calibration = CALIBRATED, singles: int = 0) -> Judged:
+def judge(found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0) -> Judged[F]:
     """Weigh all hypotheses; ``singles`` as in ``weigh``.
 
     Where one cause explains the trials, a cause's probability is the weight of itself alone and its share of every set
     that it is part of, by what it does there: they sum to at most 1. Where it takes several, it is the weight of all
     sets that it is part of: each of two may be all but certain.
     """
-    hypotheses = paying([search.none, *search.singles, *search.several], calibration.pays)
+    hypotheses = paying([found.none, *found.singles, *found.several], calibration.pays)
     weights = weigh(hypotheses, calibration, singles)
     heaviest = int(np.argmax(weights))
     best = hypotheses[heaviest]
-    unknown = _unknown(search.none, best, calibration)
+    unknown = _unknown(found.none, best, calibration)
     if best.keys:
         unknown = 1.0 - (1.0 - unknown) * (1.0 - calibration.doubt)
     by_key: dict[Key, float] = {}
@@ -119,7 +118,7 @@ def judge(search: Search, calibration: Calibration = CALIBRATED, singles: int = 
         for key, share in shares.items():
             by_key[key] = by_key.get(key, 0.0) + float(weight) * share
     ranked = sorted(
-        ((single, by_key.get(single.keys[0], 0.0) * (1.0 - unknown)) for single in search.singles),
+        ((single, by_key.get(single.keys[0], 0.0) * (1.0 - unknown)) for single in found.singles),
         key=lambda item: (-item[1], item[0].cost),
     )
     none = float(weights[0]) * (1.0 - unknown)
@@ -128,7 +127,7 @@ def judge(search: Search, calibration: Calibration = CALIBRATED, singles: int = 
     return Judged(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
 
 
-def _credit(found: Assessed, costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
+def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
     """What each cause of a hypothesis does for it: by how much the cost of the best without it is higher."""
     gains = {}
     for key in found.keys:
@@ -139,7 +138,7 @@ def _credit(found: Assessed, costs: Mapping[frozenset[Key], float]) -> dict[Key,
     return {key: gain / total if total > 0.0 else 1.0 / len(gains) for key, gain in gains.items()}
 
 
-def with_counts(judged: Judged, coarse: Sequence[Coarse]) -> Judged:
+def with_counts(judged: Judged[F], coarse: Sequence[Coarse]) -> Judged[F]:
     """The verdict with coarse counts as a cause: they are seen in the readings themselves."""
     if not coarse:
         return judged
@@ -150,14 +149,14 @@ def with_counts(judged: Judged, coarse: Sequence[Coarse]) -> Judged:
     return replace(judged, verdict=verdict, singles=singles, none=none, unknown=unknown, counts=share)
 
 
-def open_explanations(judged: Judged) -> list[tuple[Fit, float]]:
+def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:
     """Fits that a further trial is to separate, with their weights; at least the two heaviest."""
     chosen = [(item.fit, weight) for item, weight in judged.weighed[:6]]
     near = [(judged.accepted.fit, 1.0), *[(rival.fit, 1.0) for rival in judged.tied]]
     return near if judged.verdict == "tie" else chosen
 
 
-def _unknown(none: Assessed, best: Assessed, calibration: Calibration) -> float:
+def _unknown(none: Assessed[F], best: Assessed[F], calibration: Calibration) -> float:
     """Probability that what is missing is in no list: by the share of the gap that the best explanation leaves."""
     gap = max(none.ratio**2 - 1.0, 1e-9)
     left = max(best.ratio**2 - calibration.clean**2, 0.0) / gap
@@ -167,8 +166,8 @@ def _unknown(none: Assessed, best: Assessed, calibration: Calibration) -> float:
 
 
 def _verdict(
-    hypotheses: Sequence[Assessed], weights: Array, heaviest: int, unknown: float, calibration: Calibration
-) -> tuple[Verdict, tuple[Assessed, ...]]:
+    hypotheses: Sequence[Assessed[F]], weights: Array, heaviest: int, unknown: float, calibration: Calibration
+) -> tuple[Verdict, tuple[Assessed[F], ...]]:
     if unknown > 0.5:
         return "unknown", ()
     best = hypotheses[heaviest]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import cast
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from synth.fit.result import Estimate
 from synth.fit.unknowns import NORMAL90
 from synth.gap.figures import label
 from synth.gap.result import Cause, Ranked
-from synth.gap.verdict import Judged
+from synth.gap.verdict import Judged, open_explanations
 from synth.hopper.leg import Array
 from synth.hopper_gap.across import across
 from synth.hopper_gap.candidates import JumpCandidate, candidates
@@ -22,7 +21,7 @@ from synth.hopper_gap.experiment import menu, next_experiment
 from synth.hopper_gap.figures import JumpGaps, measured_gaps
 from synth.hopper_gap.predict import JumpPredictor
 from synth.hopper_gap.result import JumpGapResult
-from synth.hopper_gap.search import JumpAssessed, search
+from synth.hopper_gap.search import search
 from synth.hopper_gap.solve import JumpBench, JumpFit, Normal
 from synth.hopper_gap.tolerances import OF_MOTOR, SHARED, JumpTolerances
 from synth.hopper_gap.verdict import judge_jumps
@@ -51,16 +50,16 @@ def diagnose(
     bench = _bench(project, jumps, given)
     found = search(bench, candidates(given), say)
     judged = judge_jumps(found)
-    accepted = cast(JumpAssessed, judged.accepted)
-    singles = [(cast(JumpAssessed, item), chance) for item, chance in judged.singles]
+    accepted = judged.accepted
     say("how far it shrinks")
-    gaps = measured_gaps(bench, held, found, accepted, [item for item, _ in singles], project.seed)
+    gaps = measured_gaps(bench, held, found, accepted, [item for item, _ in judged.singles], project.seed)
     lacks = tuple(missing(trial, told) for trial, told in zip(gaps.trials, gaps.before, strict=True))
     explained = judged.verdict in ("effect", "tie")
     causes = _causes(bench, accepted.fit) if explained else ()
-    tied = tuple(_causes(bench, cast(JumpAssessed, rival).fit) for rival in judged.tied)
+    tied = tuple(_causes(bench, rival.fit) for rival in judged.tied)
     ranked = tuple(
-        Ranked(_causes(bench, item.fit)[0], chance, gaps.gap.shrink(label(item.keys))) for item, chance in singles
+        Ranked(_causes(bench, item.fit)[0], chance, gaps.gap.shrink(label(item.keys)))
+        for item, chance in judged.singles
     )
     say("what next")
     best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
@@ -92,7 +91,7 @@ def diagnose(
         held_out=bool(held),
         noise=pooled(gaps.trials, ANGLE),
         next_experiment=next_experiment(
-            bench, _open(judged), menu(project, catalogue, given), _why(judged, causes, tied)
+            bench, open_explanations(judged), menu(project, catalogue, given), _why(judged, causes, tied)
         ),
         unknowns=_tolerances(bench, accepted.fit),
         warnings=(*warnings, *(_worse(gaps) if explained else ())),
@@ -133,14 +132,7 @@ def _cause(candidate: JumpCandidate, x: Array, deviation: Array) -> Cause:
     return Cause(effect, place, found)
 
 
-def _open(judged: Judged) -> list[tuple[JumpFit, float]]:
-    """Fits that a further trial is to separate, with their weights."""
-    if judged.verdict == "tie":
-        return [(cast(JumpFit, item.fit), 1.0) for item in (judged.accepted, *judged.tied)]
-    return [(cast(JumpFit, item.fit), weight) for item, weight in judged.weighed[:6]]
-
-
-def _why(judged: Judged, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
+def _why(judged: Judged[JumpFit], causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
     if judged.verdict == "tie":
         names = [" and ".join(c.effect.replace("_", " ") for c in option) for option in (causes, *tied)]
         return f"{', '.join(names[:-1])} and {names[-1]} explain these trials alike."

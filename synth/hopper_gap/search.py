@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
+from synth.gap.hypotheses import Assessed, Hypotheses, Key
 from synth.hopper.leg import Array
 from synth.hopper_gap.candidates import JumpCandidate
 from synth.hopper_gap.score import score
@@ -21,27 +22,8 @@ PAIRED, ANCHORS = 5, 2  # single causes of which pairs are made, one of them amo
 SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
 
 
-@dataclass(frozen=True)
-class JumpAssessed:
-    """A hypothesis at its best: its ``cost``, and the ``ratio`` of its RMS to what samples are uncertain by."""
-
-    fit: JumpFit
-    cost: float
-    ratio: float
-
-    @property
-    def keys(self) -> tuple[tuple[str, str], ...]:
-        """Effect and place of each cause."""
-        return self.fit.keys
-
-
-@dataclass(frozen=True)
-class JumpSearch:
-    """All hypotheses at their best: ``none``, ``singles`` and sets of ``several`` causes in order of cost."""
-
-    none: JumpAssessed
-    singles: tuple[JumpAssessed, ...]
-    several: tuple[JumpAssessed, ...]
+JumpAssessed = Assessed[JumpFit]
+JumpSearch = Hypotheses[JumpFit]
 
 
 def search(
@@ -53,7 +35,7 @@ def search(
     none = _assess(bench, bench.solve_softly(designed))
     near = {False: designed, True: none.fit}  # where a search begins; what only a lean shows, at the design's best
     say(f"{len({c.key for c in candidates})} single causes")
-    best: dict[tuple[str, str], JumpFit] = {}
+    best: dict[Key, JumpFit] = {}
     least = none.cost
     for candidate in candidates:
         for start in _starts(bench, candidate, near[candidate.effect.leaning]):
