@@ -1,4 +1,4 @@
-"""Candidates: an effect at a place in one of its shapes, its unknowns whitened by their priors."""
+"""Candidates: an effect at a place in one of its shapes, in natural sizes of the leg's motion there."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from synth.effects import Effect, Shape, registered
+from synth.effects import Effect, Parameter, registered
 from synth.gap.data import GapTrial
+from synth.gap.hypotheses import Key
+from synth.gap.shaped import ShapedEffect
 from synth.model.lanes import has_direction, in_rotation
 from synth.model.layout import MOST_LINKS
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import coefficients
-
-SMALL = 0.05  # of its prior's width: where a strength starts
-STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a strength, a shape may go
 
 
 @dataclass(frozen=True)
@@ -82,55 +81,29 @@ def scales(leg: Leg, trials: Sequence[GapTrial]) -> Scales:
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One effect at one joint (0 for the base) in one shape; the unknowns are the shape's free parameters, whitened."""
+class Candidate(ShapedEffect):
+    """One effect at one joint (0 for the base) in one shape."""
 
-    effect: Effect
     joint: int
-    shape: Shape
     scales: Scales
     leg: Leg
 
     @property
-    def key(self) -> tuple[str, str]:
+    def key(self) -> Key:
         """Effect and place, as the files name them."""
         return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
 
-    @property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return len(self.shape.free)
+    def natural_size(self, parameter: Parameter) -> float:
+        """By the joint's motion, see ``Scales``."""
+        return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
 
-    def starts(self) -> list[Array]:
-        """Whitened starting points (size,)."""
-        made = []
-        for start in self.shape.starts or ({},):
-            point = []
-            for name in self.shape.free:
-                prior = self.effect.parameters[self.effect.index(name)].prior
-                assert prior is not None
-                point.append(float(prior.coordinate(start[name])) if name in start else SMALL)
-            made.append(np.array(point))
-        return made
-
-    def values(self, x: Array) -> Array:
-        """(n_parameter, n_lane) all parameters in SI and measured sense from whitened unknowns (size, n_lane)."""
-        sign, zero = self.leg.joints[self.joint].sign, self.leg.joints[self.joint].zero
-        found = np.empty((len(self.effect.parameters), x.shape[1]))
-        for p, parameter in enumerate(self.effect.parameters):
-            if parameter.name in self.shape.free:
-                assert parameter.prior is not None
-                value = parameter.prior.value(x[self.shape.free.index(parameter.name)])
-                if parameter.anchor == "middle":
-                    middle = zero + sign * self.scales.middle[self.joint]
-                    found[p] = middle + value * self.scales.half[self.joint]
-                else:
-                    found[p] = value * (self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0)
-            else:
-                held = self.shape.held.get(parameter.name)
-                scale = self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
-                found[p] = self.effect.defaults[parameter.name] if held is None else held * scale
-        return found
+    def in_units(self, parameter: Parameter, value: Array) -> Array:
+        """Natural values (n_lane,) of a free parameter in SI and measured sense."""
+        if parameter.anchor != "middle":
+            return super().in_units(parameter, value)
+        joint = self.leg.joints[self.joint]
+        middle = joint.zero + joint.sign * self.scales.middle[self.joint]
+        return np.asarray(middle + value * self.scales.half[self.joint])
 
     def named(self, x: Array) -> dict[str, float]:
         """Parameters that say something, by name, from whitened unknowns (size,)."""
@@ -151,16 +124,6 @@ class Candidate:
         turned = [in_lane_order(self.effect, joint.sign, joint.zero, values[:, lane]) for lane in range(x.shape[1])]
         return np.array(turned).T
 
-    def bounds(self) -> tuple[Array, Array]:
-        """Whitened least and greatest values (size,); strengths may not change sign where their prior has one."""
-        low, high = np.empty(self.size), np.empty(self.size)
-        for k, name in enumerate(self.shape.free):
-            prior = self.effect.parameters[self.effect.index(name)].prior
-            assert prior is not None
-            strength = name in self.effect.strengths and not prior.log
-            low[k], high[k] = prior.span(STRONGEST if strength else FARTHEST)
-        return low, high
-
 
 def in_lane_order(effect: Effect, sign: int, zero: float, values: Array) -> Array:
     """One lane's parameters turned to the sense of q."""
@@ -177,5 +140,5 @@ def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Cand
             continue
         for joint in [0] if effect.where == "base" else free:
             for shape in effect.shapes:
-                made.append(Candidate(effect, joint, shape, found, leg))
+                made.append(Candidate(effect, shape, joint, found, leg))
     return made
