@@ -224,8 +224,9 @@ def _spring_space(dimensions: JointDimensions) -> _SpringSpace:
                 f"the coil closes to an inner diameter of {narrowest:.4g} mm at {low:g} deg",
             )
         )
-    # Lee Spring asks for about 10 % between a mandrel and the smallest inner diameter.
-    arbor = 0.9 * narrowest / 2
+    # Lee Spring asks for about 10 % between a mandrel and the smallest inner diameter; of a small coil that is less
+    # than what moves here needs.
+    arbor = min(0.9 * narrowest / 2, narrowest / 2 - clear)
     if arbor < dimensions.shaft_diameter / 2 + dimensions.fit + SMALLEST_ARBOR_WALL:
         arbor = 0.0
     tongue = pocket + dimensions.wall

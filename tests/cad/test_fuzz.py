@@ -6,6 +6,7 @@ import importlib.util
 import os
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,17 @@ def test_a_seed_is_a_design(fuzz):
 def test_wide_gaps_between_keepers_have_room(fuzz, seed):
     """Found by it: within the keepers' gap the spring was drawn through the lower one, and its slot was too narrow."""
     assert fuzz.outcome(fuzz.design(seed)) == {"tag": "CHECKED", "what": "", "text": ""}
+
+
+def test_a_small_coil_with_a_large_clearance_has_room_round_its_arbor(fuzz):
+    """Found by it: a mandrel's tenth of the coil was less than the clearance that all else keeps."""
+    assert fuzz.outcome(fuzz.design(2098)) == {"tag": "CHECKED", "what": "", "text": ""}
+    # No arbor is left in this one, so its shaft's key has the floor alone: too short as it is.
+    small = fuzz.design(2226)
+    found = fuzz.outcome(small)
+    assert (found["tag"], found["what"]) == ("REFUSED", "strength: shaft's key in the lower half")
+    thicker = replace(small, floor=2.5 * small.floor_thickness)
+    assert fuzz.outcome(thicker) == {"tag": "CHECKED", "what": "", "text": ""}
 
 
 def test_a_flange_in_the_link_s_way_is_seen_before_it_is_built(fuzz):

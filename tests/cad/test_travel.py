@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad.joint import BuiltJoint
+from cad import JointDimensions, SpringDimensions
+from cad.joint import BuiltJoint, assemble
+from cad.layout import lay_out
 from cad.parts import Mesh
-from cad.travel import CONTACT_ANGLE, Bodies, check_spring_room, check_travel, first_contact, free_travel, poses
+from cad.travel import CHORDS, CONTACT_ANGLE, Bodies, check_spring_room, check_travel, first_contact, free_travel, poses
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +67,27 @@ def test_a_spring_that_is_too_wide_for_its_pocket_is_stopped(knee):
     failed = [check for check in check_spring_room(Bodies(swollen)) if not check.passed]
     assert any("the lower half," in check.text for check in failed)
     assert all(check.angle is not None for check in failed)
+
+
+@pytest.mark.parametrize(("clearance", "share"), [(0.4, 0.05), (2.0, None)])
+def test_a_closed_coil_has_a_mandrel_s_tenth_and_the_clearance_round_its_arbor(clearance, share):
+    """A tenth of a small coil is less than a large clearance; the gate sees an arbor that has the tenth alone."""
+    spring = SpringDimensions(2.032, 17.018, 6 + 60 / 360, 120.0)
+    dimensions = JointDimensions("ankle", spring, 139.0, 139.0, (110.0, 160.0), shaft_diameter=5.0, plate=8.0)
+    dimensions = replace(dimensions, clearance=clearance)
+    layout = lay_out(dimensions)
+    inside = 2 * layout.radius_closed - spring.wire_diameter
+    room = inside / 2 - layout.arbor_radius
+    assert room == pytest.approx(clearance if share is None else share * inside)
+    assert layout.arbor_radius > dimensions.shaft_diameter / 2
+    gap = check_spring_room(Bodies(assemble(dimensions, layout)))[-1]
+    assert gap.name == "spring gap"
+    assert gap.value > min(room, clearance) - 2 * CHORDS
+    thick = replace(layout, arbor_radius=0.9 * inside / 2)
+    gap = check_spring_room(Bodies(assemble(dimensions, thick)))[-1]
+    assert gap.passed is (0.05 * inside > clearance / 2)
+    if not gap.passed:
+        assert gap.value == pytest.approx(0.05 * inside, abs=2 * CHORDS)
 
 
 def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
