@@ -141,6 +141,7 @@ class Effect:
     legs with the one and with the other may step together; and one joint has no two of them.
     ``phrase`` : what a diagnosis says of the joint that has it, "lacks dry friction".
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
+    ``shows_locked`` : it shows though its joint is locked: by where the links stand, or by what the link carries along.
     """
 
     name: str
@@ -160,6 +161,7 @@ class Effect:
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
     phrase: str = ""
+    shows_locked: bool = False
     module: str = ""
 
     @cached_property

@@ -22,6 +22,7 @@ EFFECT = Effect(
     formula="reading = angle + offset",
     source="definition",
     way="reading",
+    shows_locked=True,
     parameters=(Parameter("offset", "rad", prior=Prior(0.0, 0.08), natural=False, meaning="reading too high by"),),
     strengths=("offset",),
     shapes=(Shape(("offset",), {}),),

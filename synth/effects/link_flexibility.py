@@ -62,6 +62,7 @@ EFFECT = Effect(
     formula="the link cut at place (share of its length), its parts joined by stiffness and a light damper",
     source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
     way="structure",
+    shows_locked=True,
     parameters=(
         Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the bend"),
         Parameter("place", "1", 0.0, meaning="where it bends, share of the length; 0 is the coupling"),

@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="com (1 + com share), inertia about it (1 + inertia share)",
     source="definition",
     way="leg",
+    shows_locked=True,
     parameters=(
         Parameter("com", "1", 0.0, Prior(0.0, 0.15, lower=-0.9, upper=2.0), natural=False, meaning="com too far"),
         Parameter(

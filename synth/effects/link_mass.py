@@ -24,6 +24,7 @@ EFFECT = Effect(
     formula="mass (1 + share), inertia (1 + share)",
     source="definition",
     way="leg",
+    shows_locked=True,
     parameters=(
         Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=3.0), natural=False, meaning="mass too much"),
     ),

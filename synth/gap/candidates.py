@@ -138,7 +138,10 @@ def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Cand
     for effect in registered():
         if effect.way == "structure" and len(leg.joints) >= MOST_LINKS:
             continue
-        for joint in [0] if effect.where == "base" else free:
+        # What a link weighs shows where it moves: at a free joint, or beyond one.
+        first = min(free, default=0) if effect.way == "leg" else 0
+        places = range(first, len(leg.joints)) if effect.shows_locked else free
+        for joint in [0] if effect.where == "base" else places:
             for shape in effect.shapes:
                 made.append(Candidate(effect, shape, joint, found, leg))
     return made

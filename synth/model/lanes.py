@@ -58,8 +58,16 @@ class LegLanes:
 
     @classmethod
     def of(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
-        """The same leg in every column, with the torque effects that it holds; its links are rigid, its base fixed."""
+        """The same leg in every column, with the torque effects that it holds; its links are rigid, its base fixed.
+
+        Raises
+        ------
+        ValueError : an effect that changes a number of the leg, which the leg is to hold in that number.
+        """
         joints = leg.joints
+        for name in {*leg.effects, *(name for joint in joints for name in joint.effects)}:
+            if effect_named(name).way == "leg":
+                raise ValueError(f"{name} changes numbers of the leg: change those, not its effects")
 
         def column(values: list[float]) -> Array:
             return np.repeat(np.array(values, dtype=float)[:, None], n_lane, axis=1)
