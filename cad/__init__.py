@@ -11,14 +11,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from cad.dimensions import (
-    DamperDimensions,
     JointDimensions,
     LegDimensions,
     SpringDimensions,
     arm_offset,
     included_angle_of,
 )
-from cad.fittings import AdapterDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
+from cad.fittings import (
+    AdapterDimensions,
+    DamperDimensions,
+    EncoderDimensions,
+    LoadDimensions,
+    MountDimensions,
+    PrintDimensions,
+)
 from cad.layout import clear_upper_arm_angle
 from cad.limits import DimensionError, DimensionProblem
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.layout import Point
+from cad.outline import Point
 
 FLAT_DEPTH = 0.1  # of the shaft's diameter: what is taken off a D-shaft
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.dimensions import DamperDimensions
-from cad.layout import Point, unit
+from cad.fittings import DamperDimensions
+from cad.outline import Point, unit
 
 FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none
 ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in

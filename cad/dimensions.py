@@ -10,7 +10,7 @@ import math
 import re
 from dataclasses import MISSING, dataclass, field
 
-from cad.fittings import AdapterDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
+from cad.fittings import DamperDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
 from cad.limits import DimensionError, DimensionProblem, dimension, range_problems
 
 COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
@@ -113,38 +113,6 @@ def coil_fraction(included_angle: float) -> float:
 def included_angle_of(coils: float) -> float:
     """Included angle, deg in [0, 360), of two tangent arms on ``coils`` turns."""
     return (180.0 - 360.0 * (coils % 1.0)) % 360.0
-
-
-@dataclass(frozen=True)
-class DamperDimensions:
-    """The envelope of a bought rotary damper: round body, two or more screws on a circle outside the body."""
-
-    outer_diameter: float = dimension(40.0, 6.0, 150.0, "mm", "round body; 40 is a common oil damper")
-    body_length: float = dimension(16.0, 3.0, 100.0, "mm", "from its flange to its end")
-    bolt_circle: float = dimension(50.0, 9.0, 200.0, "mm", "screw centres, outside the body")
-    bolt_count: int = dimension(4, 2, 12, "", "two screws at least hold a torque")
-    bolt_diameter: float = dimension(3.4, 1.6, 9.0, "mm", "clearance hole, M3 unless told")
-    adapter: AdapterDimensions | None = None
-
-    def problems(self, prefix: str = "") -> list[DimensionProblem]:
-        """Every reason why this damper cannot be mounted."""
-        found = range_problems(self, prefix)
-        if self.adapter is not None:
-            found += self.adapter.problems(prefix + "adapter.")
-        if not found and not isinstance(self.bolt_count, int):
-            found.append(DimensionProblem(prefix + "bolt_count", self.bolt_count, "a whole number", "it counts"))
-        if not found:
-            smallest = self.outer_diameter + self.bolt_diameter + 2.0
-            if self.bolt_circle < smallest:
-                found.append(
-                    DimensionProblem(
-                        prefix + "bolt_circle",
-                        self.bolt_circle,
-                        f"at least {smallest:.4g} mm",
-                        "the screws pass outside the damper's body and its sleeve needs 1 mm between",
-                    )
-                )
-        return found
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from cad.damper_bracket import screw_centres
 from cad.encoder_seat import seat_floor
 from cad.fitting_layout import seat_screws
 from cad.joint import BuiltJoint
-from cad.layout import Point
 from cad.mount import flange_size, mount_screws
+from cad.outline import Point
 from cad.parts import file_name
 
 Circle = tuple[Point, float]

@@ -12,7 +12,8 @@ from typing import Any
 from cad.dimensions import JointDimensions
 from cad.fitting_layout import seat_screws
 from cad.fittings import EncoderDimensions
-from cad.layout import JointLayout, Point
+from cad.layout import JointLayout
+from cad.outline import Point
 
 LEAST_FLOOR = 1.2  # mm, of print under the encoder's rim
 

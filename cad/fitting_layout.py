@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 from cad.dimensions import JointDimensions
 from cad.fittings import EncoderDimensions
 from cad.limits import DimensionProblem
+from cad.outline import Point
 
 if TYPE_CHECKING:
-    from cad.layout import ArmLayout, JointLayout
+    from cad.arm_layout import ArmLayout
+    from cad.layout import JointLayout
 
-Point = tuple[float, float]
 LOOSEST_KEY = 0.06  # of the shaft's diameter; its flat is 0.1 deep
 LEAST_BRIDGE = 1.2  # mm of print between an encoder's screw and an arm's shaft
 

@@ -61,14 +61,7 @@ class EncoderDimensions:
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every reason why this encoder cannot be mounted."""
-        found = range_problems(self, prefix)
-        smallest = 0.0 if found else self.body_diameter + self.bolt_diameter + 2.0
-        if not found and self.bolt_circle < smallest:
-            reason = "the screws pass outside the encoder's body with 1 mm between"
-            found.append(
-                DimensionProblem(prefix + "bolt_circle", self.bolt_circle, f"at least {smallest:.4g} mm", reason)
-            )
-        return found
+        return _screwed(self, self.body_diameter, "the encoder's body", prefix)
 
 
 @dataclass(frozen=True)
@@ -91,6 +84,23 @@ class AdapterDimensions:
 
 
 @dataclass(frozen=True)
+class DamperDimensions:
+    """The envelope of a bought rotary damper: round body, two or more screws on a circle outside the body."""
+
+    outer_diameter: float = dimension(40.0, 6.0, 150.0, "mm", "round body; 40 is a common oil damper")
+    body_length: float = dimension(16.0, 3.0, 100.0, "mm", "from its flange to its end")
+    bolt_circle: float = dimension(50.0, 9.0, 200.0, "mm", "screw centres, outside the body")
+    bolt_count: int = dimension(4, 2, 12, "", "two screws at least hold a torque")
+    bolt_diameter: float = dimension(3.4, 1.6, 9.0, "mm", "clearance hole, M3 unless told")
+    adapter: AdapterDimensions | None = None
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every reason why this damper cannot be mounted."""
+        found = _screwed(self, self.outer_diameter, "the damper's body", prefix)
+        return found + (self.adapter.problems(prefix + "adapter.") if self.adapter is not None else [])
+
+
+@dataclass(frozen=True)
 class MountDimensions:
     """A flange in place of the upper half's tube socket, by which the first joint hangs from the body."""
 
@@ -104,3 +114,17 @@ class MountDimensions:
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every number that is out of range."""
         return range_problems(self, prefix)
+
+
+def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str, prefix: str) -> list[DimensionProblem]:
+    """Why a round body of diameter ``body`` (mm) cannot be held by screws on a circle round it; its ranges first."""
+    found = range_problems(part, prefix)
+    if found:
+        return found
+    if not isinstance(part.bolt_count, int):
+        found.append(DimensionProblem(prefix + "bolt_count", part.bolt_count, "a whole number", "it counts"))
+    smallest = body + part.bolt_diameter + 2.0
+    if part.bolt_circle < smallest:
+        reason = f"the screws pass outside {what} with 1 mm between"
+        found.append(DimensionProblem(prefix + "bolt_circle", part.bolt_circle, f"at least {smallest:.4g} mm", reason))
+    return found

@@ -1,4 +1,4 @@
-"""How far a joint folds until its links meet, by their outlines seen along the hinge axis. No solids.
+"""How far a joint turns: until its links meet, seen along the hinge axis, and as the arms' sweep allows. No solids.
 
 Web, flange, sockets and tubes all reach over z = 0 and are widest there, so what meets does so in that plane first.
 """
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from cad.dimensions import JointDimensions
 from cad.limits import DimensionProblem
 from cad.outline import Disc, Hull, hull_of
+from cad.spring_space import PIN_OVERHANG
 
 if TYPE_CHECKING:
     from cad.layout import JointLayout
@@ -54,7 +55,7 @@ def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) 
     return min(a.gap(b) for a in _upper(dimensions, layout) for b in turned)
 
 
-def folding_problems(dimensions: JointDimensions, layout: JointLayout, most: float) -> list[DimensionProblem]:
+def _meeting(dimensions: JointDimensions, layout: JointLayout, most: float) -> list[DimensionProblem]:
     """A travel beyond ``most`` deg from straight, or at whose ends the links are nearer than the clearance."""
     least, zero = dimensions.clearance - ROUNDING, dimensions.zero_angle
 
@@ -75,3 +76,45 @@ def folding_problems(dimensions: JointDimensions, layout: JointLayout, most: flo
     allowed = f"{math.ceil(100 * limits[0]) / 100:.6g} to {math.floor(100 * limits[1]) / 100:.6g} deg"
     reason = "the links would meet" if dimensions.mount is None else "the link would meet the web or the mount's flange"
     return [DimensionProblem(f"{dimensions.name}.range", (low, high), allowed, reason)]
+
+
+def _stem_half_width(layout: JointLayout) -> float:
+    """Half width (mm) of the lower link's stem where it passes the web: it tapers from the tongue to the socket."""
+    taper = max(0.0, layout.tongue_radius - layout.socket_outer)
+    return layout.socket_outer + taper * (1.0 - layout.web_radius / layout.lower_bottom)
+
+
+def travel_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+    """Travel that the hinge cannot give: link against web, upper arm shafts against the lower link."""
+    low, high = dimensions.range
+    half = _stem_half_width(layout) + dimensions.clearance
+    largest = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))
+    name, found = dimensions.name, _meeting(dimensions, layout, largest)
+    if layout.notch[1] - layout.notch[0] > 300.0:
+        found.append(
+            DimensionProblem(
+                f"{name}.range", (low, high), "a smaller travel", "the arm's sweep would take the whole pocket wall"
+            )
+        )
+    if layout.slips[0] > dimensions.pin_diameter / 2 + PIN_OVERHANG:
+        found.append(
+            DimensionProblem(
+                f"{name}.range",
+                (low, high),
+                "a smaller travel",
+                "the closing coil would pull its arms off their shafts",
+            )
+        )
+    margin = math.degrees(math.asin(min(1.0, _stem_half_width(layout) / layout.web_radius)))
+    middle = (layout.notch[0] + layout.notch[1]) / 2
+    off = abs((middle - 270.0 + 180.0) % 360.0 - 180.0)
+    if not found and off - (layout.notch[1] - layout.notch[0]) / 2 < margin:
+        found.append(
+            DimensionProblem(
+                f"{name}.upper_arm_angle",
+                dimensions.upper_arm_angle,
+                "a direction in which the travel leaves it free, or a smaller range",
+                "the upper arm's shafts would sweep through the lower link",
+            )
+        )
+    return found

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from cad.arm_layout import ArmLayout
 from cad.arm_shaft import build_d_bore
 from cad.damper_bracket import PILOT, screw_centres
 from cad.dimensions import JointDimensions
 from cad.fitting_layout import seat_screws
-from cad.layout import ArmLayout, JointLayout, Point
+from cad.layout import JointLayout
 from cad.mount import build_flange, flange_volume
-from cad.outline import Disc, Hull, hull_of
+from cad.outline import Disc, Hull, Point, hull_of
 
 THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot
 CROSS_SCREW = 3.4  # mm, M3 through socket and tube

@@ -10,7 +10,8 @@ from typing import Any
 
 from cad.dimensions import JointDimensions
 from cad.fitting_layout import mount_across
-from cad.layout import JointLayout, Point
+from cad.layout import JointLayout
+from cad.outline import Point
 
 
 def mount_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Point]:

@@ -1,4 +1,4 @@
-"""Flat outlines: the convex hull of discs, as exact arcs and lines, with its area in closed form."""
+"""Points and flat outlines: the convex hull of discs, as exact arcs and lines, with its area in closed form."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+Point = tuple[float, float]
 _TINY = 1e-9
+
+
+def unit(angle: float) -> Point:
+    """Unit vector at ``angle`` deg from +x, counter-clockwise."""
+    return math.cos(math.radians(angle)), math.sin(math.radians(angle))
 
 
 @dataclass(frozen=True)
@@ -109,7 +115,7 @@ class Hull:
         return cq.Solid.extrudeLinear(face, cq.Vector(0, 0, top - bottom))
 
 
-def _on(disc: Disc, angle: float) -> tuple[float, float]:
+def _on(disc: Disc, angle: float) -> Point:
     return disc.x + disc.radius * math.cos(angle), disc.y + disc.radius * math.sin(angle)
 
 

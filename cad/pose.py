@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 from cad.dimensions import JointDimensions, SpringDimensions
-from cad.layout import JointLayout, loaded_diameter
+from cad.layout import JointLayout
+from cad.spring_space import loaded_diameter
 
 
 @dataclass(frozen=True)

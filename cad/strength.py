@@ -21,10 +21,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from cad.arm_layout import ArmLayout
 from cad.arm_shaft import FLAT_DEPTH
 from cad.dimensions import JointDimensions
 from cad.fittings import PrintDimensions
-from cad.layout import ArmLayout, JointLayout, unit
+from cad.layout import JointLayout
+from cad.outline import unit
 from cad.parts import file_name
 from cad.results import CheckResult, at_most
 

@@ -21,8 +21,9 @@ from cad import (
     included_angle_of,
 )
 from cad.dimensions import check, coil_fraction
-from cad.layout import lay_out, loaded_diameter
+from cad.layout import lay_out
 from cad.leg import lay_out_leg
+from cad.spring_space import loaded_diameter
 
 SPRING = SpringDimensions(3.429, 26.035, 7.17, 120.0)
 KNEE = JointDimensions("knee", SPRING, 111.0, 119.0)

@@ -94,6 +94,8 @@ def test_mount_s_screws_pass_the_ears(hip):
     ("change", "named"),
     [
         ({"encoder": EncoderDimensions(bolt_circle=20.0)}, r"hip\.encoder\.bolt_circle = 20: allowed is at least 26.4"),
+        ({"encoder": EncoderDimensions(bolt_count=2.5)}, r"hip\.encoder\.bolt_count = 2.5: allowed is a whole number"),
+        ({"damper": DamperDimensions(bolt_count=4.5)}, r"hip\.damper\.bolt_count = 4.5: allowed is a whole number"),
         ({"encoder": CROWDED}, r"hip\.encoder\.bolt_circle = 42: .*come within 5.75 mm of the arm.s shafts"),
         ({"encoder": EncoderDimensions(magnet_diameter=7.5)}, r"hip\.encoder\.magnet_diameter = 7.5"),
         ({"encoder": EncoderDimensions(body_diameter=8.0)}, r"hip\.encoder\.body_diameter = 8.*rim"),
