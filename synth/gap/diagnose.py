@@ -17,16 +17,17 @@ from synth.gap.candidates import Candidate, candidates, scales
 from synth.gap.counts import Coarse, coarse_counts, usual_noise
 from synth.gap.data import GapTrial, copies, gap_trial, sensor
 from synth.gap.experiment import next_experiment
-from synth.gap.figures import Gap, label, measure, trial_gaps
+from synth.gap.figures import Gap, measure, trial_gaps
 from synth.gap.influence import hangs_on
+from synth.gap.misses import label
 from synth.gap.predict import Predictor
-from synth.gap.result import Cause, GapResult, Ranked
+from synth.gap.result import Cause, GapResult, Ranked, Verdict
 from synth.gap.search import Assessed, search
 from synth.gap.solve import Fit, Normal, Workbench
 from synth.gap.tolerances import Tolerance, Tolerances
 from synth.gap.verdict import Judged, judge, open_explanations, with_counts
 from synth.gap.where import missing_torque, where
-from synth.gap.words import sentence
+from synth.gap.words import Told, angle, cause_text, scored_on, sentence, what_is_open
 from synth.model.leg import Array, Leg
 
 if TYPE_CHECKING:
@@ -94,29 +95,28 @@ def diagnose(
     bare = tolerances.leg(leg, judged.accepted.fit.unknowns[: tolerances.size]) if explained else nominal
     missing = [missing_torque(bare, trial) for trial in scene.scored]
     say("what next")
-    best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
-    before, after = gap.figure("before"), gap.figure("after")
-    text = sentence(judged.verdict, causes, tied, best, before, after, gap.floor, held_out)
-    best_possible = min((gap.figure(name) for name in gap.explanations), key=lambda estimate: estimate.value)
+    explanations = (causes, *tied)
     return GapResult(
         leg=leg,
         verdict=judged.verdict,
-        sentence=text,
+        sentence=_sentence(judged, explanations, gap, held_out),
         explanation=causes,
         ranked=_ranked(scene, judged, gap),
         probability_none=judged.none,
         probability_unknown=judged.unknown,
         where=where(nominal, scene.scored, gap.before, scene.usual, missing, _blamed(judged, leg)),
         as_designed=gap.figure("as_designed"),
-        before=before,
-        after=after,
+        before=gap.figure("before"),
+        after=gap.figure("after"),
         noise_floor=gap.floor,
         shrink=gap.shrink(),
-        best_possible=best_possible,
+        best_possible=gap.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
         scored_on=tuple(trial.recording.name for trial in scene.scored),
         trials=trial_gaps(nominal, gap, missing, held_out, scene.usual),
-        next_experiment=next_experiment(bench, open_explanations(judged), scene.given, _why(judged, causes, tied)),
+        next_experiment=next_experiment(
+            bench, open_explanations(judged), scene.given, _why(judged.verdict, explanations)
+        ),
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
@@ -230,12 +230,22 @@ def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:
     return found
 
 
-def _why(judged: Judged[Fit], causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
-    if judged.verdict == "tie":
-        names = [" and ".join(f"{c.effect} ({c.joint})" for c in option) for option in (causes, *tied)]
-        return f"{', '.join(names[:-1])} and {names[-1]} explain these trials alike."
-    if judged.verdict == "none":
-        return "Nothing is missing as far as these trials reach; this is where the likeliest causes would show first."
-    if judged.verdict == "unknown":
-        return "What is missing is not known; the explanations that come nearest part most here."
-    return "To be surer of the cause against the next likeliest."
+def _sentence(judged: Judged[Fit], explanations: Sequence[Sequence[Cause]], gap: Gap, held_out: bool) -> str:
+    several = len(explanations[0]) > 1
+    before, after = gap.figure("before"), gap.figure("after")
+    told = Told(
+        nominal="the nominal leg",
+        error="the error",
+        on=scored_on(held_out, "releases"),
+        falls_from=angle(before),
+        before=before,
+        after=after,
+        floor=gap.floor,
+    )
+    texts = [[cause_text(cause) for cause in causes] for causes in explanations]
+    probability = 1.0 - judged.none - judged.unknown if several else judged.probability
+    return sentence(judged.verdict, texts[0], texts[1:], probability, told)
+
+
+def _why(verdict: Verdict, explanations: Sequence[Sequence[Cause]]) -> str:
+    return what_is_open(verdict, [" and ".join(f"{c.effect} ({c.joint})" for c in causes) for causes in explanations])

@@ -1,16 +1,15 @@
-"""How far: RMS errors on scored trials as designed, before and after, with intervals, and the shrink."""
+"""How far: scored trials predicted as designed, before and after, and what each prediction misses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from synth.fit.result import Estimate
 from synth.gap.counts import Coarse, rounded
 from synth.gap.data import GapTrial
+from synth.gap.misses import BLOCKS, Misses, label
 from synth.gap.result import TrialGap
 from synth.gap.score import score
 from synth.gap.search import Assessed, Search
@@ -18,70 +17,15 @@ from synth.gap.solve import Fit, Normal, Workbench
 from synth.gap.where import Missing, phases
 from synth.model.leg import Array, Leg
 
-BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
-RESAMPLES = 500
-Key = tuple[str, str]
-Picks = NDArray[np.int64]
-
 
 @dataclass(frozen=True)
-class Gap:
-    """Predictions (m, n) rad of each scored trial, and what they miss.
-
-    ``squares``: label -> (n_trial, BLOCKS) summed squared misses in rad^2; ``counts`` (n_trial, BLOCKS) samples;
-    ``noise`` (n_trial, BLOCKS) what the noise alone would sum to.
-    """
+class Gap(Misses):
+    """Predictions (m, n) rad of each scored trial, and what they miss."""
 
     trials: tuple[GapTrial, ...]
     as_designed: tuple[Array, ...]
     before: tuple[Array, ...]
     after: tuple[Array, ...]
-    squares: Mapping[str, Array]
-    counts: Array
-    noise: Array
-    seed: int
-
-    @property
-    def explanations(self) -> tuple[str, ...]:
-        """Labels of all that was tried: nothing, the accepted causes, and the others."""
-        return tuple(name for name in self.squares if name != "as_designed")
-
-    def figure(self, label: str) -> Estimate:
-        """RMS miss in deg with its 90 % interval over trials and pieces of time."""
-        return self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
-
-    @property
-    def floor(self) -> Estimate:
-        """RMS of the noise on the same samples."""
-        return Estimate(_rms(self.noise, self.counts, None), "deg")
-
-    def shrink(self, label: str = "after") -> Estimate:
-        """1 - after/before of the RMS above the noise floor, quadratically subtracted; 0 where there is no gap."""
-        return self._estimate(lambda pick: self._shrink(label, pick), "1")
-
-    def _shrink(self, label: str, pick: Picks | None) -> float:
-        floor = _rms(self.noise, self.counts, pick) ** 2
-        before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
-        after = _rms(self.squares[label], self.counts, pick) ** 2 - floor
-        if before <= 0.05 * floor:
-            return 0.0
-        return float(1.0 - np.sqrt(max(after, 0.0) / before))
-
-    def _estimate(self, figure: Callable[[Picks | None], float], unit: str) -> Estimate:
-        generator = np.random.default_rng(self.seed)
-        cells = self.counts.size
-        picks = generator.integers(0, cells, (RESAMPLES, cells))
-        drawn = np.array([figure(pick) for pick in picks])
-        low, high = np.percentile(drawn, [5.0, 95.0])
-        value = figure(None)
-        return Estimate(value, unit, min(float(low), value), max(float(high), value))
-
-
-def _rms(squares: Array, counts: Array, pick: Picks | None) -> float:
-    total, number = squares.ravel(), counts.ravel()
-    if pick is not None:
-        total, number = total[pick], number[pick]
-    return float(np.sqrt(total.sum() / max(number.sum(), 1.0)))
 
 
 def predictions(bench: Workbench, found: Assessed, trials: Sequence[GapTrial], held_out: bool) -> tuple[Array, ...]:
@@ -133,12 +77,7 @@ def measure(
         squares[label(other.keys)] = _squares(trials, alone)
     counts = _squares(trials, [np.ones_like(t.measured) + t.measured for t in trials])
     noise = _squares(trials, [t.measured + usual for t in trials])
-    return Gap(tuple(trials), as_designed, before, after, squares, counts, noise, seed)
-
-
-def label(keys: Sequence[Key]) -> str:
-    """One text for a set of causes."""
-    return " + ".join(sorted(f"{effect} @ {joint}" for effect, joint in keys))
+    return Gap(squares, counts, noise, seed, tuple(trials), as_designed, before, after)
 
 
 def _squares(trials: Sequence[GapTrial], predicted: Sequence[Array]) -> Array:

@@ -118,8 +118,46 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class GapResult:
-    """The whole diagnosis.
+class Diagnosis:
+    """What is said of a built leg, whether it swings or jumps.
+
+    ``explanation`` : the causes accepted; ``tied`` : the other sets of causes that explain the trials as well.
+    """
+
+    verdict: Verdict
+    sentence: str
+    explanation: tuple[Cause, ...]
+    ranked: tuple[Ranked, ...]
+    probability_none: float
+    probability_unknown: float
+    tied: tuple[tuple[Cause, ...], ...]
+    where: Where
+    next_experiment: Experiment | None
+    warnings: tuple[str, ...]
+
+    def said_as_json(self, name: str) -> dict[str, Any]:
+        """The entries of ``gap.json`` down to ``where``; ``name`` of the leg."""
+        return {
+            "format": FORMAT,
+            "name": name,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "explanation": [cause.as_json() for cause in self.explanation],
+            "ranked": [entry.as_json() for entry in self.ranked],
+            "probability_none": self.probability_none,
+            "probability_unknown": self.probability_unknown,
+            "tied": [[cause.as_json() for cause in causes] for causes in self.tied],
+            "where": self.where.as_json(),
+        }
+
+    def next_as_json(self) -> dict[str, Any] | None:
+        """The entry ``next_experiment``."""
+        return None if self.next_experiment is None else self.next_experiment.as_json()
+
+
+@dataclass(frozen=True)
+class GapResult(Diagnosis):
+    """The whole diagnosis of a swinging leg.
 
     ``as_designed``, ``before``, ``after``, ``noise_floor`` : RMS angle errors in rad over joints and samples of the
     ``scored_on`` trials. ``noise`` : joint -> its noise, rad. ``best_possible`` : RMS that the best set of effects of
@@ -128,13 +166,6 @@ class GapResult:
     """
 
     leg: Leg
-    verdict: Verdict
-    sentence: str
-    explanation: tuple[Cause, ...]
-    ranked: tuple[Ranked, ...]
-    probability_none: float
-    probability_unknown: float
-    where: Where
     as_designed: Estimate
     before: Estimate
     after: Estimate
@@ -144,10 +175,7 @@ class GapResult:
     noise: Mapping[str, float]
     scored_on: tuple[str, ...]
     trials: tuple[TrialGap, ...]
-    next_experiment: Experiment | None
     diagnosed: Leg
-    warnings: tuple[str, ...] = ()
-    tied: tuple[tuple[Cause, ...], ...] = ()
     inputs: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
@@ -162,19 +190,10 @@ class GapResult:
             "scored_on": list(self.scored_on),
         }
         return {
-            "format": FORMAT,
-            "name": self.leg.name,
-            "verdict": self.verdict,
-            "sentence": self.sentence,
-            "explanation": [cause.as_json() for cause in self.explanation],
-            "ranked": [entry.as_json() for entry in self.ranked],
-            "probability_none": self.probability_none,
-            "probability_unknown": self.probability_unknown,
-            "tied": [[cause.as_json() for cause in causes] for causes in self.tied],
-            "where": self.where.as_json(),
+            **self.said_as_json(self.leg.name),
             "gap": gap,
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
-            "next_experiment": None if self.next_experiment is None else self.next_experiment.as_json(),
+            "next_experiment": self.next_as_json(),
             "warnings": list(self.warnings),
             "inputs": dict(self.inputs),
         }

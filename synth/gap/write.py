@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import synth
-from synth.effects import effect_named
-from synth.files.gap_project import GapProject, Tolerance
+from synth.effects import Effect, effect_named
+from synth.files.gap_project import GapProject
 from synth.files.leg import write_leg
 from synth.files.output import stems, write_csv, write_json
-from synth.gap.result import PHASES, GapResult, TrialGap
+from synth.gap.misses import shrink_of_best
+from synth.gap.result import PHASES, Cause, GapResult, TrialGap
 from synth.model.leg import Array
 from synth.units import quantity
 
 LIBRARIES = ("numpy", "scipy", "numba")
 STAGES = ("as_designed", "before", "after")
+ANGLES = {"free_angle": "deg"}  # tolerances that are no shares
 
 
 def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
@@ -65,35 +67,26 @@ def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> di
     """The content of ``gap.json``: the diagnosis, then what it rests on; ``names``: a file name a trial."""
     document = result.as_json()
     gap, warnings, inputs = document.pop("gap"), document.pop("warnings"), document.pop("inputs")
-    gap["shrink_of_best"] = _of_best(result)
+    of_best = shrink_of_best(
+        *(estimate.value for estimate in (result.before, result.after, result.best_possible, result.noise_floor))
+    )
+    gap["shrink_of_best"] = None if of_best is None else quantity(of_best, "1")
     gap["joints"] = _by_joint([trial for trial in result.trials if trial.scored], result.leg.joint_names)
     document["name"] = project.name
     return {
         **document,
         "gap": gap,
-        "effects": _described(result),
+        "effects": described(_causes(result), effect_named),
         "trials": [
             _trial(trial, name, result.leg.joint_names) for trial, name in zip(result.trials, names, strict=True)
         ],
         "phases": list(PHASES),
         "warnings": warnings,
-        "settings": {"seed": project.seed, **_tolerances(project.tolerance)},
+        "settings": {"seed": project.seed, **tolerance_settings(asdict(project.tolerance), ANGLES)},
         "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
         "inputs": inputs,
         "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
     }
-
-
-def _of_best(result: GapResult) -> dict[str, Any] | None:
-    """The shrink as a share of the best that any effects of the library reach; None where these reach nothing."""
-
-    def above(rms: float) -> float:
-        return float(np.sqrt(max(rms**2 - result.noise_floor.value**2, 0.0)))
-
-    before, best = above(result.before.value), above(result.best_possible.value)
-    if not before > best:
-        return None
-    return quantity((before - above(result.after.value)) / (before - best), "1")
 
 
 def rms(values: Array) -> float | None:
@@ -125,20 +118,22 @@ def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _described(result: GapResult) -> dict[str, dict[str, str]]:
-    """Every effect that the result names: what it is, its formula and source."""
-    causes = [*result.explanation, *(entry.cause for entry in result.ranked), *(c for tie in result.tied for c in tie)]
+def _causes(result: GapResult) -> list[Cause]:
+    return [*result.explanation, *(entry.cause for entry in result.ranked), *(c for tie in result.tied for c in tie)]
+
+
+def described(causes: Sequence[Cause], effect_called: Callable[[str], Effect]) -> dict[str, dict[str, str]]:
+    """Every effect among the causes: what it is, its formula and source."""
     found = {}
     for name in dict.fromkeys(cause.effect for cause in causes):
-        effect = effect_named(name)
+        effect = effect_called(name)
         found[name] = {"meaning": effect.meaning, "formula": effect.formula, "source": effect.source}
     return found
 
 
-def _tolerances(tolerance: Tolerance) -> Mapping[str, Any]:
-    """One setting a tolerance, in the unit in which it is written."""
-    settings = {}
-    for item in fields(tolerance):
-        value, unit = getattr(tolerance, item.name), "deg" if item.name == "free_angle" else "percent"
-        settings[f"tolerance.{item.name}"] = {**quantity(value, unit), "how": "one standard deviation"}
-    return settings
+def tolerance_settings(tolerances: Mapping[str, float], units: Mapping[str, str]) -> dict[str, Any]:
+    """One setting a tolerance, written in its unit or else in percent."""
+    return {
+        f"tolerance.{name}": {**quantity(value, units.get(name, "percent")), "how": "one standard deviation"}
+        for name, value in tolerances.items()
+    }

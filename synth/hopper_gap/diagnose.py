@@ -10,9 +10,10 @@ from synth.errors import UserError
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.fit.result import Estimate
 from synth.fit.unknowns import NORMAL90
-from synth.gap.figures import label
-from synth.gap.result import Cause, Ranked
-from synth.gap.verdict import Judged, open_explanations
+from synth.gap.misses import label
+from synth.gap.result import Cause, Ranked, Verdict
+from synth.gap.verdict import open_explanations
+from synth.gap.words import what_is_open
 from synth.hopper.leg import Array
 from synth.hopper_gap.across import across
 from synth.hopper_gap.candidates import JumpCandidate, candidates
@@ -58,27 +59,15 @@ def diagnose(
     causes = _causes(bench, accepted.fit) if explained else ()
     tied = tuple(_causes(bench, rival.fit) for rival in judged.tied)
     ranked = tuple(
-        Ranked(_causes(bench, item.fit)[0], chance, gaps.gap.shrink(label(item.keys)))
+        Ranked(_causes(bench, item.fit)[0], chance, gaps.misses.shrink(label(item.keys)))
         for item, chance in judged.singles
     )
     say("what next")
     best = 1.0 - judged.none - judged.unknown if len(causes) > 1 else judged.probability
-    before, after = gaps.gap.figure("before"), gaps.gap.figure("after")
     return JumpGapResult(
         name=project.name,
         verdict=judged.verdict,
-        sentence=sentence(
-            judged.verdict,
-            causes,
-            tied,
-            best,
-            gaps.gap.figure("as_designed"),
-            before,
-            after,
-            gaps.gap.floor,
-            bool(held),
-            gaps.rises,
-        ),
+        sentence=sentence(judged.verdict, causes, tied, best, gaps, bool(held)),
         explanation=causes,
         ranked=ranked,
         probability_none=judged.none,
@@ -91,7 +80,7 @@ def diagnose(
         held_out=bool(held),
         noise=pooled(gaps.trials, ANGLE),
         next_experiment=next_experiment(
-            bench, open_explanations(judged), menu(project, catalogue, given), _why(judged, causes, tied)
+            bench, open_explanations(judged), menu(project, catalogue, given), _why(judged.verdict, (causes, *tied))
         ),
         unknowns=_tolerances(bench, accepted.fit),
         warnings=(*warnings, *(_worse(gaps) if explained else ())),
@@ -132,21 +121,15 @@ def _cause(candidate: JumpCandidate, x: Array, deviation: Array) -> Cause:
     return Cause(effect, place, found)
 
 
-def _why(judged: Judged[JumpFit], causes: Sequence[Cause], tied: Sequence[Sequence[Cause]]) -> str:
-    if judged.verdict == "tie":
-        names = [" and ".join(c.effect.replace("_", " ") for c in option) for option in (causes, *tied)]
-        return f"{', '.join(names[:-1])} and {names[-1]} explain these trials alike."
-    if judged.verdict == "none":
-        return "Nothing is missing as far as these trials reach; this is where the likeliest causes would show first."
-    if judged.verdict == "unknown":
-        return "What is missing is not known; the explanations that come nearest part most here."
-    return "To be surer of the cause against the next likeliest."
+def _why(verdict: Verdict, explanations: Sequence[Sequence[Cause]]) -> str:
+    names = [" and ".join(cause.effect.replace("_", " ") for cause in causes) for causes in explanations]
+    return what_is_open(verdict, names)
 
 
 def _worse(gaps: JumpGaps) -> tuple[str, ...]:
     """A warning where the explanation predicts scored trials no better, and not as well as their noise allows."""
-    before, after = gaps.gap.squares["before"].sum(axis=1), gaps.gap.squares["after"].sum(axis=1)
-    poor = (after > 1.1 * before) & (after > 1.5 * gaps.gap.noise.sum(axis=1))
+    before, after = gaps.misses.squares["before"].sum(axis=1), gaps.misses.squares["after"].sum(axis=1)
+    poor = (after > 1.1 * before) & (after > 1.5 * gaps.misses.noise.sum(axis=1))
     names = [trial.name for trial, worse in zip(gaps.trials, poor, strict=True) if worse]
     if not names:
         return ()

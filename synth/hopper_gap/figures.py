@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.gap.figures import BLOCKS, Gap, label
+from synth.gap.misses import BLOCKS, Misses, label
 from synth.hopper.integrator import OUTCOMES
 from synth.hopper.jump import LIFTS, compiled_jump
 from synth.hopper.leg import Array
@@ -29,7 +29,7 @@ class Rise:
 
 @dataclass(frozen=True)
 class JumpGaps:
-    """Scored trials with what each stage predicts; ``gap`` holds the figures; ``rises`` a trial.
+    """Scored trials with what each stage predicts; ``rises`` a trial.
 
     ``learnt`` : trials to learn from that are not scored, with their rises: of these ``before`` and ``after`` are fits.
     """
@@ -38,7 +38,7 @@ class JumpGaps:
     as_designed: tuple[Scored, ...]
     before: tuple[Scored, ...]
     after: tuple[Scored, ...]
-    gap: Gap
+    misses: Misses
     rises: tuple[Rise, ...]
     learnt: tuple[tuple[Jump, Rise], ...] = ()
 
@@ -62,8 +62,7 @@ def measured_gaps(
     for other in others:
         squares[label(other.keys)] = squares["after"] if other is accepted else _squares(trials, told(other.fit))
     counts = np.array([[len(part) for part in np.array_split(trial.time, BLOCKS)] for trial in trials], dtype=float)
-    noise = counts * pooled(trials, ANGLE) ** 2
-    gap = Gap((), (), (), (), squares, counts, noise, seed)
+    misses = Misses(squares, counts, counts * pooled(trials, ANGLE) ** 2, seed)
     stages = (designed, found.none.fit, accepted.fit)
     rises = tuple(
         _rise(bench, trial, stages, [item[i] for item in (nominal, before, after)]) for i, trial in enumerate(trials)
@@ -72,7 +71,7 @@ def measured_gaps(
         (trial, _rise(bench, trial, stages, [Scored({}, fit.own[i]) for fit in stages]))
         for i, trial in enumerate(bench.trials if held else ())
     )
-    return JumpGaps(trials, nominal, before, after, gap, rises, learnt)
+    return JumpGaps(trials, nominal, before, after, misses, rises, learnt)
 
 
 def _squares(trials: Sequence[Jump], scored: Sequence[Scored]) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
-from dataclasses import fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from synth.effects.motor_leg import motor_effect_named
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.files.output import stems, write_csv, write_json
 from synth.gap.result import PHASES
-from synth.gap.write import LIBRARIES, STAGES, rms
+from synth.gap.write import LIBRARIES, STAGES, described, rms, tolerance_settings
 from synth.hopper.leg import Array
 from synth.hopper_gap.data import ANGLE, Jump
 from synth.hopper_gap.result import JumpGapResult
@@ -74,12 +74,12 @@ def gap_json(result: JumpGapResult, project: HopperGapProject, names: list[str])
     document["gap"]["joints"] = {"hip": {stage: document["gap"][stage] for stage in STAGES}}
     return {
         **document,
-        "effects": _described(result),
+        "effects": described([entry.cause for entry in result.ranked], motor_effect_named),
         "trials": [_trial(result, i, name) for i, name in enumerate(names)],
         "phases": list(PHASES),
         "design_at": {name: quantity(value, "1") for name, value in result.unknowns.items()},
         "warnings": list(result.warnings),
-        "settings": {"seed": project.seed, **_tolerances(project)},
+        "settings": {"seed": project.seed, **tolerance_settings(asdict(project.tolerance), ANGLES)},
         "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
         "inputs": {item.name: item.sha256 for item in project.inputs},
         "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
@@ -105,24 +105,4 @@ def _trial(result: JumpGapResult, i: int, name: str) -> dict[str, Any]:
         "where": f"where/{name}.csv",
         "rms": {"hip": errors},
         "rise": {key: quantity(value, "mm") for key, value in rises.items() if value is not None},
-    }
-
-
-def _described(result: JumpGapResult) -> dict[str, dict[str, str]]:
-    """Every effect that the result names: what it is, its formula and source."""
-    found = {}
-    for name in dict.fromkeys(entry.cause.effect for entry in result.ranked):
-        effect = motor_effect_named(name)
-        found[name] = {"meaning": effect.meaning, "formula": effect.formula, "source": effect.source}
-    return found
-
-
-def _tolerances(project: HopperGapProject) -> dict[str, Any]:
-    """One setting a tolerance, in the unit in which it is written."""
-    return {
-        f"tolerance.{item.name}": {
-            **quantity(getattr(project.tolerance, item.name), ANGLES.get(item.name, "percent")),
-            "how": "one standard deviation",
-        }
-        for item in fields(project.tolerance)
     }
