@@ -130,8 +130,7 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[Travel]:
         if joint.range is not None:
             ends = [angle - joint.spring.free_angle for angle in joint.range]
         else:
-            rest = joint.sign * (joint.spring.free_angle - joint.zero)
-            turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - rest)
+            turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - joint.rest)
             ends = [float(turned.min()), float(turned.max())]
         below, above = abs(min(0.0, *ends)), abs(max(0.0, *ends))
         found.append(Travel(max(below, above), min(below, above), below >= above))

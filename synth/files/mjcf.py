@@ -98,9 +98,8 @@ def _body(joint: Joint, height: float, terms: DampingTerms) -> list[str]:
     link = joint.link
     attributes, note = ['axis="0 -1 0"'], ""
     if joint.spring is not None:
-        rest = joint.sign * (joint.spring.free_angle - joint.zero)
         found = spring_terms(joint, _reach(joint))
-        attributes.append(f'stiffness="{_polynomial(found.polynomial)}" springref="{rest:.10g}"')
+        attributes.append(f'stiffness="{_polynomial(found.polynomial)}" springref="{joint.rest:.10g}"')
         note += _off("spring", found.error)
     if any(terms.polynomial):
         attributes.append(f'damping="{_polynomial(terms.polynomial)}"')

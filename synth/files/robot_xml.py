@@ -115,9 +115,8 @@ def _sdf_link(name: str, link: Link, parent: str, height: float) -> list[str]:
 def _sdf_joint(joint: Joint, parent: str, child: str, rate: float, friction: float) -> list[str]:
     spring = ""
     if joint.spring is not None:
-        rest = joint.sign * (joint.spring.free_angle - joint.zero)
         spring = (
-            f"<spring_reference>{rest:.10g}</spring_reference>"
+            f"<spring_reference>{joint.rest:.10g}</spring_reference>"
             f"<spring_stiffness>{joint.spring.rate:.10g}</spring_stiffness>"
         )
     lines = [

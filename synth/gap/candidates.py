@@ -69,8 +69,7 @@ def scales(leg: Leg, trials: Sequence[GapTrial]) -> Scales:
             speed[j] = max(speed[j], float(np.percentile(np.abs(smoothed.rate[:, j]), 98)))
     moved = np.isfinite(low)
     low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
-    rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
-    rate = np.array([j.spring.rate if j.spring else 0.0 for j in leg.joints])
+    rest, rate = leg.rest, leg.spring_rate
     hanging = np.cumsum(coefficients(leg).gravity[::-1])[::-1]  # what gravity adds to the springs' stiffness
     angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), 0.02)
     weight = leg.gravity * sum(j.link.mass for j in leg.joints)

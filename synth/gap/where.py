@@ -66,8 +66,7 @@ def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
     torque = np.zeros_like(angle)
     for j, joint in enumerate(leg.joints):
         spring = joint.spring.rate if joint.spring else 0.0
-        rest = joint.sign * (joint.spring.free_angle - joint.zero) if joint.spring else 0.0
-        torque[:, j] -= spring * (angle[:, j] - rest)
+        torque[:, j] -= spring * (angle[:, j] - joint.rest)
         if joint.damper is not None and joint.damper.curve is not None:
             torque[:, j] -= torque_at(joint.damper.curve, rate[:, j])
         elif joint.damper is not None:
@@ -159,9 +158,8 @@ def _thirds(leg: Leg, trial: GapTrial) -> dict[str, NDArray[np.int64]]:
     """Index 0..2 of each sample and joint by size of speed, deflection and torque carried, and by time."""
     smoothed = trial.recording.smoothed
     nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
-    rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
     speed = np.abs(smoothed.rate[nearest])
-    position = np.abs(smoothed.angle[nearest] - rest)
+    position = np.abs(smoothed.angle[nearest] - leg.rest)
     load = np.abs(_joint_torques(leg, smoothed.angle, smoothed.rate)[nearest])
     time = np.repeat(trial.time[:, None], len(leg.joints), axis=1)
     sized = {"speed": speed, "position": position, "load": load, "time": time}

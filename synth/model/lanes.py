@@ -7,7 +7,7 @@ more than their simulation, so each quantity is one array with a column a leg.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -69,7 +69,7 @@ class LegLanes:
             if effect_named(name).way == "leg":
                 raise ValueError(f"{name} changes numbers of the leg: change those, not its effects")
 
-        def column(values: list[float]) -> Array:
+        def column(values: Sequence[float] | Array) -> Array:
             return np.repeat(np.array(values, dtype=float)[:, None], n_lane, axis=1)
 
         made = cls(
@@ -77,8 +77,8 @@ class LegLanes:
             mass=column([j.link.mass for j in joints]),
             com=column([j.link.com for j in joints]),
             inertia=column([j.link.inertia for j in joints]),
-            spring_rate=column([j.spring.rate if j.spring else 0.0 for j in joints]),
-            rest=column([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in joints]),
+            spring_rate=column(leg.spring_rate),
+            rest=column(leg.rest),
             damper_rate=column([(j.damper.rate or 0.0) if j.damper else 0.0 for j in joints]),
             tilt=np.full(n_lane, leg.tilt),
             gravity=leg.gravity,

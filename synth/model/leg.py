@@ -71,6 +71,11 @@ class Joint:
     damper: Damper | None = None
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
+    @property
+    def rest(self) -> float:
+        """Rotation q at which the spring is unloaded, rad; 0 without a spring."""
+        return self.sign * (self.spring.free_angle - self.zero) if self.spring is not None else 0.0
+
 
 @dataclass(frozen=True)
 class Leg:
@@ -95,6 +100,16 @@ class Leg:
     def sign(self) -> Array:
         """(n_joint,) +1 or -1."""
         return np.array([float(joint.sign) for joint in self.joints])
+
+    @property
+    def rest(self) -> Array:
+        """(n_joint,) rad, rotations q at which the springs are unloaded; 0 where there is none."""
+        return np.array([joint.rest for joint in self.joints])
+
+    @property
+    def spring_rate(self) -> Array:
+        """(n_joint,) N m/rad; 0 where there is no spring."""
+        return np.array([joint.spring.rate if joint.spring is not None else 0.0 for joint in self.joints])
 
     @property
     def total_length(self) -> float:

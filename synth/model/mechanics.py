@@ -86,8 +86,7 @@ def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float = 0.0) -> Arr
     potential = -np.cos(phi) @ coefficient.gravity
     for index, joint in enumerate(leg.joints):
         if joint.spring is not None:
-            rest = joint.sign * (joint.spring.free_angle - joint.zero)
-            potential = potential + 0.5 * joint.spring.rate * (rotation[:, index] - rest) ** 2
+            potential = potential + 0.5 * joint.spring.rate * (rotation[:, index] - joint.rest) ** 2
     return np.asarray(kinetic + potential)
 
 
@@ -111,8 +110,7 @@ def rest_pose(leg: Leg, tip_mass: float = 0.0, start: Array | None = None) -> Ar
     ArithmeticError : no equilibrium was reached within 100 steps.
     """
     coefficient = coefficients(leg, tip_mass)
-    rate = np.array([joint.spring.rate if joint.spring else 0.0 for joint in leg.joints])
-    rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
+    rate, rest = leg.spring_rate, leg.rest
     n = len(rate)
     lower = np.tril(np.ones((n, n)))
     rotation = rest.copy() if start is None else np.array(start, dtype=float)

@@ -89,9 +89,7 @@ class WantedResponse:
         """
         unknowns = SpringsAndDampers(self.chain, leg, tuple(joints), tuple(joints), ())
         model = TrajectoryModel(self.chain, leg, unknowns)
-        rates = np.array([joint.spring.rate if joint.spring else 0.0 for joint in leg.joints])
-        rests = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
-        values = unknowns.pack(rates, rests, np.zeros(len(leg.joints)))
+        values = unknowns.pack(leg.spring_rate, leg.rest, np.zeros(len(leg.joints)))
         residual, jacobian = self._linearised(model, values)
         for _ in range(TUNING_STEPS):
             normal = jacobian.T @ jacobian

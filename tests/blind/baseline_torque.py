@@ -106,15 +106,11 @@ def _rates(leg: Leg, trials: Sequence[GapTrial], lacking: Sequence[Array]) -> Ar
             for trial in trials:
                 smoothed = trial.recording.smoothed
                 torque = np.zeros_like(smoothed.angle)
-                moving = smoothed.angle - _rest(leg) if kind == "spring" else smoothed.rate
+                moving = smoothed.angle - leg.rest if kind == "spring" else smoothed.rate
                 torque[:, j] = -moving[:, j]
                 torques.append(torque)
             columns.append(_pushed(leg, trials, lacking, torques))
     return np.stack(columns, axis=1)
-
-
-def _rest(leg: Leg) -> Array:
-    return np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in leg.joints])
 
 
 def _weights(target: Array, always: Array, known: Array, n: int) -> Array:
@@ -155,7 +151,7 @@ def _along(candidate: Candidate, start: Array, leg: Leg, trial: GapTrial) -> Arr
     damper = (joint.damper.rate or 0.0) if joint.damper else 0.0
     weight = leg.gravity * (sum(other.link.mass for other in leg.joints[j:]) + trial.recording.conditions.tip_mass)
     found = torque_along(
-        candidate.effect, time, angle, rate, angle - _rest(leg)[j], spring, damper, damper * rate, weight,
+        candidate.effect, time, angle, rate, angle - joint.rest, spring, damper, damper * rate, weight,
         candidate.in_rotation(start[:, None])[:, 0],
     )  # fmt: skip
     torque = np.zeros_like(smoothed.angle)
