@@ -21,13 +21,17 @@ SAME = 0.2  # joints whose noise differs by less than this share are taken to ha
 
 @dataclass(frozen=True)
 class GapTrial:
-    """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n)."""
+    """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
+
+    ``relative`` (m, n): error of a sample over its channel's noise; None where all are alike.
+    """
 
     recording: Recording
     time: Array
     measured: Array
     counts: Mask
     held_out: bool
+    relative: Array | None = None
 
     @property
     def free(self) -> list[int]:
@@ -42,7 +46,14 @@ class GapTrial:
     def thinner(self, samples: int) -> GapTrial:
         """At most about ``samples`` of the samples, evenly taken."""
         every = max(1, round(len(self.time) / samples))
-        return replace(self, time=self.time[::every], measured=self.measured[::every], counts=self.counts[::every])
+        relative = None if self.relative is None else self.relative[::every]
+        return replace(
+            self,
+            time=self.time[::every],
+            measured=self.measured[::every],
+            counts=self.counts[::every],
+            relative=relative,
+        )
 
 
 def gap_trial(recording: Recording, held_out: bool) -> GapTrial:

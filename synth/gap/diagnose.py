@@ -16,6 +16,7 @@ from synth.gap.build import SHOWN, diagnosed_leg, parts
 from synth.gap.candidates import Candidate, candidates, scales
 from synth.gap.counts import Coarse, coarse_counts, usual_noise
 from synth.gap.data import GapTrial, copies, gap_trial, sensor
+from synth.gap.edges import at_edges
 from synth.gap.experiment import next_experiment
 from synth.gap.figures import Gap, measure, trial_gaps
 from synth.gap.influence import hangs_on
@@ -142,8 +143,9 @@ def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -
     found = sensor([trial.recording for trial in given])
     coarse = coarse_counts(found)
     predictor = Predictor(leg, Tolerances.of(leg, tolerance))
-    bench = Workbench(predictor, given, found.noise, EFFECTIVE)
-    return _Scene(leg, bench, given, held, coarse, usual_noise(found, coarse), seed), tuple(warnings)
+    usual = usual_noise(found, coarse)
+    bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
+    return _Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
 def _turning(turned: Sequence[tuple[str, str]]) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.gap.counts import Coarse, rounded
 from synth.gap.data import GapTrial
+from synth.gap.edges import at_edges
 from synth.gap.misses import BLOCKS, Misses, label
 from synth.gap.result import TrialGap
 from synth.gap.score import score
@@ -60,20 +61,21 @@ def measure(
     """
     leg = bench.predictor.leg
     designed = Fit((), np.zeros(bench.n_tolerance), ())
-    as_designed = score(bench, designed, trials).predictions
-    before = predictions(bench, found.none, trials, held_out)
+    begun = [at_edges(trial, coarse, usual) for trial in trials]  # what the initial states are estimated from
+    as_designed = score(bench, designed, begun).predictions
+    before = predictions(bench, found.none, begun, held_out)
 
     def told(predicted: Sequence[Array]) -> tuple[Array, ...]:
         return tuple(rounded(leg, trial, p, coarse) for trial, p in zip(trials, predicted, strict=True))
 
-    after = told(before if accepted is found.none else predictions(bench, accepted, trials, held_out))
+    after = told(before if accepted is found.none else predictions(bench, accepted, begun, held_out))
     squares = {
         "as_designed": _squares(trials, as_designed),
         "before": _squares(trials, before),
         "after": _squares(trials, after),
     }
     for other in others:
-        alone = after if other is accepted else told(predictions(bench, other, trials, held_out))
+        alone = after if other is accepted else told(predictions(bench, other, begun, held_out))
         squares[label(other.keys)] = _squares(trials, alone)
     counts = _squares(trials, [np.ones_like(t.measured) + t.measured for t in trials])
     noise = _squares(trials, [t.measured + usual for t in trials])

@@ -218,8 +218,7 @@ def ratio(bench: Workbench, fit: Fit) -> float:
     """RMS of a fit over the noise floor, all samples alike."""
     total, count = 0.0, 0
     for trial, residual in zip(bench.trials, fit.residuals, strict=True):
-        sigma = bench.sigma(trial) / bench.noise
-        scale: Array = np.broadcast_to(sigma, trial.counts.shape)[trial.counts]
+        scale: Array = np.broadcast_to(bench.tempering(trial), trial.counts.shape)[trial.counts]
         total += float(np.sum((residual[: len(scale)] * scale) ** 2))
         count += len(scale)
     return float(np.sqrt(total / max(count, 1)))

@@ -116,9 +116,14 @@ class Workbench:
         """
         return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
 
+    def tempering(self, trial: GapTrial) -> Array:
+        """(n,) by what a channel's errors are taken larger, since its samples are not independent."""
+        return np.sqrt(np.maximum(trial.counted / self.effective, 1.0))
+
     def sigma(self, trial: GapTrial) -> Array:
-        """(n,) rad."""
-        return np.asarray(self.noise * np.sqrt(np.maximum(trial.counted / self.effective, 1.0)))
+        """(n,) or, where samples differ, (m, n) rad."""
+        alike = self.noise * self.tempering(trial)
+        return np.asarray(alike if trial.relative is None else alike * trial.relative)
 
     def residual(self, trial: GapTrial, prediction: Array, state: Array) -> Array:
         """(M,) whitened residual of one trial; inf where the motion diverged."""
@@ -164,7 +169,7 @@ class Workbench:
         found = self.predictor.predict(trial, blocks)
         widths = np.array([step for _, _, step in moves])
         change = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
-        return found[0][:, :, 0], (change / self.sigma(trial)[:, None])[trial.counts]
+        return found[0][:, :, 0], (change / self.sigma(trial)[..., None])[trial.counts]
 
     @staticmethod
     def rate_prior(trial: GapTrial) -> Array:
@@ -186,7 +191,7 @@ class Workbench:
             found = []
             for fit, out in zip(fits, self.predictor.predict(trial, blocks), strict=True):
                 residual = self.residual(trial, out[:, :, 0], fit.states[i])
-                slopes = (out[:, :, 1:] - out[:, :, :1]) / STEP / self.sigma(trial)[:, None]
+                slopes = (out[:, :, 1:] - out[:, :, :1]) / STEP / self.sigma(trial)[..., None]
                 below = np.zeros((len(residual) - int(trial.counts.sum()), slopes.shape[2]))
                 found.append((residual, np.concatenate([slopes[trial.counts], below])))
             return found

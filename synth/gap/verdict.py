@@ -14,7 +14,7 @@ from synth.gap.hypotheses import Assessed, F, Hypotheses, Key
 from synth.gap.result import Verdict
 from synth.model.leg import Array
 
-COUNTS_ALONE, COUNTS_BESIDE = 0.95, 0.5  # probability of coarse counts that show, alone or beside a cause; not tuned
+COUNTS = 0.95  # probability of coarse counts that show; not tuned
 
 
 @dataclass(frozen=True)
@@ -139,14 +139,17 @@ def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[K
 
 
 def with_counts(judged: Judged[F], coarse: Sequence[Coarse]) -> Judged[F]:
-    """The verdict with coarse counts as a cause: they are seen in the readings themselves."""
+    """The verdict with coarse counts as a cause: they are seen in the readings themselves.
+
+    Beside another cause they take nothing from its odds: both are there.
+    """
     if not coarse:
         return judged
-    share = COUNTS_ALONE if judged.verdict == "none" else COUNTS_BESIDE
-    singles = tuple((item, probability * (1.0 - share)) for item, probability in judged.singles)
-    verdict: Verdict = "effect" if judged.verdict == "none" else judged.verdict
-    none, unknown = judged.none * (1.0 - share), judged.unknown * (1.0 - share)
-    return replace(judged, verdict=verdict, singles=singles, none=none, unknown=unknown, counts=share)
+    if judged.verdict != "none":
+        return replace(judged, none=judged.none * (1.0 - COUNTS), counts=COUNTS)
+    singles = tuple((item, probability * (1.0 - COUNTS)) for item, probability in judged.singles)
+    none, unknown = judged.none * (1.0 - COUNTS), judged.unknown * (1.0 - COUNTS)
+    return replace(judged, verdict="effect", singles=singles, none=none, unknown=unknown, counts=COUNTS)
 
 
 def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:
