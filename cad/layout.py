@@ -36,6 +36,7 @@ class JointLayout:
     arm_turns: tuple[float, float]  # deg, that an arm turns back on its shafts; at the travel's closed, open end
     coil_start: float  # z of the wire's centre at the lower tangent point
     coil_height: float  # lower to upper tangent point
+    coil_drop: float  # that the upper one sinks to the travel's open end, where the coil has fewer turns
     half_width: float  # of the tongue along z
     gap: float  # ear A's or ear B's inner face from z = 0
     pocket_radius: float
@@ -102,9 +103,12 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     below = drift + wire_radius + clear + dimensions.floor_thickness
     half_width = (height + above + below) / 2
     start = below - half_width
-    gap = half_width + clear
+    gap, floor_top = half_width + clear, dimensions.floor_thickness - half_width
     ref = 270.0 - dimensions.zero_angle + dimensions.upper_arm_angle
-    upper = lay_arm(dimensions, ref, -1, pin_reach, start + height - wire_radius - PIN_OVERHANG, gap + dimensions.plate)
+    # The coil stands on the floor: opened it is lower, and its upper arm with it.
+    lowest = start + height - space.drop - wire_radius - PIN_OVERHANG
+    pin_bottom = max(lowest, floor_top + clear)
+    upper = lay_arm(dimensions, ref, -1, pin_reach, pin_bottom, gap + dimensions.plate)
     lower = lay_arm(
         dimensions, 270.0 - dimensions.arm_offset, 1, pin_reach, -half_width, start + wire_radius + PIN_OVERHANG
     )
@@ -128,6 +132,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         arm_turns=arm_turns(dimensions, upper, space),
         coil_start=start,
         coil_height=height,
+        coil_drop=space.drop,
         half_width=half_width,
         gap=gap,
         pocket_radius=space.pocket_radius,
@@ -135,7 +140,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         arbor_radius=space.arbor_radius,
         radius_closed=space.radius_closed,
         radius_open=space.radius_open,
-        floor_top=dimensions.floor_thickness - half_width,
+        floor_top=floor_top,
         web_radius=web_radius,
         socket_radius=max(web_radius, bracket_radius + clear),
         bracket_radius=bracket_radius,

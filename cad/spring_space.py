@@ -19,7 +19,8 @@ class SpringSpace:
     arbor_radius: float
     radius_closed: float
     radius_open: float
-    growth: float
+    growth: float  # along z, of the closing coil
+    drop: float  # along z, of the opening coil, which has fewer turns
     shortest_arm: float
     problems: tuple[DimensionProblem, ...]
 
@@ -77,6 +78,7 @@ def spring_space(dimensions: JointDimensions) -> SpringSpace:
         radius_closed=(narrowest + spring.wire_diameter) / 2,
         radius_open=(widest - spring.wire_diameter) / 2,
         growth=growth,
+        drop=opening / 360.0 * spring.drawn_pitch,
         shortest_arm=shortest,
         problems=tuple(problems),
     )

@@ -72,11 +72,11 @@ def arm_force(dimensions: JointDimensions, layout: JointLayout) -> float:
 
 
 def _levers(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
-    """Height (mm) of the contact over the seat's face: upper and lower arm."""
+    """Largest height (mm) of the contact over the seat's face: upper and lower arm."""
     slope = dimensions.spring.drawn_pitch / (2 * math.pi * dimensions.spring.radius)
     drift = slope * layout.pin_reach
     return (
-        layout.gap - (layout.coil_start + layout.coil_height + drift),
+        layout.gap - (layout.coil_start + layout.coil_height - layout.coil_drop + drift),
         layout.coil_start - drift - layout.floor_top,
     )
 

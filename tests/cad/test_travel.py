@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import JointDimensions, SpringDimensions
+from cad import JointDimensions, SpringDimensions, clear_upper_arm_angle
 from cad.joint import BuiltJoint, assemble
 from cad.layout import lay_out
 from cad.parts import Mesh
+from cad.pose import pose_spring
 from cad.travel import CHORDS, CONTACT_ANGLE, Bodies, check_spring_room, check_travel, first_contact, free_travel, poses
 
 
@@ -88,6 +89,22 @@ def test_a_closed_coil_has_a_mandrel_s_tenth_and_the_clearance_round_its_arbor(c
     assert gap.passed is (0.05 * inside > clearance / 2)
     if not gap.passed:
         assert gap.value == pytest.approx(0.05 * inside, abs=2 * CHORDS)
+
+
+def test_the_upper_arm_of_an_opened_coil_which_is_lower_has_its_way_and_its_shafts():
+    """It has fewer turns. Found by make fuzz: drawn for the unloaded height the arm met the cup's wall."""
+    spring = SpringDimensions(10.0, 80.0, 4 + 60 / 360, 120.0)
+    dimensions = JointDimensions("hip", spring, 60.0, 60.0, (50.0, 180.0), clearance=0.3)
+    dimensions = replace(dimensions, upper_arm_angle=clear_upper_arm_angle(dimensions))
+    joint = assemble(dimensions, layout := lay_out(dimensions))
+    opened = pose_spring(dimensions, layout, 180.0).spring
+    arm = layout.coil_start + opened.drawn_coils * opened.drawn_pitch - spring.wire_diameter / 2
+    # The coil opens a little less than the joint, as its arms turn on their shafts.
+    assert layout.upper.bottom + 1.0 <= arm < layout.upper.bottom + 1.0 + 0.1 * layout.coil_drop
+    assert all(check.passed for check in check_spring_room(Bodies(joint)))
+    higher = replace(layout, notch_bottom=layout.notch_bottom + layout.coil_drop)
+    failed = [check for check in check_spring_room(Bodies(assemble(dimensions, higher))) if not check.passed]
+    assert any(check.name == "overlap" and "the lower half," in check.text for check in failed)
 
 
 def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
