@@ -11,8 +11,8 @@ from synth.errors import Problem, UserError
 from synth.files.leg import write_leg
 from synth.files.output import write_json
 from synth.files.projects import FitProject
-from synth.fit.estimate import FitOptions
 from synth.fit.methods import fit_by, require_method
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
 from synth.fit.result import FitResult
 

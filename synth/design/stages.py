@@ -10,11 +10,12 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
-from synth.fit.estimate import FitOptions, score
 from synth.fit.methods import require_method
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
 from synth.fit.report_fit import trial_fits
 from synth.fit.result import FitResult, TrialFit
+from synth.fit.score import score
 from synth.model.leg import DamperCurve
 from synth.parts.response import Release
 
@@ -80,8 +81,8 @@ def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[Tri
     """Held-out recordings beside what the fitted leg predicts for them."""
     if not held_out:
         return ()
-    locals_, predictions = score(result, held_out)
-    return trial_fits(result.leg, result.joints, held_out, locals_, predictions, held_out=True)
+    scored = score(result, held_out)
+    return trial_fits(result.leg, result.joints, held_out, scored.locals, scored.predictions, held_out=True)
 
 
 def with_held_out(result: FitResult, held_out: Sequence[Recording]) -> FitResult:

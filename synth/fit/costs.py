@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from synth.fit.recordings import Recording
+from synth.fit.recordings import Recording, relative_amplitudes
 from synth.model.leg import Array
 from synth.motion.characteristics import Characteristics, characteristics
 
@@ -37,12 +37,6 @@ def emphasised(recordings: Sequence[Recording]) -> list[Recording]:
         counted = (recording.time <= TRANSIENT) | (np.arange(len(recording.time)) % LATER == 0)
         found.append(replace(recording, counts=recording.counts & counted[:, None]))
     return found
-
-
-def relative_amplitudes(recordings: Sequence[Recording]) -> Array:
-    """(n_trial, n) how far each joint moves in a trial, over its mean; at least 0.2."""
-    amplitude = np.array([np.ptp(r.smoothed.angle, axis=0) for r in recordings])
-    return np.asarray(np.maximum(amplitude / np.maximum(amplitude.mean(axis=0), 1e-6), 0.2))
 
 
 @dataclass(frozen=True)

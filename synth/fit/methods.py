@@ -15,17 +15,16 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.options import FitOptions as Choice
 from synth.fit.costs import Cost, emphasised
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
 from synth.fit.least_squares import Stage, Weights, solve
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import result_of
 from synth.fit.result import FitResult
 from synth.fit.search import Bounds, CostByJoint, Search
-from synth.fit.trajectories import TrajectoryModel
+from synth.fit.sought import NOTHING_NEAR, model_of
 from synth.fit.uncertainty import correlation_times, root_mean_square
-from synth.fit.unknowns import all_of
-from synth.model.chain import compiled_chain
-from synth.model.leg import Array, Damper, DamperCurve, Leg, Spring
+from synth.model.leg import Array, DamperCurve, Leg
 
 WORSE = 1.05  # times the RMS of least squares, from which a search is said to have missed
 
@@ -85,15 +84,7 @@ def search_of(
     common: bool = False,
 ) -> Search:
     """A search for the rates of a leg, whose own springs and dampers are left aside but for known ``curves``."""
-    known = curves or {}
-    joints = [
-        replace(joint, spring=Spring(0.0, joint.zero), damper=Damper(curve=known.get(joint.name)))
-        for joint in leg.joints
-    ]
-    leg, chain = replace(leg, joints=tuple(joints)), compiled_chain(len(joints))
-    held = [j for j, name in enumerate(leg.joint_names) if name in known]
-    model = TrajectoryModel(chain, leg, all_of(chain, leg, damper_known=held))
-    return Search(model, recordings, cost, common)
+    return Search(model_of(leg, curves), recordings, cost, common)
 
 
 def _searched(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
@@ -140,7 +131,7 @@ def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) 
     weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), np.array([local.shift for local in own]))
     solution = solve(model, recordings, values, own, weights, max_iterations=0)
     if not np.isfinite(solution.cost):
-        raise UserError("no motion of this leg comes near the trials: check link masses, zero and sign of each joint")
+        raise UserError(NOTHING_NEAR)
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"

@@ -142,3 +142,9 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
             text += " be found. Give a trial in which it does, or list it under `locked`"
             problems.append(Problem(text, key=name))
     return problems
+
+
+def relative_amplitudes(recordings: Sequence[Recording]) -> Array:
+    """(n_trial, n) how far each joint moves in a trial, over its mean; at least 0.2."""
+    amplitude = np.array([np.ptp(r.smoothed.angle, axis=0) for r in recordings])
+    return np.asarray(np.maximum(amplitude / np.maximum(amplitude.mean(axis=0), 1e-6), 0.2))

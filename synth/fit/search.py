@@ -16,18 +16,17 @@ import numpy as np
 from synth.fit.population import Candidates, motions
 from synth.fit.recordings import Recording
 from synth.fit.simplex import Found, simplex
+from synth.fit.sought import sought_by
+from synth.fit.starts import Start, balanced_rests, starts
 from synth.fit.swarm import swarm
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.unknowns import SpringsAndDampers
 from synth.fit.weak_form import weak_form
 from synth.model.leg import Array, DamperCurve
-from synth.model.mechanics import coefficients, outboard_inertia, static_torque
-from synth.motion.smoothing import initial_state
+from synth.model.mechanics import outboard_inertia
 
 TOLERANCE = 1e-6
 FACTOR = 10.0  # the bounds lie so many times above and below the start
 START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I where the weak form has no answer
-REST_SHARE = 10  # one of so many samples, at a trial's end, tells its pose at rest
 
 
 @dataclass(frozen=True)
@@ -41,26 +40,6 @@ class Bounds:
     def around(cls, start: Array, factor: float = FACTOR) -> Bounds:
         """A factor either way of rates (2, n)."""
         return cls(start / factor, start * factor)
-
-
-@dataclass(frozen=True)
-class Start:
-    """How a trial begins and ends: ``rotation``, ``rate``, ``end`` (n,) rad and rad/s."""
-
-    rotation: Array
-    rate: Array
-    end: Array
-
-
-def starts(recordings: Sequence[Recording]) -> tuple[Start, ...]:
-    """From the smoothed recordings: the state of the first sample, and the mean pose of the last tenth."""
-    found = []
-    for recording in recordings:
-        rotation, rate = initial_state(recording.smoothed)
-        angle = recording.smoothed.angle
-        end = angle[-max(2, len(angle) // REST_SHARE) :].mean(axis=0)
-        found.append(Start(rotation, rate, np.asarray(end)))
-    return tuple(found)
 
 
 class CostByJoint(Protocol):
@@ -87,19 +66,12 @@ class Search:
 
     def __post_init__(self) -> None:
         self.starts = self.starts or starts(self.recordings)
-        unknowns = self.model.unknowns
-        assert isinstance(unknowns, SpringsAndDampers)
-        self.unknowns = unknowns
+        self.unknowns = sought_by(self.model)
         self.n = len(self.model.leg.joints)
 
     def rests(self, spring_rate: Array) -> Array:
         """(n_trial, n, c) rad, the rests that hold each trial's end pose, for spring rates (n, c)."""
-        found = []
-        for recording, start in zip(self.recordings, self.starts, strict=True):
-            known = coefficients(self.model.leg, recording.conditions.tip_mass)
-            weight = static_torque(known, start.end, self.model.leg.tilt + recording.conditions.tilt)
-            found.append(start.end[:, None] + weight[:, None] / spring_rate)
-        rests = np.array(found)
+        rests = balanced_rests(self.model.leg, self.recordings, [start.end for start in self.starts], spring_rate)
         return np.repeat(np.median(rests, axis=0)[None], len(rests), axis=0) if self.common else rests
 
     def motions(self, rates: Array) -> list[Array]:

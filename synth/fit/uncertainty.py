@@ -39,6 +39,13 @@ def _robust_rms(values: Array, recordings: Sequence[Recording], joint: int) -> f
     return float(np.sqrt(np.mean(np.clip(values, -6 * scale, 6 * scale) ** 2)))
 
 
+def sample_scatter(recordings: Sequence[Recording]) -> Array:
+    """(n,) rad, the samples' scatter about local polynomials: about the measuring noise; at least what counts make."""
+    squares = [np.where(r.counts.any(axis=0), r.smoothed.noise**2, np.nan) for r in recordings]
+    found = np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9
+    return np.asarray(np.fmax(found, np.where(np.isnan(found), np.nan, encoder_counts(recordings) / np.sqrt(12.0))))
+
+
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
     """(n,) factor >= 1 by which correlated residuals carry less than their number says: 1 + 2 sum of autocorrelations.
 

@@ -10,10 +10,11 @@ import numpy as np
 from synth.files.options import Prior
 from synth.files.static_points import StaticPoint
 from synth.files.trials import read_trials
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
 from synth.fit.result import FitResult, JointFit
-from synth.fit.search import starts
+from synth.fit.starts import starts
 from synth.model.leg import Array, Damper, Leg, Spring
 from synth.thesis.along import along
 from synth.thesis.data import JOINTS, LabData

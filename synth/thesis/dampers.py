@@ -8,7 +8,8 @@ from math import pi
 import numpy as np
 
 from synth.fit.damper_laws import DamperLaw, find_damper_law
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.result import FitResult
 from synth.model.leg import Array, DamperCurve

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.result import FitResult
 from synth.fit.search import Bounds

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.result import Estimate, FitResult, Variant
 from synth.fit.search import Bounds

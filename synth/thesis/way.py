@@ -21,7 +21,8 @@ import numpy as np
 from synth.fit.costs import DIVERGED
 from synth.fit.methods import search_of
 from synth.fit.recordings import Recording
-from synth.fit.search import Search, Start
+from synth.fit.search import Search
+from synth.fit.starts import Start
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import absolute, coefficients, static_torque
 from synth.motion.characteristics import Characteristics, characteristics

@@ -29,7 +29,8 @@ from peers.mujoco_leg import mjcf
 from synth.files.leg import write_leg
 from synth.files.output import write_csv
 from synth.files.trials import Trial
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import recordings
 from synth.fit.result import FitResult
 from synth.model.chain import simulate

@@ -16,7 +16,8 @@ from synth.design.leg_design import LegDesign, design_leg
 from synth.files.leg import read_leg
 from synth.files.projects import read_leg_project
 from synth.files.trials import read_trials
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import recordings
 from synth.parts.catalog import Catalogue
 

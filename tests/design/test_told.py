@@ -12,7 +12,8 @@ from fit.test_static_points import OVERDAMPED
 from synth.design.stages import releases as released
 from synth.design.told import Told, told
 from synth.fit.draws import DRAWS
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.result import FitResult
 from synth.model.leg import Leg
 from synth.parts.response import WantedResponse

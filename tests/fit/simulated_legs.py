@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from peers.mujoco_leg import ExtraTorque, simulate
 from synth.files.trials import Trial
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
 from synth.fit.result import FitResult
 from synth.model.leg import Damper, Joint, Leg, Link, Spring

@@ -26,9 +26,10 @@ from fit.simulated_legs import (
     robot,
 )
 from synth.files.trials import Trial
-from synth.fit.estimate import fit_leg, score
+from synth.fit.estimate import fit_leg
 from synth.fit.free_angle import chi_squared_tail, heterogeneity
 from synth.fit.result import FitResult
+from synth.fit.score import score
 from synth.fit.uncertainty import root_mean_square
 from synth.model.leg import Damper, DamperCurve, Leg
 
@@ -251,11 +252,11 @@ def test_held_out_trials_are_scored_with_the_leg_held_fixed() -> None:
     result = fitted(LEG, TRIALS)
     generator = np.random.default_rng(0)
     held = recorded(LEG, [release(LEG, (-12, 26, -20), generator), release(LEG, (10, 30, 15), generator)])
-    own, predictions = score(result, held)
-    np.testing.assert_allclose(np.degrees(root_mean_square(held, predictions)), 0.1, rtol=0.08)
-    np.testing.assert_allclose([local.shift for local in own], 0.0, atol=1e-9)
+    scored = score(result, held)
+    np.testing.assert_allclose(np.degrees(root_mean_square(held, scored.predictions)), 0.1, rtol=0.08)
+    np.testing.assert_allclose([local.shift for local in scored.locals], 0.0, atol=1e-9)
     stiff = replace(result, leg=robot(1.3 * SPRING))
-    worse = np.degrees(root_mean_square(held, score(stiff, held)[1]))
+    worse = np.degrees(root_mean_square(held, score(stiff, held).predictions))
     assert worse.min() > 0.2
 
 

@@ -9,8 +9,8 @@ from fit.simulated_legs import DAMPER, FREE_ANGLE, SPRING, Rig, bare, errors, re
 from synth.errors import UserError
 from synth.files.options import FitOptions as Choice
 from synth.fit.costs import Cost, apart, emphasised
-from synth.fit.estimate import FitOptions
 from synth.fit.methods import fit_by, require_method, search_of
+from synth.fit.options import FitOptions
 from synth.fit.search import Bounds, order_of
 from synth.fit.simplex import simplex
 from synth.fit.swarm import INERTIA, ITERATIONS, OWN, PARTICLES, SOCIAL, swarm

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from robustness.random_legs import Case, random_case
 from synth.errors import UserError
 from synth.files.trials import Trial
-from synth.fit.estimate import fit_leg, score
+from synth.fit.estimate import fit_leg
 from synth.fit.recordings import Recording, recordings
 from synth.fit.result import Estimate, FitResult
+from synth.fit.score import score
 from synth.fit.uncertainty import root_mean_square
 from synth.motion.release import find_release, free_after
 
@@ -109,7 +110,7 @@ def _fitted(case: Case, trials: Sequence[Trial]) -> dict[str, Any]:
 
 def _over_truth(case: Case, result: FitResult, made: list[Recording]) -> float:
     """Mean over joints of log RMS of the fit less that of the true leg, whose initial states are fitted too."""
-    truth = score(replace(result, leg=case.leg), made)[1]
+    truth = score(replace(result, leg=case.leg), made).predictions
     ours = [
         np.where(r.counts, case.leg.to_rotation(t.fitted), r.rotation) for r, t in zip(made, result.trials, strict=True)
     ]

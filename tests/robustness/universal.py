@@ -26,11 +26,13 @@ import numpy as np
 from robustness.random_legs import Array, Case, random_case, random_recorder
 from synth.errors import UserError
 from synth.fit.costs import Cost
-from synth.fit.estimate import FitOptions, fit_leg
+from synth.fit.estimate import fit_leg
 from synth.fit.methods import search_of
+from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
-from synth.fit.search import Bounds, Search, Start
+from synth.fit.search import Bounds, Search
 from synth.fit.simplex import simplex
+from synth.fit.starts import Start
 from synth.model.chain import simulate
 from synth.model.leg import Damper, Leg, Spring
 from synth.model.mechanics import rest_pose

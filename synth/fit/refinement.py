@@ -1,0 +1,150 @@
+"""The answer from a start: whole trajectories, and each joint's noise as their residuals show it, in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.fit.least_squares import HUBER, Solution, Stage, Weights, solve
+from synth.fit.recordings import Recording, relative_amplitudes
+from synth.fit.rounding import Rounding, encoder_counts, rounding_of
+from synth.fit.starts import drawn_starts, first_locals, quick_costs
+from synth.fit.trajectories import Local, TrajectoryModel, by_trial
+from synth.fit.uncertainty import correlation_times, residuals, root_mean_square
+from synth.model.leg import Array
+
+NOISE_ROUNDS = 5
+SAME_NOISE = 0.02  # change of its logarithm that ends the rounds
+FIRST_NOISE = 0.1  # rad, where the start's motion diverges
+ROUGHLY, ROUGH_ITERATIONS = 3.0, 25  # fall of the log-likelihood that is not worth a step before the noise is known
+FINELY = 0.02
+NEAR_DAMPING = 1e-6  # of an iteration that starts near its end, as the weak form does
+KEPT_STARTS = 2
+SCREENED_TRIALS = 5  # about so many trials show whether a start leads anywhere
+SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0
+POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
+
+
+def refine(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    values: Array,
+    locals_: Sequence[Local],
+    weight: str,
+    spread: Array,
+    *,
+    centre: Array | None = None,
+    rounds: int = NOISE_ROUNDS,
+) -> Stage:
+    """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes.
+
+    Parameters
+    ----------
+    weight : noise, amplitude or equal, see ``FitOptions``.
+    spread : (n,) rad of the rests' shifts, about zero or ``centre`` (n_trial, n) rad.
+    """
+    relative, counts = _relative_noise(recordings, weight), encoder_counts(recordings)
+    lanes = by_trial(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
+    predictions = [found.prediction for found in lanes]
+    noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
+    weights = Weights(relative * noise, spread, centre)
+    solution = solve(
+        model, recordings, values, locals_, weights,
+        max_iterations=ROUGH_ITERATIONS, tolerance=ROUGHLY, damping=NEAR_DAMPING, lanes=lanes,
+    )  # fmt: skip
+    del lanes  # a copy for every trial, of which the solution keeps what is small
+    for _ in range(rounds):
+        if not np.isfinite(solution.cost):
+            break
+        found, rounding = _noise(recordings, solution.predictions, weight, counts)
+        change = np.abs(np.log(found / noise)).max()
+        noise = found
+        weights = Weights(relative * noise, spread, centre, rounding)
+        solution = solve(
+            model, recordings, solution.values, solution.locals, weights,
+            tolerance=FINELY, damping=min(solution.damping, NEAR_DAMPING), lanes=solution.lanes,
+        )  # fmt: skip
+        if change < SAME_NOISE:
+            break
+    return Stage(solution, weights)
+
+
+def _noise(
+    recordings: Sequence[Recording], predictions: Sequence[Array], weight: str, counts: Array
+) -> tuple[Array, tuple[Rounding | None, ...]]:
+    """(n,) rad each joint's noise as its residuals show it, and how counts (n,) rad coarser than it are reckoned with.
+
+    Correlated residuals say less than their number: their noise counts as larger, so that the cost stays a
+    log-likelihood and weighs rightly against the spread of the shifts and the prior.
+    """
+    off = [residuals(r, p) for r, p in zip(recordings, predictions, strict=True)]
+    rounding: list[Rounding | None] = [None] * len(counts)
+    if weight == "noise":
+        rounding = [rounding_of(np.concatenate([each[:, j] for each in off]), w) for j, w in enumerate(counts)]
+    told = [each.copy() for each in off]
+    for j, item in enumerate(rounding):
+        if item is not None:
+            for each in told:
+                each[:, j] = item.surprise(each[:, j], HUBER)
+    times = correlation_times(recordings, [r.rotation + t for r, t in zip(recordings, told, strict=True)])
+    found = root_mean_square(recordings, predictions) * np.sqrt(times)
+    found = np.where(np.isfinite(found), found, 1.0) + 1e-7
+    if weight == "equal":
+        found = np.full_like(found, np.sqrt(np.mean(found**2)))
+    for j, item in enumerate(rounding):
+        if item is not None:
+            rounding[j] = replace(item, correlation=float(times[j]))
+            found[j] = item.noise * np.sqrt(times[j])
+    return found, tuple(rounding)
+
+
+def _relative_noise(recordings: Sequence[Recording], weight: str) -> Array:
+    """(n_trial, n) factor on each joint's noise: one, or the amplitude a trial over its mean."""
+    if weight != "amplitude":
+        return np.ones((len(recordings), recordings[0].rotation.shape[1]))
+    return relative_amplitudes(recordings)
+
+
+def or_another_start(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    best: Stage,
+    scatter: Array,
+    spread: Array,
+    *,
+    weight: str,
+    seed: int,
+) -> Stage:
+    """The given stage if it comes near the samples' scatter; else the best of it and of a few starts in natural units.
+
+    The weak form may have led into the wrong valley; a start is screened on a few trials before it is followed.
+    """
+    rms = root_mean_square(recordings, best.solution.predictions)
+    if np.all((rms < POOR * scatter) | ~np.isfinite(scatter)):
+        return best
+    drawn = drawn_starts(model, recordings, seed)
+    every = max(1, len(recordings) // SCREENED_TRIALS)
+    some, weights = recordings[::every], replace(best.weights, noise=best.weights.noise[::every])
+    order = np.argsort(quick_costs(model, some, drawn), kind="stable")
+
+    def screened(values: Array, locals_: Sequence[Local]) -> Solution:
+        return solve(
+            model, some, values, locals_, weights,
+            max_iterations=SCREENING_ITERATIONS, tolerance=SCREENING_TOLERANCE,
+        )  # fmt: skip
+
+    here = screened(best.solution.values, best.solution.locals[::every])
+    for k in order[:KEPT_STARTS]:
+        found = screened(drawn[k], first_locals(some))
+        if found.cost < here.cost - 1.0:
+            refined = refine(model, recordings, found.values, first_locals(recordings), weight, spread)
+            if np.isfinite(refined.solution.cost) and _misfit(recordings, refined) < _misfit(recordings, best):
+                best = refined
+    return best
+
+
+def _misfit(recordings: Sequence[Recording], stage: Stage) -> float:
+    """Sum over joints of the log RMS: what the likelihood compares once each joint's noise is its own residual."""
+    return float(np.nansum(np.log(root_mean_square(recordings, stage.solution.predictions) + 1e-12)))

@@ -1,0 +1,146 @@
+"""Where a fit starts: trials as they begin and end, the weak form's answer, and draws where that leads nowhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.fit.free_angle import WIDE
+from synth.fit.options import FitOptions
+from synth.fit.recordings import Recording
+from synth.fit.sought import sought_by
+from synth.fit.trajectories import Local, TrajectoryModel, by_trial
+from synth.fit.weak_form import WeakForm
+from synth.model.leg import Array, Leg
+from synth.model.mechanics import coefficients, outboard_inertia, static_torque
+from synth.motion.smoothing import initial_state
+
+WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
+NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
+END_SHARE = 10  # one of so many samples, at a trial's end, tells its pose at rest
+DRAWN = 24
+DRAWN_FREQUENCY, DRAWN_DECAY = (1.0, 10.0), (1.0, 100.0)  # Hz of k/I, 1/s of b/I
+DRAWN_REST = 0.2  # rad about the mean pose in which trials end
+
+
+@dataclass(frozen=True)
+class Start:
+    """How a trial begins and ends: ``rotation``, ``rate``, ``end`` (n,) rad and rad/s."""
+
+    rotation: Array
+    rate: Array
+    end: Array
+
+
+@dataclass(frozen=True)
+class FirstGuess:
+    """Unknowns (p,) and the shifts (n_trial, n) rad of each trial's rests that a fit begins with."""
+
+    values: Array
+    shifts: Array
+
+
+def starts(recordings: Sequence[Recording]) -> tuple[Start, ...]:
+    """From the smoothed recordings: the state of the first sample, and the mean pose of the last tenth."""
+    found = []
+    for recording in recordings:
+        rotation, rate = initial_state(recording.smoothed)
+        found.append(Start(rotation, rate, _end(recording)))
+    return tuple(found)
+
+
+def _end(recording: Recording) -> Array:
+    angle = recording.smoothed.angle
+    return np.asarray(angle[-max(2, len(angle) // END_SHARE) :].mean(axis=0))
+
+
+def first_locals(recordings: Sequence[Recording]) -> list[Local]:
+    """Each trial's own unknowns as its first samples show them, its rests not shifted."""
+    found = []
+    for recording in recordings:
+        rotation, rate = initial_state(recording.smoothed)
+        found.append(Local(rotation, rate, np.zeros_like(rotation)))
+    return found
+
+
+def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Array], spring_rate: Array) -> Array:
+    """Rests that hold each trial's end pose against gravity.
+
+    Parameters
+    ----------
+    ends : (n,) rad a trial.
+    spring_rate : (n, c) N m/rad, a candidate a column.
+
+    Returns
+    -------
+    (n_trial, n, c) rad.
+    """
+    found = []
+    for recording, end in zip(recordings, ends, strict=True):
+        known = coefficients(leg, recording.conditions.tip_mass)
+        weight = static_torque(known, end, leg.tilt + recording.conditions.tilt)
+        found.append(end[:, None] + weight[:, None] / spring_rate)
+    return np.array(found)
+
+
+def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions) -> FirstGuess:
+    """The weak form's answer with the window whose trajectories lie nearest the trials."""
+    leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), sought_by(model)
+    curves = [options.curves.get(name) for name in leg.joint_names]
+    ends = [_end(recording) for recording in recordings]
+    weak, tried = WeakForm(leg, recordings, curves), []
+    for window in WINDOWS:
+        for found in weak.solve(window)[: 2 if len(recordings) > 1 else 1]:
+            usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | np.array([c is not None for c in curves]))
+            # Noise, or a joint that moves as no passive one does, can turn a rate negative. Then the joint starts where
+            # limbs are: from springy to well damped.
+            for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
+                rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency) ** 2)
+                damping = np.where(usable, found.damper_rate, inertia * decay)
+                own = balanced_rests(leg, recordings, ends, rate[:, None])[:, :, 0]
+                rest = np.where(usable, np.nan_to_num(found.rest), np.median(own, axis=0))
+                own = np.where(usable & found.per_trial, found.rest_by_trial, own)
+                shift = np.clip(np.nan_to_num(own - rest), -2 * WIDE, 2 * WIDE) * (options.free_angle != "common")
+                tried.append(FirstGuess(unknowns.pack(rate, np.clip(rest, -np.pi, np.pi), damping), shift))
+    costs = quick_costs(model, recordings, [guess.values for guess in tried], [guess.shifts for guess in tried])
+    return tried[int(np.argmin(costs))]
+
+
+def drawn_starts(model: TrajectoryModel, recordings: Sequence[Recording], seed: int) -> list[Array]:
+    """Unknowns (p,) where limbs are, ``DRAWN`` of them, at random in natural units."""
+    random = np.random.default_rng(seed)
+    n, inertia, unknowns = len(model.leg.joints), outboard_inertia(model.leg), sought_by(model)
+    rest = np.mean([_end(recording) for recording in recordings], axis=0)
+    slow, fast = (float(np.log(frequency)) for frequency in DRAWN_FREQUENCY)
+    light, heavy = (float(np.log(decay)) for decay in DRAWN_DECAY)
+    drawn = []
+    for _ in range(DRAWN):
+        rate = inertia * (2 * np.pi * np.exp(random.uniform(slow, fast, n))) ** 2
+        damping = inertia * np.exp(random.uniform(light, heavy, n))
+        drawn.append(unknowns.pack(rate, rest + random.uniform(-DRAWN_REST, DRAWN_REST, n), damping))
+    return drawn
+
+
+def quick_costs(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    candidates: Sequence[Array],
+    shifts: Sequence[Array] | None = None,
+) -> Array:
+    """(n_candidate,) squared residuals of trajectories from the smoothed first states; inf where the motion diverges.
+
+    ``candidates`` : unknowns (p,) each, all of them lanes of one run a trial. ``shifts`` : of the rests, (n_trial, n)
+    rad a candidate.
+    """
+    values, locals_ = np.stack(candidates, axis=1), first_locals(recordings)
+    none = np.zeros((recordings[0].rotation.shape[1], len(candidates)))
+
+    def one(t: int) -> Array:
+        shift = none if shifts is None else np.stack([found[t] for found in shifts], axis=1)
+        out = model.predictions(recordings[t], values, locals_[t], shift)
+        off = np.where(recordings[t].counts[:, :, None], out - recordings[t].rotation[:, :, None], 0.0)
+        return np.where(np.all(np.isfinite(out), axis=(0, 1)), np.sum(off**2, axis=(0, 1)), np.inf)
+
+    return np.asarray(np.sum(by_trial(one, len(recordings)), axis=0))
