@@ -9,160 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from synth.fit.laws import LAWS, LINEAR, POWER, TABLE, Law, LawUnknowns, SpeedRange
 from synth.fit.least_squares import Solution, Weights, solve
 from synth.fit.recordings import Recording
+from synth.fit.sought import bare
+from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import root_mean_square
-from synth.fit.unknowns import NORMAL90
-from synth.model.chain import Chain, compiled_chain
-from synth.model.curves import compiled_rows, torque_at
-from synth.model.layout import CURVE_POINTS
-from synth.model.leg import Array, DamperCurve, Leg, Spring
+from synth.model.chain import compiled_chain
+from synth.model.leg import Array, DamperCurve, Leg
 from synth.model.mechanics import coefficients, outboard_inertia, static_torque
-from synth.motion.smoothing import initial_state
 from synth.units import quantity
 
 SIMPLER = 0.25  # share of the held-out RMS that a simpler law may be worse where drops scatter by as much
-TABLE_POINTS = 6
 NOISE_ROUNDS = 2  # the noise of a single joint only says from where Huber's function is linear
 SAMPLES = 150  # of a drop that take part: more of one slow motion tell nothing more
+INTEGRATION = 1e-5  # relative tolerance: a drop is slow and smooth
 BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: where a table is drawn on as a power law
-
-
-@dataclass(frozen=True)
-class Law:
-    """A candidate: its name, formula, and the names and units of its numbers."""
-
-    name: str
-    formula: str
-    parameters: tuple[tuple[str, str], ...]
-
-
-LINEAR = Law("linear", "T = b w", (("rate", "N*m*s/rad"),))
-POWER = Law("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
-FRICTION = Law("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
-_SLOPES = tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS))
-TABLE = Law("table", "monotone, linear between points", _SLOPES)
-LAWS = (LINEAR, POWER, FRICTION, TABLE)
-
-
-@dataclass(frozen=True)
-class SpeedRange:
-    """Speeds (rad/s) that the drops really show: 2nd and 98th percentile of the moving samples, and the fastest."""
-
-    low: float
-    high: float
-    fastest: float
-
-    @property
-    def creep(self) -> float:
-        """Speed under which nothing is known and a law is drawn straight to the origin."""
-        return 0.3 * self.low
-
-
-@dataclass(frozen=True)
-class LawUnknowns:
-    """One law's numbers as the unknowns of a fit: logarithms, except the power law's exponent."""
-
-    chain: Chain
-    law: Law
-    joint: int
-    speeds: SpeedRange
-    scale: float  # N m s/rad, a rate to start from
-    like: DamperCurve | None = None  # a law already found, to start a table from
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The law's parameter names."""
-        return tuple(name for name, _ in self.law.parameters)
-
-    @cached_property
-    def start(self) -> Array:
-        """(n_unknown,) a first guess from the scale."""
-        middle = np.sqrt(self.speeds.low * self.speeds.high)
-        if self.law is LINEAR:
-            return np.array([np.log(self.scale)])
-        if self.law is POWER:
-            return np.array([np.log(self.scale * middle) - 0.6 * np.log(middle), 0.6])
-        if self.law is FRICTION:
-            return np.log([0.3 * self.scale * middle, 0.7 * self.scale])
-        if self.like is None:
-            return np.full(TABLE_POINTS, np.log(self.scale))
-        torque = torque_at(self.like, self._table_speeds)
-        return np.asarray(np.log(np.diff(torque, prepend=0.0) / np.diff(self._table_speeds, prepend=0.0)))
-
-    @property
-    def _table_speeds(self) -> Array:
-        return np.geomspace(self.speeds.low, 1.2 * self.speeds.fastest, TABLE_POINTS)
-
-    @cached_property
-    def _bounds(self) -> tuple[Array, Array]:
-        wide = np.log(self.scale) + np.array([-12.0, 12.0])
-        lower, upper = np.full(len(self.names), wide[0]), np.full(len(self.names), wide[1])
-        if self.law is POWER:
-            lower[1], upper[1] = 0.05, 2.5
-        return lower, upper
-
-    @property
-    def lower(self) -> Array:
-        """(n_unknown,) least values."""
-        return self._bounds[0]
-
-    @property
-    def upper(self) -> Array:
-        """(n_unknown,) greatest values."""
-        return self._bounds[1]
-
-    @property
-    def prior(self) -> tuple[Array, Array]:
-        """None, but for the table's slopes: each within three times the power law's, so that none runs wild."""
-        precision = (NORMAL90 / np.log(3.0)) ** 2 if self.law is TABLE else 0.0
-        return self.start, np.full(len(self.names), precision)
-
-    @property
-    def rest_index(self) -> tuple[int | None, ...]:
-        """No rest angle is sought: there is no spring."""
-        return (None,) * self.chain.layout.n
-
-    def measured(self, values: Array) -> None:
-        """Nothing: drops alone tell of a damper."""
-
-    def curve(self, values: Array) -> DamperCurve:
-        """The law as a curve over the speeds that the drops show, straight below and beyond them."""
-        low, high = self.speeds.creep, 1.2 * self.speeds.fastest
-        if self.law is LINEAR:
-            return DamperCurve((high,), (float(np.exp(values[0]) * high),))
-        if self.law is POWER:
-            speed = np.geomspace(low, high, CURVE_POINTS)
-            return DamperCurve(tuple(speed.tolist()), tuple((np.exp(values[0]) * speed ** values[1]).tolist()))
-        if self.law is FRICTION:
-            friction, rate = np.exp(values)
-            return DamperCurve((low, high), (float(friction + rate * low), float(friction + rate * high)))
-        speed = self._table_speeds
-        torque = np.cumsum(np.exp(values) * np.diff(speed, prepend=0.0))
-        return DamperCurve(tuple(speed.tolist()), tuple(torque.tolist()))
-
-    def write(self, lanes: Array, values: Array) -> None:
-        """Write each lane's curve."""
-        layout = self.chain.layout
-        rows = slice(self.joint * CURVE_POINTS, (self.joint + 1) * CURVE_POINTS)
-        speeds, slopes = lanes[layout.rows("curve_speed")], lanes[layout.rows("curve_slope")]
-        distinct, column_of = np.unique(values, axis=1, return_inverse=True)
-        made = [compiled_rows(self.curve(column)) for column in distinct.T]
-        speeds[rows] = np.stack([speed for speed, _ in made], axis=1)[:, column_of.ravel()]
-        slopes[rows] = np.stack([slope for _, slope in made], axis=1)[:, column_of.ravel()]
-
-    def natural(self, values: Array) -> dict[str, dict[str, Any]]:
-        """The law's numbers with units."""
-        shown = np.exp(values)
-        if self.law is POWER:
-            shown[1] = values[1]
-        return {n: quantity(float(v), unit) for (n, unit), v in zip(self.law.parameters, shown, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -217,31 +84,11 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
 
     Without ``held_out`` every second drop is held out, then the others, and the two errors are put together.
     """
-    index = leg.joint_names.index(joint)
-    bare = _without_springs(leg)
-    chain = compiled_chain(len(leg.joints))
+    index, alone = leg.joint_names.index(joint), bare(leg)
     drops, held_out = [r.thinned(SAMPLES) for r in drops], [r.thinned(SAMPLES) for r in held_out]
     both = [*drops, *held_out]
     speeds = _speed_range(both, index)
-    folds = [(list(drops), list(held_out))] if held_out else _halves(list(drops))
-    fits: list[LawFit] = []
-    scale = _first_rate(bare, both, index)
-    for law in LAWS:
-        power = next((fit.curve for fit in fits if fit.law is POWER), None)
-        unknowns = LawUnknowns(chain, law, index, speeds, scale, power)
-        model = TrajectoryModel(chain, bare, unknowns, tolerance=1e-5)
-        squares: list[float] = []
-        values = unknowns.start
-        for fitted, scored in folds:
-            values = _fit(model, fitted, index, values).values
-            squares += _score(model, scored, values, index)
-        final = _fit(model, list(drops), index, values, tolerance=0.1)
-        if law is LINEAR:  # the first: from a rate too low, friction is sent to zero and finds no way back
-            scale = float(np.exp(final.values[0]))
-        rms = float(root_mean_square(drops, final.predictions)[index])
-        held = float(np.sqrt(np.mean(squares)))
-        curve = unknowns.curve(final.values)
-        fits.append(LawFit(law, unknowns.natural(final.values), curve, rms, held, tuple(squares)))
+    fits = _fit_all(alone, index, drops, held_out, speeds)
     used = _simplest_as_good(fits)
     if used.law is TABLE:
         exponent = float(next(fit for fit in fits if fit.law is POWER).parameters["exponent"]["value"])
@@ -253,8 +100,35 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
         speeds,
         tuple((r.name, False) for r in drops) + tuple((r.name, True) for r in held_out),
         _how_held_out(len(drops), len(held_out)),
-        tuple(_warnings(joint, fits, used, speeds, both, index, bare)),
+        tuple(_warnings(joint, fits, used, speeds, both, index, alone)),
     )
+
+
+def _fit_all(
+    leg: Leg, joint: int, drops: list[Recording], held_out: list[Recording], speeds: SpeedRange
+) -> list[LawFit]:
+    """Every law on all drops, its error on those that took no part, in the order of ``LAWS``."""
+    chain = compiled_chain(len(leg.joints))
+    folds = [(drops, held_out)] if held_out else _halves(drops)
+    fits: list[LawFit] = []
+    scale = _first_rate(leg, [*drops, *held_out], joint)
+    for law in LAWS:
+        power = next((fit.curve for fit in fits if fit.law is POWER), None)
+        unknowns = LawUnknowns(chain, law, joint, speeds, scale, power)
+        model = TrajectoryModel(chain, leg, unknowns, INTEGRATION)
+        squares: list[float] = []
+        values = unknowns.start
+        for fitted, scored in folds:
+            values = _fit(model, fitted, joint, values).values
+            squares += _score(model, scored, values, joint)
+        final = _fit(model, drops, joint, values, tolerance=0.1)
+        if law is LINEAR:  # the first: from a rate too low, friction is sent to zero and finds no way back
+            scale = float(np.exp(final.values[0]))
+        rms = float(root_mean_square(drops, final.predictions)[joint])
+        held = float(np.sqrt(np.mean(squares)))
+        curve = unknowns.curve(final.values)
+        fits.append(LawFit(law, unknowns.natural(final.values), curve, rms, held, tuple(squares)))
+    return fits
 
 
 def _how_held_out(fitted: int, held_out: int) -> str:
@@ -271,11 +145,6 @@ def _drawn_on(curve: DamperCurve, exponent: float) -> DamperCurve:
     end, torque = curve.speed[-1], curve.torque[-1]
     speed = curve.speed + tuple(end * factor for factor in BEYOND)
     return DamperCurve(speed, curve.torque + tuple(torque * factor**exponent for factor in BEYOND))
-
-
-def _without_springs(leg: Leg) -> Leg:
-    joints = tuple(replace(joint, spring=Spring(0.0, joint.zero), damper=None) for joint in leg.joints)
-    return replace(leg, joints=joints)
 
 
 def _speed_range(drops: Sequence[Recording], joint: int) -> SpeedRange:
@@ -307,7 +176,7 @@ def _fit(
     model: TrajectoryModel, drops: Sequence[Recording], joint: int, values: Array, tolerance: float = 1.0
 ) -> Solution:
     """Fit one law to drops; the noise follows the residual for a few rounds."""
-    locals_: Sequence[Local] = _locals(drops)
+    locals_: Sequence[Local] = first_locals(drops)
     noise = np.radians(2.0)
     for _ in range(NOISE_ROUNDS):
         weights = Weights(np.full((len(drops), model.chain.layout.n), noise), np.zeros(model.chain.layout.n))
@@ -327,7 +196,7 @@ def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, jo
     """Mean squared error (rad^2) of each drop with the law held and its initial state estimated."""
     n = model.chain.layout.n
     weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
-    solution = solve(model, drops, values, _locals(drops), weights, fixed=True, tolerance=1.0)
+    solution = solve(model, drops, values, first_locals(drops), weights, fixed=True, tolerance=1.0)
     rms = [root_mean_square([r], [p])[joint] for r, p in zip(drops, solution.predictions, strict=True)]
     return [float(value) ** 2 if np.isfinite(value) else np.pi**2 for value in rms]
 
@@ -346,14 +215,6 @@ def _simplest_as_good(fits: Sequence[LawFit]) -> LawFit:
         if fit is best or (near and float(difference.mean()) <= error):
             return fit
     return best
-
-
-def _locals(drops: Sequence[Recording]) -> list[Local]:
-    found = []
-    for recording in drops:
-        rotation, rate = initial_state(recording.smoothed)
-        found.append(Local(rotation, rate, np.zeros_like(rotation)))
-    return found
 
 
 def _warnings(

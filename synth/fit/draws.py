@@ -6,13 +6,11 @@ one without the other. Whoever chooses by the fit takes these draws instead.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from synth.fit.bootstrap import Bootstrap
 from synth.fit.unknowns import SpringsAndDampers
-from synth.model.leg import Array, Damper, Leg, Spring
+from synth.model.leg import Array, Leg
 
 DRAWS = 64
 
@@ -28,18 +26,6 @@ def draws(values: Array, covariance: Array, refits: Bootstrap | None, seed: int)
     return np.asarray(values + normal @ half.T * root)
 
 
-def drawn_legs(leg: Leg, unknowns: SpringsAndDampers, drawn: Array) -> list[Leg]:
-    """The fitted leg with each draw (m, p) of its springs and dampers; known damper curves stay."""
-    n_rate, n_rest = len(unknowns.rates), len(unknowns.rests)
-    found = []
-    for values in np.clip(drawn, unknowns.lower, unknowns.upper):
-        natural, joints = unknowns.natural(values), list(leg.joints)
-        for j, joint in enumerate(leg.joints):
-            rest = float(natural[n_rate + unknowns.rests.index(j)])
-            spring = Spring(float(natural[unknowns.rates.index(j)]), joint.zero + joint.sign * rest)
-            damper = joint.damper
-            if j in unknowns.dampers:
-                damper = Damper(float(natural[n_rate + n_rest + unknowns.dampers.index(j)]))
-            joints[j] = replace(joint, spring=spring, damper=damper)
-        found.append(replace(leg, joints=tuple(joints)))
-    return found
+def drawn_legs(unknowns: SpringsAndDampers, drawn: Array) -> list[Leg]:
+    """The leg with each draw (m, p) of its springs and dampers; known damper curves stay."""
+    return [unknowns.fitted_leg(values) for values in np.clip(drawn, unknowns.lower, unknowns.upper)]

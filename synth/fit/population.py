@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from synth.fit.recordings import Recording
-from synth.fit.trajectories import FIT_STEPS, TrajectoryModel
+from synth.fit.trajectories import TrajectoryModel, by_trial
 from synth.model.leg import Array
-from synth.threads import thread_count
 
 
 @dataclass(frozen=True)
@@ -32,25 +29,10 @@ def motions(
     model: TrajectoryModel, recordings: Sequence[Recording], candidates: Sequence[Candidates], tolerance: float
 ) -> list[Array]:
     """(m, n, c) rad for each trial, nan where a motion diverged; the trials are shared out over the cores."""
+    rough = TrajectoryModel(model.chain, model.leg, model.unknowns, tolerance)
 
-    def one(pair: tuple[Recording, Candidates]) -> Array:
-        recording, found = pair
-        layout = model.chain.layout
-        base = model.chain.parameters(model.leg, recording.conditions)
-        lanes = np.repeat(base[:, None], found.values.shape[1], axis=1)
-        model.unknowns.write(lanes, found.values)
-        lanes[layout.rows("rest")] += found.shift
-        lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = found.rotation, found.rate
-        return model.chain.run(
-            lanes, recording.time, tolerance, known_torque=recording.known_torque, max_steps=FIT_STEPS
-        )
+    def one(t: int) -> Array:
+        found = candidates[t]
+        return rough.run(recordings[t], found.values, np.concatenate([found.rotation, found.rate]), found.shift)
 
-    pairs = list(zip(recordings, candidates, strict=True))
-    if len(pairs) == 1 or thread_count() == 1:
-        return [one(pair) for pair in pairs]
-    return list(_workers().map(one, pairs))
-
-
-@lru_cache(maxsize=1)
-def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth-candidates")
+    return by_trial(one, len(recordings))

@@ -20,7 +20,7 @@ from synth.fit.static_points import Balance
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.model.leg import Array, Leg, Spring
+from synth.model.leg import Array, Leg
 from synth.model.mechanics import coefficients, rest_pose, static_torque
 from synth.units import quantity
 
@@ -118,7 +118,7 @@ def _proposal(
 ) -> Proposal | None:
     """The point at which joint ``j``'s rate becomes known best, with the crudest reading that reaches the aim."""
     leg, place = unknowns.leg, unknowns.rates.index(j)
-    fitted = _with_springs(unknowns, values)
+    fitted = unknowns.fitted_leg(values)
     try:
         pose = rest_pose(fitted)
     except ArithmeticError:
@@ -201,14 +201,6 @@ def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:
         moved = [r.smoothed.angle[:, j] for r in recordings if j in r.free]
         ends = [min(float(m.min()) for m in moved), max(float(m.max()) for m in moved)]
     return np.linspace(min(ends), max(ends), ANGLES)
-
-
-def _with_springs(unknowns: SpringsAndDampers, values: Array) -> Leg:
-    joints, natural, n_rate = list(unknowns.leg.joints), unknowns.natural(values), len(unknowns.rates)
-    for place, j in enumerate(unknowns.rates):
-        joint, rest = joints[j], float(natural[n_rate + unknowns.rests.index(j)])
-        joints[j] = replace(joint, spring=Spring(float(natural[place]), joint.zero + joint.sign * rest))
-    return replace(unknowns.leg, joints=tuple(joints))
 
 
 def _half_width(deviation: float) -> float:

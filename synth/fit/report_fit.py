@@ -104,7 +104,7 @@ def result_of(
         lost_samples=sum(recording.n_lost for recording in recordings),
         static=static,
         proposals=proposals(model, recordings, chosen.solution),
-        drawn=tuple(drawn_legs(leg, unknowns, drawn)),
+        drawn=tuple(drawn_legs(unknowns, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
     )
 

@@ -148,7 +148,7 @@ class TrajectoryModel:
         plan = self._plans[locked]
         common = values[:, None] + plan.common
         state = np.concatenate([local.rotation, local.rate])[:, None] + plan.state
-        return Sensitivity(self._run(recording, common, state, local.shift[:, None]), plan)
+        return Sensitivity(self.run(recording, common, state, local.shift[:, None]), plan)
 
     def predictions(self, recording: Recording, values: Array, local: Local, shifts: Array) -> Array:
         """(m, n, n_column) rad for columns of unknowns (n_unknown, n_column) and of rest shifts (n, n_column).
@@ -156,14 +156,22 @@ class TrajectoryModel:
         Columns share their steps: where one diverges, all are run alone.
         """
         state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], values.shape[1], axis=1)
-        out = self._run(recording, values, state, shifts)
+        out = self.run(recording, values, state, shifts)
         if values.shape[1] > 1 and not np.all(np.isfinite(out[-1])):
             alone = [slice(k, k + 1) for k in range(values.shape[1])]
-            runs = [self._run(recording, values[:, k], state[:, k], shifts[:, k]) for k in alone]
+            runs = [self.run(recording, values[:, k], state[:, k], shifts[:, k]) for k in alone]
             out = np.concatenate(runs, axis=2)
         return out
 
-    def _run(self, recording: Recording, values: Array, state: Array, shift: Array) -> Array:
+    def run(self, recording: Recording, values: Array, state: Array, shift: Array) -> Array:
+        """(m, n, n_lane) rad, nan where a motion diverged; lanes share their steps sixteen by sixteen.
+
+        Parameters
+        ----------
+        values : (n_unknown, n_lane).
+        state : (2 n, n_lane) rad and rad/s, rotations and rates at the start.
+        shift : (n, n_lane) or (n, 1) rad of the rests.
+        """
         layout = self.chain.layout
         lanes = np.repeat(self._lane(recording.conditions)[:, None], values.shape[1], axis=1)
         self.unknowns.write(lanes, values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from synth.fit.static_points import Balance
 from synth.model.chain import Chain
-from synth.model.leg import Array, Leg
+from synth.model.leg import Array, Damper, Leg, Spring
 from synth.model.mechanics import outboard_inertia
 
 # The search box in natural units, I the inertia outboard of the joint: beyond it a limb is no limb but a rod or a rag,
@@ -162,6 +162,17 @@ class SpringsAndDampers:
     def natural(self, values: Array) -> Array:
         """(n_unknown,) N m/rad, rad and N m s/rad."""
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, values, 0.0)), values)
+
+    def fitted_leg(self, values: Array) -> Leg:
+        """The leg with these springs and dampers (n_unknown,); what is not sought stays."""
+        natural, joints = self.natural(values), list(self.leg.joints)
+        n_rate, first_damper = len(self.rates), len(self.rates) + len(self.rests)
+        for place, j in enumerate(self.rates):
+            joint, rest = joints[j], float(natural[n_rate + self.rests.index(j)])
+            joints[j] = replace(joint, spring=Spring(float(natural[place]), joint.zero + joint.sign * rest))
+        for place, j in enumerate(self.dampers, start=first_damper):
+            joints[j] = replace(joints[j], damper=Damper(float(natural[place])))
+        return replace(self.leg, joints=tuple(joints))
 
 
 def all_of(chain: Chain, leg: Leg, *, damper_known: Sequence[int] = ()) -> SpringsAndDampers:
