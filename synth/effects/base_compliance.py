@@ -33,43 +33,52 @@ def extend(
 ) -> LegLanes:
     """One more link before the first: so long that its end goes straight (sliding), or of length ``arm`` (rocking).
 
-    A mount that rocks about a point below the first joint has a negative ``arm``: a link of negative length.
+    Both where both give, the point that it rocks about sliding. A mount that rocks about a point below the first joint
+    has a negative ``arm``: a link of negative length.
     """
     total, carried = legs.length.sum(axis=0), legs.mass.sum(axis=0)
-    reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
-    leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
     slides = bool(np.any(stiffness > 0.0))  # in its own direction, level with the base
-    if slides:
-        length = LEVER * total
-        own = np.maximum(mass, LEAST * carried) * length**2
-        moving = own + carried * length**2
-        rate = stiffness * length**2
-    else:
+    if not slides or bool(np.any(rocking_stiffness > 0.0)):
+        reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
+        leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
         length = np.asarray(arm) + 0.0 * total
         own = np.maximum(inertia, LEAST * leg_inertia)
         moving = own + leg_inertia + carried * length**2
-        rate = rocking_stiffness
-    damping = 2.0 * damping_ratio * np.sqrt(rate * moving)
+        legs = _mount(legs, length, own, moving, rocking_stiffness, damping_ratio)
+    if slides:
+        length = LEVER * total
+        own = np.maximum(mass, LEAST * carried) * length**2
+        legs = _mount(legs, length, own, own + carried * length**2, stiffness * length**2, damping_ratio)
+    return legs
+
+
+def _mount(
+    legs: LegLanes, length: Array, own: Array, moving: Array, stiffness: Array, damping_ratio: Array
+) -> LegLanes:
+    """A link before the first, of inertia ``own``, with a spring and a damper; ``moving``: with what it carries."""
+    damping = 2.0 * damping_ratio * np.sqrt(stiffness * moving)
     return legs.with_link(
-        0, length=length, inertia=own, spring_rate=rate, damper_rate=damping, rest=0.0, weightless=1.0
+        0, length=length, inertia=own, spring_rate=stiffness, damper_rate=damping, rest=0.0, weightless=1.0
     )
 
 
 def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
-    """Deflection (n_lane,) rad of the mount while the leg is held: what the first joint's spring bends it by.
+    """Deflections (n_new, n_lane) rad of the mount while the leg is held: what the first joint's spring bends it by.
 
-    A sliding mount starts undeflected: what force the hand put on it is not known.
+    A sliding mount starts undeflected: what force the hand put on it is not known. ``joint``: the leg's first, before
+    which the new links stand.
     """
-    torque = legs.spring_rate[1] * (rotation[1] - legs.rest[1])
-    sliding = np.abs(legs.length[0]) > 0.5 * LEVER * legs.length[1:].sum(axis=0)
-    return np.where(sliding, 0.0, torque / legs.spring_rate[0])
+    torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
+    sliding = np.abs(legs.length[:joint]) > 0.5 * LEVER * legs.length[joint:].sum(axis=0)
+    return np.where(sliding, 0.0, torque / legs.spring_rate[:joint])
 
 
 EFFECT = Effect(
     name="base_compliance",
     meaning="the mount moves",
     phrase="moves",
-    formula="mass x'' + damper + stiffness x = force of the leg (sliding); inertia, rocking_stiffness (rocking at arm)",
+    formula="mass x'' + damper + stiffness x = force of the leg (sliding); inertia, rocking_stiffness (rocking at arm); "
+    "or both",
     source="definition; damper from the ratio to the critical one of mount and leg together",
     way="structure",
     where="base",

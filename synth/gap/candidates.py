@@ -92,6 +92,12 @@ class Candidate(ShapedEffect):
         """Effect and place, as the files name them."""
         return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
 
+    @property
+    def links(self) -> int:
+        """How many links it adds: one for each way in which a structure gives."""
+        ways = {*self.shape.free, *self.shape.held} & {*self.effect.strengths}
+        return len(ways) if self.effect.way == "structure" else 0
+
     def natural_size(self, parameter: Parameter) -> float:
         """By the joint's motion, see ``Scales``."""
         return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
@@ -135,12 +141,12 @@ def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Cand
     free = sorted({j for trial in trials for j in trial.free})
     made = []
     for effect in registered():
-        if effect.way == "structure" and len(leg.joints) >= MOST_LINKS:
-            continue
         # What a link weighs shows where it moves: at a free joint, or beyond one.
         first = min(free, default=0) if effect.way == "leg" else 0
         places = range(first, len(leg.joints)) if effect.shows_locked else free
         for joint in [0] if effect.where == "base" else places:
             for shape in effect.shapes:
-                made.append(Candidate(effect, shape, joint, found, leg))
+                candidate = Candidate(effect, shape, joint, found, leg)
+                if len(leg.joints) + candidate.links <= MOST_LINKS:
+                    made.append(candidate)
     return made

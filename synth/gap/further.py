@@ -17,6 +17,7 @@ from synth.gap.ladder import strengthened
 from synth.gap.promise import leverage, prospects
 from synth.gap.score import fresh
 from synth.gap.solve import Fit, Workbench
+from synth.model.layout import MOST_LINKS
 
 WORTH = 3.0  # cost that a further cause must promise to take away
 SECANTS = (1.0, 12.0)  # times a start's strengths, at which the change that a cause makes is looked at
@@ -67,7 +68,7 @@ def _beside(bench: Workbench, here: Fit, candidates: Sequence[Candidate]) -> lis
     first = len(here.unknowns)
     starts = []
     for candidate in candidates:
-        if all(compatible(other, candidate) for other in here.hypothesis):
+        if possible(here.hypothesis, candidate):
             plain = replace(here, hypothesis=(*here.hypothesis, candidate), residuals=(), columns=(), cost=np.inf)
             for point in candidate.starts():
                 start = fresh(replace(plain, unknowns=np.concatenate([here.unknowns, point])))
@@ -85,6 +86,12 @@ def _beside(bench: Workbench, here: Fit, candidates: Sequence[Candidate]) -> lis
         if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
             found[start.keys[-1]] = left, start
     return list(found.values())
+
+
+def possible(hypothesis: Sequence[Candidate], candidate: Candidate) -> bool:
+    """Whether a cause may stand beside others: with none of them at odds, and no more links than the engine has."""
+    links = len(candidate.leg.joints) + sum(each.links for each in (*hypothesis, candidate))
+    return links <= MOST_LINKS and all(compatible(other, candidate) for other in hypothesis)
 
 
 def compatible(first: Candidate, second: Candidate) -> bool:

@@ -195,7 +195,6 @@ def _extended(
             if (other.effect.name, other.joint) == place:
                 wide[:, part] = values
         made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
-        full = np.insert(full, made.newest, 0.0, axis=0)
-        full[made.newest] = candidate.effect.function("start")(made, made.own[candidate.joint], full)
+        full = made.started(candidate.effect, candidate.joint, full)
         legs = made
     return legs, full

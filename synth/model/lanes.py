@@ -44,7 +44,7 @@ class LegLanes:
     curves: list[tuple[Array, Array] | None]
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # where the leg's own joints are in the chain
-    newest: int = -1  # where the link that was put in last stands
+    newest: int = -1  # where the link that was put in last stands, before others of the same effect
 
     @property
     def n(self) -> int:
@@ -114,9 +114,15 @@ class LegLanes:
             if effect.way == "structure":
                 values = [np.full(n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
                 legs = effect.function()(legs, legs.own[joint], *values)
-                full = np.insert(full, legs.newest, 0.0, axis=0)
-                full[legs.newest] = effect.function("start")(legs, legs.own[joint], full)
+                full = legs.started(effect, joint, full)
         return legs, full
+
+    def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
+        """Rotations (n_link, n_lane) with those of the links that a structure effect has just put in, as it starts."""
+        new = slice(self.newest, self.newest + self.n - len(rotation))
+        full = np.insert(rotation, [self.newest] * (new.stop - new.start), 0.0, axis=0)
+        full[new] = effect.function("start")(self, self.own[joint], full)
+        return full
 
     def put(self, effect: Effect, joint: int, values: Array | list[float]) -> None:
         """Give one joint a torque effect: parameters (n_parameter,) or (n_parameter, n_lane), in the sense of q."""

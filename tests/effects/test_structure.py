@@ -167,6 +167,30 @@ def test_a_rocking_mount_and_the_link_swing_as_two_bodies(arm: float) -> None:
     assert np.abs(expected - rested).max() > 1e-5
 
 
+def test_a_mount_that_slides_and_rocks_swings_with_the_link_as_three_bodies() -> None:
+    # x of the pivot, theta of the mount about it, q of the link, the joint at ``arm`` below the pivot: for small motion
+    # the joint goes sideways by x + arm theta and the link's centre of mass by that and com (theta + q)
+    mount, inertia, arm, times = 0.3, 0.02, 0.15, np.linspace(0, 2, 201)
+    lever = LEVER * LINK.length
+    sideways = np.array([lever + arm + LINK.com, arm + LINK.com, LINK.com])  # of the centre of mass, by all three
+    turn = np.ones(3)
+    mass = LINK.mass * np.outer(sideways, sideways) + LINK.inertia * np.outer(turn, turn)
+    mass[0, 0] += mount * lever**2 + inertia
+    mass[0, 1] += inertia
+    mass[1, 0] += inertia
+    mass[1, 1] += inertia
+    slide, rock = 700.0, 30.0
+    made = mounted(stiffness=slide, mass=mount, rocking_stiffness=rock, arm=arm, inertia=inertia)
+    legs = LegLanes.whole(made)
+    assert (legs.n, legs.own) == (3, (2,))
+    start = np.array([0.0, RATE * 1e-3 / rock, 1e-3])
+    expected = modes(mass, np.diag([slide * lever**2, rock, RATE]), start, times)
+    got = simulate(made, [1e-3], [0.0], times, tolerance=1e-11)
+    np.testing.assert_allclose(got[:, 0], expected[:, 2], atol=1e-8)
+    rocking = simulate(mounted(rocking_stiffness=rock, arm=arm, inertia=inertia), [1e-3], [0.0], times)
+    assert np.abs(rocking[:, 0] - got[:, 0]).max() > 1e-5
+
+
 def test_a_mount_that_hardly_gives_is_none() -> None:
     times = np.linspace(0, 1, 51)
     plain = simulate(robot(), START, [0.0] * 3, times, tolerance=1e-9)
