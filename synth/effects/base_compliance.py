@@ -77,8 +77,7 @@ EFFECT = Effect(
     name="base_compliance",
     meaning="the mount moves",
     phrase="moves",
-    formula="mass x'' + damper + stiffness x = force of the leg (sliding); inertia, rocking_stiffness (rocking at arm); "
-    "or both",
+    formula="mass x'' + damper + stiffness x = force of the leg (sliding); inertia, rocking_stiffness (rocking at arm)",
     source="definition; damper from the ratio to the critical one of mount and leg together",
     way="structure",
     where="base",

@@ -25,8 +25,8 @@ def at_edges(trial: GapTrial, coarse: Sequence[Coarse], usual: Array) -> GapTria
 
     ``usual`` (n,) rad: each channel's noise without coarse counts; ``relative`` of the trial made is in units of it.
     Beside an edge a sample is half a sample's turn before it or after it, that turn uncertain by its own length; one
-    between two edges is at the mean of both. Readings that skip counts are what they are, within half a count, and so is
-    one that stays: the few samples that are taken of it count together as one.
+    between two edges is at the mean of both. Readings that skip counts are what they are, within half a count, and so
+    is one that stays: the few samples that are taken of it count together as one.
     """
     # A leg without a finer channel does not show what its noise would be without counts.
     concerned = [c for c in coarse if c.joint in trial.free and usual[c.joint] < UNIFORM * c.step]
