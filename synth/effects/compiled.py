@@ -13,7 +13,9 @@ from __future__ import annotations
 from math import asin, sin
 from typing import Any
 
-from numba import njit
+import numpy as np
+from numba import njit, types
+from numba.extending import intrinsic
 
 inlined: Any = njit(inline="always", fastmath=True, error_model="numpy")
 
@@ -49,3 +51,43 @@ def held(memory, change):  # type: ignore[no-untyped-def]
 def bend_that_holds(share):  # type: ignore[no-untyped-def]
     """Bend of a bristle at rest that gives this share (-1..1) of its torque: the inverse of ``held``, 2 sin(asin/3)."""
     return 2.0 * sin(asin(max(-1.0, min(1.0, share))) / 3.0)
+
+
+def _reinterpreted(given: Any, made: Any) -> Any:
+    """The same 64 bits read as another type."""
+
+    def typed(context, value):  # type: ignore[no-untyped-def]
+        def code(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+            return builder.bitcast(arguments[0], context.get_value_type(made))
+
+        return made(given), code
+
+    return intrinsic(typed)
+
+
+_bits = _reinterpreted(types.float64, types.int64)
+_of_bits = _reinterpreted(types.int64, types.float64)
+
+
+@inlined
+def power(base, exponent):  # type: ignore[no-untyped-def]
+    """``base ** exponent`` of a positive base, branch-free, so that a lane loop stays vector code; within 2e-14.
+
+    ``2 ** (exponent log2(base))``, kept between 2 ** -1000 and 2 ** 1000. The logarithm by the series of the inverse
+    hyperbolic tangent about the nearest power of two, the exponential by its own (Abramowitz & Stegun, 4.1.27, 4.2.1).
+    numba's own calls the C library, lane by lane: seven times as long.
+    """
+    bits = _bits(base)
+    twos = (bits - 0x3FE6A09E667F3BCD) >> 52  # such that what is left lies between sqrt(1/2) and sqrt(2)
+    left = _of_bits(bits - (twos << 52))
+    s = (left - 1.0) / (left + 1.0)
+    z = s * s
+    series = 1.0 / 13.0 + z * (1.0 / 15.0 + z * (1.0 / 17.0 + z * (1.0 / 19.0)))
+    series = 1.0 / 5.0 + z * (1.0 / 7.0 + z * (1.0 / 9.0 + z * (1.0 / 11.0 + z * series)))
+    logarithm = np.float64(np.int32(twos)) + 2.8853900817779268 * (s + s * z * (1.0 / 3.0 + z * series))
+    wanted = max(-1000.0, min(1000.0, exponent * logarithm))
+    whole = np.floor(wanted + 0.5)
+    f = 0.6931471805599453 * (wanted - whole)
+    series = 1.0 / 5040.0 + f * (1.0 / 40320.0 + f * (1.0 / 362880.0 + f * (1.0 / 3628800.0 + f * (1.0 / 39916800.0))))
+    series = 1.0 / 6.0 + f * (1.0 / 24.0 + f * (1.0 / 120.0 + f * (1.0 / 720.0 + f * series)))
+    return (1.0 + f * (1.0 + f * (0.5 + f * series))) * _of_bits((np.int64(np.int32(whole)) + 1023) << 52)

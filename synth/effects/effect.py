@@ -133,12 +133,13 @@ class Effect:
     """An effect's name, what it is, its parameters in the order of its function, and how it acts.
 
     ``strengths`` : the parameters that switch it off when all are zero. ``where`` : acts at a joint or at the base.
-    ``uses_load`` : the bearing force must be computed for it. ``bristle`` : the parameter that is the
-    presliding of ``compiled.bristle``, its memory, which the integrator keeps in -1..1 and turns over with the joint.
-    ``play`` : the parameter that is the width of a gap, its memory being the deflection of what lies behind it; the
-    integrator finds the contacts. ``linear`` : its torque is a sum of its strengths, each times what does not depend
-    on any (see ``along``). ``kin`` : effects that share this word turn over at the same moments at a joint, so that
-    legs with the one and with the other may step together; and one joint has no two of them.
+    ``uses_load`` : the bearing force must be computed for it; ``by_load``: only where one of these strengths is on (no
+    name: any). ``bristle`` : the parameter that is the presliding of ``compiled.bristle``, its memory, which the
+    integrator keeps in -1..1 and turns over with the joint. ``play`` : the parameter that is the width of a gap, its
+    memory being the deflection of what lies behind it; the integrator finds the contacts. ``linear`` : its torque is a
+    sum of its strengths, each times what does not depend on any (see ``along``). ``kin`` : effects that share this word
+    turn over at the same moments at a joint, so that legs with the one and with the other may step together; and one
+    joint has no two of them.
     ``phrase`` : what a diagnosis says of the joint that has it, "lacks dry friction".
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
     ``shows_locked`` : it shows though its joint is locked: by where the links stand, or by what the link carries along.
@@ -157,6 +158,7 @@ class Effect:
     bristle: str = ""
     play: str = ""
     uses_load: bool = False
+    by_load: tuple[str, ...] = ()
     linear: bool = False
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""

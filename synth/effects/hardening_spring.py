@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from synth.effects.compiled import inlined
+from synth.effects.compiled import inlined, power
 from synth.effects.effect import Effect, Parameter, Prior, Shape, signed, size
 
 
@@ -26,9 +26,9 @@ def torque(  # type: ignore[no-untyped-def]
 ):
     """Odd power of the deflection beyond the onset; and what a spring that gives way, k u / (1 + |s u|^2), lacks."""
     beyond = (max(abs(deflection) - onset, 0.0) + 1e-9) / reach
-    power = stiffening * beyond**exponent
+    extra = stiffening * power(beyond, exponent)
     lost = spring_rate * deflection * (1.0 - 1.0 / sqrt(1.0 + (softening * deflection) ** 2))
-    return lost - (power if deflection > 0.0 else -power), 0.0
+    return lost - (extra if deflection > 0.0 else -extra), 0.0
 
 
 EFFECT = Effect(

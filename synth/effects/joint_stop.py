@@ -6,7 +6,7 @@ within 2e-5 rad of one whose contacts are located (``tests/effects``).
 
 from __future__ import annotations
 
-from synth.effects.compiled import inlined
+from synth.effects.compiled import inlined, power
 from synth.effects.effect import Effect, Parameter, Prior, Shape, positive
 
 FAR = 1e3  # rad
@@ -35,7 +35,7 @@ def torque(  # type: ignore[no-untyped-def]
     below = lower - rotation
     deep = max(max(above, below), 0.0) + 1e-12
     closing = rate if above > 0.0 else -rate
-    push = stiffness * depth * (deep / depth) ** exponent * max(1.0 + damping * closing, 0.0)
+    push = stiffness * depth * power(deep / depth, exponent) * max(1.0 + damping * closing, 0.0)
     return (-push if above > 0.0 else push) if deep > 2e-12 else 0.0, 0.0
 
 

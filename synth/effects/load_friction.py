@@ -35,6 +35,7 @@ EFFECT = Effect(
     kin="bristle",
     bristle="presliding",
     uses_load=True,
+    by_load=("radius",),
     parameters=(
         Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
         Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of the spring's torque"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from synth.effects.compiled import inlined
+from synth.effects.compiled import inlined, power
 from synth.effects.effect import Effect, Parameter, Prior, Shape, size
 
 
@@ -11,7 +11,7 @@ def torque(  # type: ignore[no-untyped-def]
     rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, coefficient, exponent, speed
 ):
     """Power-law drag; the tiny speed keeps the power's slope finite."""
-    return -coefficient * speed * rate * ((abs(rate) + 1e-9) / speed) ** (exponent - 1.0), 0.0
+    return -coefficient * speed * rate * power((abs(rate) + 1e-9) / speed, exponent - 1.0), 0.0
 
 
 EFFECT = Effect(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from synth.effects.compiled import inlined
+from synth.effects.compiled import inlined, power
 from synth.effects.effect import Effect, Parameter, Prior, Shape, positive
 
 
@@ -11,7 +11,7 @@ def torque(  # type: ignore[no-untyped-def]
     rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, loss, speed, knee
 ):
     """Give back what the damper no longer holds; the viscosity is Carreau and Yasuda's with n = 1 - loss, a = knee."""
-    return damper_torque * (1.0 - (1.0 + (abs(rate / speed) + 1e-9) ** knee) ** (-loss / knee)), 0.0
+    return damper_torque * (1.0 - power(1.0 + power(abs(rate / speed) + 1e-9, knee), -loss / knee)), 0.0
 
 
 EFFECT = Effect(

@@ -6,7 +6,7 @@ The law has a kink where the motion turns back; measured at a tolerance of 1e-6 
 
 from __future__ import annotations
 
-from synth.effects.compiled import inlined
+from synth.effects.compiled import inlined, power
 from synth.effects.effect import Effect, Parameter, Shape, positive, size
 
 NEVER = 1e9
@@ -29,7 +29,7 @@ def torque(  # type: ignore[no-untyped-def]
 ):
     """A second spring whose own deflection (memory, rad) slips by rubbing and relaxes with time."""
     bent = memory / slip
-    yielding = (abs(bent) + 1e-9) ** knee if rate * memory > 0.0 else 0.0
+    yielding = power(abs(bent) + 1e-9, knee) if rate * memory > 0.0 else 0.0
     return -stiffness * memory, rate * (1.0 - yielding) - memory / relaxation
 
 

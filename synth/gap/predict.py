@@ -52,6 +52,7 @@ class Predictor:
         for index, block in enumerate(blocks):
             kinds.setdefault(_kind(block.hypothesis), []).append(index)
         for indices in kinds.values():
+            indices.sort(key=lambda i: _cost(blocks[i].hypothesis))
             for group in _packed([blocks[i].unknowns.shape[1] for i in indices]):
                 chosen = [indices[k] for k in group]
                 for i, found in zip(chosen, self._together(trial, [blocks[i] for i in chosen]), strict=True):
@@ -134,6 +135,21 @@ def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
         elif candidate.effect.memory:
             found.add((candidate.effect.kin or candidate.effect.name, candidate.joint))
     return tuple(sorted(found))
+
+
+def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
+    """Orders blocks so that the lanes of a group ask for the same: what one asks for is computed for all.
+
+    The bearing force costs most, then each effect more.
+    """
+    load = any(_by_load(candidate) for candidate in hypothesis)
+    return load, sorted(candidate.effect.name for candidate in hypothesis)
+
+
+def _by_load(candidate: Candidate) -> bool:
+    """Whether it needs the bearing force in this shape."""
+    effect, shape = candidate.effect, candidate.shape
+    return effect.uses_load and any(name in shape.free or name in shape.held for name in effect.by_load or shape.free)
 
 
 def _packed(widths: Sequence[int]) -> list[list[int]]:

@@ -18,7 +18,7 @@ from numba.core.types import WrapperAddressProtocol
 from synth.effects import Effect, effect_named, registered
 from synth.model import generate
 from synth.model.lanes import LegLanes
-from synth.model.layout import LANES, MOST_MEMORIES, Law, Layout
+from synth.model.layout import LANES, MOST_MEMORIES, WORKING, Law, Layout
 from synth.model.leg import Array, Leg
 
 MAX_STEPS = 20_000
@@ -140,6 +140,17 @@ class Chain:
         return column
 
     @cached_property
+    def _needs_load(self) -> dict[int, np.ndarray[Any, Any]]:
+        """Index of each effect that uses the bearing force -> rows that make it do so where they are not zero."""
+        layout, found = self.layout, {}
+        for index, effect in enumerate(self.effects):
+            if effect.uses_load:
+                names = effect.by_load or effect.strengths
+                blocks = [layout.parameter_rows(effect.name, effect.index(name)) for name in names]
+                found[index] = np.concatenate([np.arange(layout.n_row)[block] for block in blocks])
+        return found
+
+    @cached_property
     def _switches(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Rows that switch a torque on when they are not zero, curves' and each effect's, and where each begins."""
         layout = self.layout
@@ -155,7 +166,9 @@ class Chain:
         rows, starts = self._switches
         switches = np.logical_or.reduceat(np.any(lanes[rows] != 0.0, axis=1), starts)
         both = np.array([switches, switches], dtype=np.int64)
-        both[0, 1:] *= [not effect.uses_load for effect in self.effects]
+        for index, rows in self._needs_load.items():
+            if both[1, 1 + index] and np.any(lanes[rows]):
+                both[0, 1 + index] = 0
         return both
 
     def _states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, ...]:
@@ -233,7 +246,7 @@ class Chain:
         active = self.active(lanes)
         integrate, *functions = self._whole if active.any() or len(known[0]) else self._plain
         workspace = np.empty((self.layout.n_row, LANES))
-        flat = workspace.reshape(-1)
+        flat, room = workspace.reshape(-1), np.empty(WORKING)
         for first in range(0, n_lane, LANES):
             group = lanes[:, first : first + LANES]
             workspace[:, : group.shape[1]] = group
@@ -241,7 +254,7 @@ class Chain:
             states = self._states(active, workspace)
             integrate(
                 *functions, workspace, flat, n, states, active, known, times, limits, max_steps, out,
-                (shown, width, first),
+                (shown, width, first), room,
             )  # fmt: skip
         return result[:, :, :n_lane]
 

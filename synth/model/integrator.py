@@ -15,7 +15,7 @@ import numpy as np
 from numba import float64, int64, njit, types, uint64
 
 from synth.model import turning
-from synth.model.layout import LANES, MOST_LINKS, MOST_MEMORIES, Layout
+from synth.model.layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, Layout
 
 _C2, _C3, _C4, _C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
 _A21 = 1 / 5
@@ -38,7 +38,9 @@ _ROTATION, _RATE, _ACCELERATION, _TORQUE = (
 # Where state, stages and the rest lie in one array of the integrator's own. Constant places in one array let LLVM prove
 # that no store touches another's load; arrays of their own would cost a check at each loop.
 _ROOM = (2 * MOST_LINKS + (MOST_MEMORIES if WHOLE else 0)) * LANES
-_K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _ALL = (k * _ROOM for k in range(15))
+_K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _A, _SLIDES, _DUE, _EXPECTED, _BACK = (
+    k * _ROOM for k in range(ROOMS)
+)
 _PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
@@ -49,9 +51,10 @@ _known = types.Tuple((float64[::1], float64[:, ::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _bearing, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
-    types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3),
+    types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3), float64[::1],
 )  # fmt: skip
-_called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
+# Nothing is allocated here, so arrays need not be counted: counts are locked operations, a tenth of a step's time.
+_called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 # What is called at one place is inlined by numba, for LLVM would make a call with forty arguments of it; at several
 # places that would double the time to compile.
 _once: dict[str, Any] = {"inline": "always", **_called}
@@ -204,7 +207,7 @@ def _samples(h, t, S, times, i, out, where):  # type: ignore[no-untyped-def]
 
 @njit(_signature, cache=True, **_called)
 def integrate(  # type: ignore[no-untyped-def]
-    chain, extra, bearing, Z, flat, n, states, active, known, times, limits, max_steps, out, where
+    chain, extra, bearing, Z, flat, n, states, active, known, times, limits, max_steps, out, where, S
 ):
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
@@ -231,16 +234,16 @@ def integrate(  # type: ignore[no-untyped-def]
     state, derivative, factors, bends, plays = states
     size = len(state) if WHOLE else 2 * n
     shown, wide, first = where
-    S = np.empty(_ALL)
     any_bristle, any_play = False, False
     modes = (False, False)
     if WHOLE:
         width = size * LANES
         x, y, v = S[_X : _X + width], S[_Y : _Y + width], S[_V : _V + width]
         K = S[_K1 : _K1 + 7 * _ROOM].reshape(7, _ROOM)
-        allowed, back, target = np.empty(width), np.empty(LANES), np.empty(LANES)
+        allowed, back, target = S[_A : _A + width], S[_BACK : _BACK + LANES], S[_BACK + LANES : _BACK + 2 * LANES]
         n_memory = width - 2 * n * LANES
-        slides, due, expected = np.empty(n_memory), np.empty(n_memory), np.empty(n_memory)
+        slides, due = S[_SLIDES : _SLIDES + n_memory], S[_DUE : _DUE + n_memory]
+        expected = S[_EXPECTED : _EXPECTED + n_memory]
         for e in range(n_memory):
             due[e] = turning.NEVER
         for j in range(2 * n, size):

@@ -15,6 +15,8 @@ LANES = 16  # trajectories that step together; 8 is unrolled by LLVM and stays s
 CURVE_POINTS = 12  # points of a damper's torque-speed curve
 MOST_LINKS = 7  # a leg has at most six; an effect may add one. All ones in binary: masked by it, n cannot be negative
 MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at once
+ROOMS = 19  # arrays of a state's size that the integrator works in
+WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
 _ONE_A_JOINT = (
     "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",

@@ -35,7 +35,8 @@ from synth.model.layout import LANES, MOST_LINKS
 AT_ONCE = 1e-5  # s
 NEVER = 1e300
 SEATED = 1e-9  # rad beyond the flank, which rounding does not undo
-_options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True}
+PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
+_options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "_nrt": False}
 
 
 @njit(**_options)
@@ -66,17 +67,24 @@ def turn_back(bends, j, started, Z, x, K, turning, target):  # type: ignore[no-u
     """Fill ``turning`` (16,) with the sense in which bristle ``j`` slid where its joint turns back now, 0 elsewhere.
 
     ``target`` (16,): its bend where even its whole torque does not hold the joint. Without any give it slides the other
-    way at once, else it has still to bend there; not ``started``, it had been straight.
+    way at once, else it has still to bend there; not ``started``, it had been straight. Both are left as they are where
+    no lane turns back, which is soon seen.
     """
-    any_turn = False
+    m, b, give_row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
+    count = 0.0
     for lane in range(LANES):
-        z, rate, pull = x[j * LANES + lane], x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
+        z, rate, pull = x[m + lane], x[b + lane], K[0, b + lane]
+        near = (abs(rate) <= AT_ONCE * abs(pull)) & (pull * z < 0.0)
+        count += 1.0 if near & (abs(z) >= 1.0) & (Z[give_row, lane] < LEAST_GIVE) else 0.0
+    if count == 0.0:
+        return False
+    for lane in range(LANES):
+        z, rate, pull = x[m + lane], x[b + lane], K[0, b + lane]
         give = _give(bends, j, lane, Z)
         back = give < 1.0 and abs(z) >= 1.0 and pull * z < 0.0 and abs(rate) <= AT_ONCE * abs(pull)
         turning[lane] = z if back else 0.0
         target[lane] = z * (2.0 * give - 1.0) if started else z * (give - 1.0)
-        any_turn = any_turn or back
-    return any_turn
+    return True
 
 
 @njit(**_options)
@@ -120,13 +128,17 @@ def _as_if_at_once(n, lane, late, x, K):  # type: ignore[no-untyped-def]
 def find_sliding(n, bends, Z, x, K, slides):  # type: ignore[no-untyped-def]
     """Fill ``slides`` with the sense in which each bristle slides through the coming step, 0 where it bends."""
     for j in range(2 * (n & MOST_LINKS), len(bends)):
-        for lane in range(LANES):
-            sense = 0.0
-            if bends[j, 0] >= 0 and abs(x[j * LANES + lane]) >= 1.0 and _give(bends, j, lane, Z) < 1.0:
-                z, rate, pull = x[j * LANES + lane], x[bends[j, 0] * LANES + lane], K[0, bends[j, 0] * LANES + lane]
-                if rate * z > 0.0 or (abs(rate) <= AT_ONCE * abs(pull) and pull * z > 0.0):
-                    sense = z
-            slides[(j - 2 * n) * LANES + lane] = sense
+        own = ((j - 2 * n) * LANES) & PLACE
+        if bends[j, 0] < 0:
+            for lane in range(LANES):
+                slides[own + lane] = 0.0
+        else:
+            m, b, give_row = (j * LANES) & PLACE, (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
+            for lane in range(LANES):
+                z, rate, pull = x[m + lane], x[b + lane], K[0, b + lane]
+                resting = (abs(rate) <= AT_ONCE * abs(pull)) & (pull * z > 0.0)
+                goes_on = (rate * z > 0.0) | resting
+                slides[own + lane] = z if goes_on & (abs(z) >= 1.0) & (Z[give_row, lane] < LEAST_GIVE) else 0.0
 
 
 @njit(**_options)
@@ -142,11 +154,11 @@ def bound_bends(n, bends, y, error):  # type: ignore[no-untyped-def]
     """Put bends beyond -1..1 back there, and count their error from there."""
     for j in range(2 * (n & MOST_LINKS), len(bends)):
         if bends[j, 0] >= 0:
+            m = (j * LANES) & PLACE
             for lane in range(LANES):
-                e = j * LANES + lane
-                kept = max(-1.0, min(1.0, y[e]))
-                error[e] = kept - max(-1.0, min(1.0, y[e] - error[e]))
-                y[e] = kept
+                kept = max(-1.0, min(1.0, y[m + lane]))
+                error[m + lane] = kept - max(-1.0, min(1.0, y[m + lane] - error[m + lane]))
+                y[m + lane] = kept
 
 
 @njit(**_options)
@@ -157,12 +169,26 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
     """
     first = h
     for j in range(2 * (n & MOST_LINKS), len(bends)):
+        own = ((j - 2 * n) * LANES) & PLACE
         for lane in range(LANES):
-            due[(j - 2 * n) * LANES + lane] = NEVER
-            if bends[j, 0] < 0 or _give(bends, j, lane, Z) >= 1.0:
+            due[own + lane] = NEVER
+        if bends[j, 0] < 0:
+            continue
+        # Most steps end with no joint near a turn: one look at all lanes at once tells.
+        b, give_row = (bends[j, 0] * LANES) & PLACE, bends[j, 1] & PLACE
+        count = 0.0
+        for lane in range(LANES):
+            before, after, sliding = x[b + lane], y[b + lane], slides[own + lane]
+            sense = sliding if sliding != 0.0 else before
+            near = (after * sense <= 0.0) | (abs(after) <= AT_ONCE * abs(K[6, b + lane]))
+            count += 1.0 if near & (Z[give_row, lane] < LEAST_GIVE) else 0.0
+        if count == 0.0:
+            continue
+        for lane in range(LANES):
+            if _give(bends, j, lane, Z) >= 1.0:
                 continue
-            d, e = j * LANES + lane, bends[j, 0] * LANES + lane
-            before, after, sense = x[e], y[e], slides[(j - 2 * n) * LANES + lane]
+            d, e = (j * LANES & PLACE) + lane, b + lane
+            before, after, sense = x[e], y[e], slides[own + lane]
             slid = sense != 0.0
             if not slid:  # it bends, but may come to slide within the step and turn back after that
                 sense = 1.0 if before > 0.0 else -1.0
@@ -172,7 +198,7 @@ def first_turn(n, bends, slides, Z, x, y, K, t, h, due):  # type: ignore[no-unty
                     y[d] = sense
             elif after * sense < 0.0 and slid:
                 where = _zero(before, after, h * K[0, e], h * K[6, e], sense)
-                due[(j - 2 * n) * LANES + lane] = t + where * h
+                due[own + lane] = t + where * h
                 first = min(first, max(where * h, 1e-3 * AT_ONCE))
     return first
 
