@@ -126,17 +126,24 @@ def measured_arms(solid: Any) -> tuple[_Arm, _Arm]:
 
 def check_arms(joint: BuiltJoint) -> list[CheckResult]:
     """At the free angle the unloaded spring's arms touch their shafts: the arm offset, measured on the solids."""
+    return [
+        result
+        for spring, upper in zip(joint.springs, ("upper", "upper_2"), strict=False)
+        for result in _check_arms(joint, spring, upper)
+    ]
+
+
+def _check_arms(joint: BuiltJoint, spring: BuiltPart, upper_pins: str) -> list[CheckResult]:
     dimensions, name = joint.dimensions, file_name(joint.dimensions.name)
-    spring = joint.part("spring")
     arms = measured_arms(spring.solid)
-    low_is_lower = joint.layout.flips[1] > 0
+    low_is_lower = joint.seat(spring)[1].flips[1] > 0
     lower, upper = arms if low_is_lower else arms[::-1]
     between = (lower.seen_angle() - upper.seen_angle()) * dimensions.sign % 360.0
     error = abs((between - dimensions.spring.included_angle + 180.0) % 360.0 - 180.0)
     results = [at_most("included angle", spring.name, error, ANGLE_TOLERANCE, "deg", "between the drawn arms")]
     touching = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
     turn = joint.turn("lower", dimensions.free_angle)
-    for half, arm in (("upper", upper), ("lower", lower)):
+    for half, arm in ((upper_pins, upper), ("lower", lower)):
         for role, wanted in (("arm_shaft", touching), ("keeper", touching + dimensions.keeper_gap)):
             pin = joint.part(f"{half}_{role}")
             gap = arm.distance_to(pin, turn if half == "lower" else 0.0) - wanted

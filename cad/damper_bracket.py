@@ -8,21 +8,15 @@ hinge share one screw circle. Own frame, mm: the base's face on the ear is z = 0
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from cad.fittings import DamperDimensions
-from cad.outline import Point, unit
+from cad.outline import Point
 
 FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none
 ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in
 PILOT = 0.8  # of the clearance hole's diameter: a screw cuts its thread in print
-
-
-def screw_centres(damper: DamperDimensions) -> list[Point]:
-    """Screw axes (mm) on the damper's circle, turned so that none lies on the link's centre line."""
-    turn = 180.0 / damper.bolt_count
-    corners = [unit(90.0 + turn + 360.0 * index / damper.bolt_count) for index in range(damper.bolt_count)]
-    return [(damper.bolt_circle / 2 * x, damper.bolt_circle / 2 * y) for x, y in corners]
 
 
 def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
@@ -32,14 +26,20 @@ def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) 
 
 
 def build_bracket(
-    damper: DamperDimensions, radius: float, height: float, wall: float, clearance: float, shaft_diameter: float
+    damper: DamperDimensions,
+    screws: Sequence[Point],
+    radius: float,
+    height: float,
+    wall: float,
+    clearance: float,
+    shaft_diameter: float,
 ) -> Any:
-    """The bracket as one cadquery Solid: outer ``radius`` and ``height``, base of thickness ``wall``, mm."""
+    """The bracket as one cadquery Solid: ``screws`` at, outer ``radius`` and ``height``, base ``wall`` thick, mm."""
     body = _cylinder(radius, -height, 0.0)
     cuts = [
         _cylinder(damper.outer_diameter / 2 + clearance, -height - 1.0, -wall),
         _cylinder(shaft_diameter / 2 + 2 * clearance, -wall - 1.0, 1.0),
-        *(_cylinder(damper.bolt_diameter / 2, -height - 1.0, 1.0, at) for at in screw_centres(damper)),
+        *(_cylinder(damper.bolt_diameter / 2, -height - 1.0, 1.0, at) for at in screws),
     ]
     return body.cut(*cuts)
 
@@ -54,7 +54,7 @@ def bracket_volume(
     return math.pi * (sleeve * (height - wall) + base * wall)
 
 
-def build_damper(damper: DamperDimensions, radius: float, height: float, bore: float) -> Any:
+def build_damper(damper: DamperDimensions, screws: Sequence[Point], radius: float, height: float, bore: float) -> Any:
     """Envelope of the bought damper seated on the bracket: body and flange round a bore of radius ``bore``, mm.
 
     The rotor, which is keyed on the shaft and turns with it, is not drawn.
@@ -62,10 +62,7 @@ def build_damper(damper: DamperDimensions, radius: float, height: float, bore: f
     top = -height + damper.body_length
     flange = _cylinder(radius, -height - FLANGE_THICKNESS, -height)
     body = _cylinder(damper.outer_diameter / 2, -height, top)
-    holes = [
-        _cylinder(damper.bolt_diameter / 2, -height - FLANGE_THICKNESS - 1.0, -height + 0.5, at)
-        for at in screw_centres(damper)
-    ]
+    holes = [_cylinder(damper.bolt_diameter / 2, -height - FLANGE_THICKNESS - 1.0, -height + 0.5, at) for at in screws]
     return flange.fuse(body).cut(*holes, _cylinder(bore, -height - FLANGE_THICKNESS - 1.0, top + 1.0))
 
 

@@ -152,6 +152,7 @@ class JointDimensions:
     loads: LoadDimensions = field(default_factory=LoadDimensions)
     encoder: EncoderDimensions | None = None
     mount: MountDimensions | None = None
+    springs: int = 1  # 2: a pair, one of each hand, mirrored at the tongue's floor
 
     @property
     def floor_thickness(self) -> float:
@@ -160,7 +161,7 @@ class JointDimensions:
 
     @property
     def spring_torque(self) -> float:
-        """The spring's largest torque over the travel, N*m; 0 where its rate is not known."""
+        """Largest torque of all springs together over the travel, N*m; 0 where the rate is not known."""
         turned = max(abs(angle - self.free_angle) for angle in self.range)
         return self.loads.spring_rate * math.radians(turned)
 
@@ -183,6 +184,9 @@ class JointDimensions:
             )
         if self.sign not in (1, -1):
             found.append(DimensionProblem(prefix + "sign", self.sign, "+1 or -1", "the sense of the measured angle"))
+        if self.springs not in (1, 2):
+            text = "a pocket on each side of the tongue holds one spring"
+            found.append(DimensionProblem(prefix + "springs", self.springs, "1 or 2", text))
         found += self.spring.problems(prefix + "spring.") + self.damper.problems(prefix + "damper.")
         found += range_problems(self.loads, prefix + "loads.")
         found += self.encoder.problems(prefix + "encoder.") if self.encoder is not None else []

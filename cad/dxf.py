@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.damper_bracket import screw_centres
 from cad.encoder_seat import seat_floor
 from cad.fitting_layout import seat_screws
 from cad.joint import BuiltJoint
@@ -52,7 +51,7 @@ def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
     """The sheets that damper bracket, encoder seat and mount consist of, for whom cuts them instead of printing."""
     d, layout = joint.dimensions, joint.layout
     name, damper, clear = file_name(d.name), d.damper, d.clearance
-    screws = tuple((at, damper.bolt_diameter / 2) for at in screw_centres(damper))
+    screws = tuple((at, damper.bolt_diameter / 2) for at in layout.screws)
     middle, base, ring = (0.0, 0.0), d.shaft_diameter / 2 + 2 * clear, damper.outer_diameter / 2 + clear
     bracket = layout.bracket_radius
     found = [

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from cad.dimensions import JointDimensions
-from cad.fittings import EncoderDimensions
+from cad.fittings import DamperDimensions, EncoderDimensions
 from cad.limits import DimensionProblem
-from cad.outline import Point
+from cad.outline import Point, unit
 
 if TYPE_CHECKING:
     from cad.arm_layout import ArmLayout
@@ -26,17 +27,31 @@ def seat_radius(dimensions: JointDimensions) -> float:
 
 def seat_screws(encoder: EncoderDimensions, upper: ArmLayout) -> list[Point]:
     """Screw axes (mm) on the encoder's circle, turned so that they stand as far as can be from the arm's shafts."""
-    step = 360.0 / encoder.bolt_count
-
-    def turned(start: float) -> list[Point]:
-        angles = [math.radians(start + index * step) for index in range(encoder.bolt_count)]
-        return [(encoder.bolt_circle / 2 * math.cos(a), encoder.bolt_circle / 2 * math.sin(a)) for a in angles]
-
-    starts = [upper.direction + step * index / 36 for index in range(36)]
-    return max((turned(start) for start in starts), key=lambda points: round(_nearest(points, upper), 6))
+    return _farthest(encoder.bolt_circle, encoder.bolt_count, upper)
 
 
-def _nearest(points: list[Point], upper: ArmLayout) -> float:
+def damper_screws(damper: DamperDimensions, upper: ArmLayout | None) -> tuple[Point, ...]:
+    """Screw axes (mm) on the damper's circle, turned so that none lies on the link's centre line.
+
+    Where an ``upper`` arm's shafts stand in the same ear, turned so that they stand as far as can be from those.
+    """
+    if upper is not None:
+        return tuple(_farthest(damper.bolt_circle, damper.bolt_count, upper))
+    return tuple(_on_circle(damper.bolt_circle, damper.bolt_count, 90.0 + 180.0 / damper.bolt_count))
+
+
+def _on_circle(diameter: float, count: int, start: float) -> list[Point]:
+    corners = [unit(start + 360.0 * index / count) for index in range(count)]
+    return [(diameter / 2 * x, diameter / 2 * y) for x, y in corners]
+
+
+def _farthest(diameter: float, count: int, upper: ArmLayout) -> list[Point]:
+    """``count`` points on a circle, turned so that they are as far as can be from the arm's shafts."""
+    turned = (_on_circle(diameter, count, upper.direction + 10.0 * index / count) for index in range(36))
+    return max(turned, key=lambda points: round(_nearest(points, upper), 6))
+
+
+def _nearest(points: Sequence[Point], upper: ArmLayout) -> float:
     return min(math.dist(point, pin) for point in points for pin in (upper.bearing, upper.keeper))
 
 
@@ -61,7 +76,13 @@ def mount_across(dimensions: JointDimensions, layout: JointLayout) -> float:
 
 def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
     """Fittings that do not fit, by the dimension that is to blame."""
-    return [*_key(dimensions), *_encoder(dimensions, layout), *_adapter(dimensions), *_mount(dimensions, layout)]
+    return [
+        *_key(dimensions),
+        *_encoder(dimensions, layout),
+        *_damper(dimensions, layout),
+        *_adapter(dimensions),
+        *_mount(dimensions, layout),
+    ]
 
 
 def _key(dimensions: JointDimensions) -> list[DimensionProblem]:
@@ -77,13 +98,7 @@ def _encoder(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
     encoder, name, found = dimensions.encoder, dimensions.name, []
     if encoder is None:
         return []
-    gap = _nearest(seat_screws(encoder, layout.upper), layout.upper)
-    needed = dimensions.pin_diameter / 2 + dimensions.fit + encoder.bolt_diameter / 2 + LEAST_BRIDGE
-    if gap < needed:
-        text = f"another one; its screws come within {gap:.3g} mm of the arm's shafts and need {needed:.3g} mm"
-        found.append(
-            DimensionProblem(f"{name}.encoder.bolt_circle", encoder.bolt_circle, text, "both stand in the same ear")
-        )
+    found += _crowded(dimensions, layout.upper, seat_screws(encoder, layout.upper), encoder, "encoder")
     if encoder.magnet_diameter > dimensions.shaft_diameter - 1.0:
         most = f"at most {dimensions.shaft_diameter - 1.0:.4g} mm in a shaft of {dimensions.shaft_diameter:g} mm"
         reason = "its pocket needs half a millimetre of steel around it"
@@ -94,6 +109,30 @@ def _encoder(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
         reason = "it lies on a rim round the shaft's bore"
         found.append(DimensionProblem(f"{name}.encoder.body_diameter", encoder.body_diameter, text, reason))
     return found
+
+
+def _damper(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+    """Of a pair of springs the second one's arm stands in the ear that the damper is screwed to."""
+    if not layout.mirrored:
+        return []
+    return _crowded(dimensions, layout.upper, layout.screws, dimensions.damper, "damper")
+
+
+def _crowded(
+    dimensions: JointDimensions,
+    upper: ArmLayout,
+    screws: Sequence[Point],
+    part: DamperDimensions | EncoderDimensions,
+    what: str,
+) -> list[DimensionProblem]:
+    """Screws too near to the arm's shafts in the same ear."""
+    gap = _nearest(screws, upper)
+    needed = dimensions.pin_diameter / 2 + dimensions.fit + part.bolt_diameter / 2 + LEAST_BRIDGE
+    if gap >= needed:
+        return []
+    text = f"another one; its screws come within {gap:.3g} mm of the arm's shafts and need {needed:.3g} mm"
+    name = f"{dimensions.name}.{what}.bolt_circle"
+    return [DimensionProblem(name, part.bolt_circle, text, "both stand in the same ear")]
 
 
 def _adapter(dimensions: JointDimensions) -> list[DimensionProblem]:

@@ -15,7 +15,7 @@ from cad.limits import DimensionProblem, dimension, range_problems
 class LoadDimensions:
     """What a joint's parts must bear; zero: not known, and not checked."""
 
-    spring_rate: float = dimension(0.0, 0.0, 500.0, "N*m/rad", "of the spring as built")
+    spring_rate: float = dimension(0.0, 0.0, 500.0, "N*m/rad", "as built, of both springs where there are two")
     damper_torque: float = dimension(0.0, 0.0, 200.0, "N*m", "the damper's largest, which goes through the shaft's key")
 
 

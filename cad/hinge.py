@@ -12,7 +12,7 @@ from typing import Any
 
 from cad.arm_layout import ArmLayout
 from cad.arm_shaft import build_d_bore
-from cad.damper_bracket import PILOT, screw_centres
+from cad.damper_bracket import PILOT
 from cad.dimensions import JointDimensions
 from cad.fitting_layout import seat_screws
 from cad.layout import JointLayout
@@ -60,13 +60,15 @@ def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way:
 
 
 def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
-    """Outlines of ear A (bracket side) and ear B (arm shaft side)."""
+    """Outlines of ear A (bracket side) and ear B (arm shaft side; of a pair of springs both are)."""
     hub = dimensions.shaft_diameter / 2 + dimensions.clearance + 2 * dimensions.wall
     radius = layout.web_thickness / 2
     side = layout.socket_outer - radius
     corners = [Disc(x, layout.upper_bottom - radius, radius) for x in (-side, side)]
-    ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius)), *corners])
-    ear_b = hull_of([Disc(0.0, 0.0, max(hub, layout.seat_radius)), *corners, *_lobes(dimensions, layout.upper)])
+    lobes = _lobes(dimensions, layout.upper)
+    on_a = lobes if layout.mirrored else []
+    ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius)), *corners, *on_a])
+    ear_b = hull_of([Disc(0.0, 0.0, max(hub, layout.seat_radius)), *corners, *lobes])
     return ear_a, ear_b
 
 
@@ -88,9 +90,10 @@ def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
         end, cuts = build_flange(dimensions, layout)
     cuts.append(_cylinder(bore_radius(dimensions), -outside - 1, outside + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
-    cuts += [_cylinder(pin, gap, outside + 1, at) for at in (layout.upper.bearing, layout.upper.keeper)]
+    ears = ((gap, outside + 1), (-outside - 1, -gap))[: 2 if layout.mirrored else 1]
+    cuts += [_cylinder(pin, *ear, at) for ear in ears for at in (layout.upper.bearing, layout.upper.keeper)]
     pilot = PILOT * dimensions.damper.bolt_diameter / 2
-    cuts += [_cylinder(pilot, -outside - 1, -gap, at) for at in screw_centres(dimensions.damper)]
+    cuts += [_cylinder(pilot, -outside - 1, -gap, at) for at in layout.screws]
     if dimensions.encoder is not None:
         pilot = PILOT * dimensions.encoder.bolt_diameter / 2
         cuts += [_cylinder(pilot, gap, outside + 1, at) for at in seat_screws(dimensions.encoder, layout.upper)]
@@ -114,13 +117,18 @@ def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
     half = layout.half_width
     floor, cup = tongue_outlines(dimensions, layout)
     socket, cuts = _socket(dimensions, layout, layout.lower_bottom, -1)
-    # Two prisms that share a face only: kernels stumble over cylinders that coincide.
-    body = floor.extrude(-half, layout.floor_top).fuse(cup.extrude(layout.floor_top, half), socket)
+    # Prisms that share a face only: kernels stumble over cylinders that coincide.
+    cups = [cup.extrude(layout.floor_top, half)]
     pocket = _cylinder(layout.pocket_radius, layout.floor_top, half + 1)
     if layout.arbor_radius:
         pocket = pocket.cut(_cylinder(layout.arbor_radius, layout.floor_top, half + 1))
-    cuts += [pocket, _lower_slot(dimensions, layout), _lower_mouth(dimensions, layout)]
-    cuts.append(_upper_notch(dimensions, layout))
+    rooms = [pocket, _lower_slot(dimensions, layout), _lower_mouth(dimensions, layout)]
+    rooms.append(_upper_notch(dimensions, layout))
+    if layout.mirrored:
+        cups, rooms = ([*shapes, *(shape.mirror("XY") for shape in shapes)] for shapes in (cups, rooms))
+    floor_bottom = -layout.floor_top if layout.mirrored else -half
+    body = floor.extrude(floor_bottom, layout.floor_top).fuse(*cups, socket)
+    cuts += rooms
     cuts.append(build_d_bore(dimensions.shaft_diameter, dimensions.fit, -half - 1, half + 1))
     pin = dimensions.pin_diameter / 2 + dimensions.fit
     cuts += [_cylinder(pin, -half - 1, half + 1, at) for at in (layout.lower.bearing, layout.lower.keeper)]
@@ -191,7 +199,8 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     pilots = damper.bolt_count * math.pi * (PILOT * damper.bolt_diameter / 2) ** 2
     encoder = dimensions.encoder
     seat = 0.0 if encoder is None else encoder.bolt_count * math.pi * (PILOT * encoder.bolt_diameter / 2) ** 2
-    ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - pins - seat) * plate
+    on_a = pins if layout.mirrored else 0.0
+    ears = (ear_a.area - bore - pilots - on_a) * plate + (ear_b.area - bore - pins - seat) * plate
     web = 2 * layout.gap * web_outline(layout).area
     if dimensions.mount is not None:
         return ears + web + flange_volume(dimensions, layout)

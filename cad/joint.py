@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from cad import arm_shaft, damper_adapter, damper_bracket, encoder_seat, hinge, torsion_spring
+from cad.arm_layout import ArmLayout
 from cad.dimensions import JointDimensions
 from cad.fitting_layout import adapter_radius
 from cad.layout import JointLayout, lay_out
@@ -26,6 +27,15 @@ class BuiltJoint:
         wanted = f"{file_name(self.dimensions.name)}_{suffix}"
         return next(part for part in self.parts if part.name == wanted)
 
+    @property
+    def springs(self) -> tuple[BuiltPart, ...]:
+        """The spring, or the pair of them: first the one on ear B's side."""
+        return tuple(part for part in self.parts if part.group == "spring")
+
+    def seat(self, spring: BuiltPart) -> tuple[JointDimensions, JointLayout]:
+        """Dimensions and layout as one of the joint's springs has them; see :func:`spring_seats`."""
+        return spring_seats(self.dimensions, self.layout)[[s.name for s in self.springs].index(spring.name)]
+
     def turn(self, group: Group, angle: float) -> float:
         """Rotation (deg) of a group of parts at the measured joint ``angle``: only the lower half turns."""
         return self.dimensions.rotation(angle) if group == "lower" else 0.0
@@ -33,15 +43,16 @@ class BuiltJoint:
     def mesh_at(self, part: BuiltPart, angle: float) -> Mesh:
         """A part's mesh at the measured joint ``angle`` (deg), the spring loaded as it then is."""
         if part.group == "spring":
-            return spring_mesh_at(self.dimensions, self.layout, angle)
+            return spring_mesh_at(*self.seat(part), angle)
         return part.mesh.turned(self.turn(part.group, angle))
 
     def solid_at(self, part: BuiltPart, angle: float) -> Any:
         """A part's solid at the measured joint ``angle`` (deg), the spring loaded as it then is."""
         if part.group == "spring":
-            pose = pose_spring(self.dimensions, self.layout, angle)
-            solid = torsion_spring.build_spring(pose.spring, self.layout.arm_length)
-            turn, height = spring_placement(self.dimensions, self.layout, pose)
+            dimensions, layout = self.seat(part)
+            pose = pose_spring(dimensions, layout, angle)
+            solid = torsion_spring.build_spring(pose.spring, layout.arm_length)
+            turn, height = spring_placement(dimensions, layout, pose)
             return solid.rotate((0, 0, 0), (0, 0, 1), turn).translate((0, 0, height))
         return part.solid.rotate((0, 0, 0), (0, 0, 1), self.turn(part.group, angle))
 
@@ -69,7 +80,7 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
         *_adapter(name, dimensions, layout),
         *_encoder(name, dimensions, layout),
         *_arm_shafts(name, dimensions, layout),
-        _spring(f"{name}_spring", dimensions, layout),
+        *_springs(name, dimensions, layout),
     ]
     return BuiltJoint(dimensions, layout, tuple(parts))
 
@@ -92,6 +103,7 @@ def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, 
     else:
         arguments = (
             dimensions.damper,
+            layout.screws,
             layout.bracket_radius,
             layout.bracket_height,
             dimensions.wall,
@@ -99,7 +111,7 @@ def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, 
             dimensions.shaft_diameter,
         )
         solid = damper_bracket.build_bracket(*arguments).translate((0, 0, -layout.gap - dimensions.plate))
-        exact = damper_bracket.bracket_volume(*arguments)
+        exact = damper_bracket.bracket_volume(arguments[0], *arguments[2:])
     return _part(name, family, group, solid, layout, exact, printed=True, made="print")
 
 
@@ -121,7 +133,9 @@ def _part(
 
 def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
     bore = dimensions.shaft_diameter / 2 + dimensions.clearance
-    solid = damper_bracket.build_damper(dimensions.damper, layout.bracket_radius, layout.bracket_height, bore)
+    solid = damper_bracket.build_damper(
+        dimensions.damper, layout.screws, layout.bracket_radius, layout.bracket_height, bore
+    )
     solid = solid.translate((0, 0, -layout.gap - dimensions.plate))
     exact = damper_bracket.damper_volume(dimensions.damper, layout.bracket_radius, bore)
     return _part(name, "damper", "upper", solid, layout, exact, printed=False, made="buy (envelope only)")
@@ -175,16 +189,29 @@ def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
 
 def _arm_shafts(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
     parts = []
-    sides: tuple[tuple[Group, Any], ...] = (("upper", layout.upper), ("lower", layout.lower))
-    for group, arm in sides:
+    sides: list[tuple[Group, str, ArmLayout]] = [("upper", "upper", layout.upper), ("lower", "lower", layout.lower)]
+    if layout.mirrored:
+        below = replace(layout.upper, bottom=-layout.upper.top, top=-layout.upper.bottom)
+        sides.append(("upper", "upper_2", below))
+    for group, side, arm in sides:
         for role, at in (("arm_shaft", arm.bearing), ("keeper", arm.keeper)):
             solid = arm_shaft.build_arm_shaft(dimensions.pin_diameter, arm.bottom, arm.top, at)
             exact = arm_shaft.arm_shaft_volume(dimensions.pin_diameter, arm.top - arm.bottom)
-            title = f"{name}_{group}_{role}"
+            title = f"{name}_{side}_{role}"
             parts.append(
                 _part(title, "arm_shaft", group, solid, layout, exact, printed=False, made="cut from a steel dowel")
             )
     return parts
+
+
+def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple[JointDimensions, JointLayout]]:
+    """Dimensions and layout for each spring: the second of a pair is of the other hand and turned over in z."""
+    seats = [(dimensions, layout)]
+    if layout.mirrored:
+        other = replace(dimensions.spring, hand="left" if dimensions.spring.hand == "right" else "right")
+        flips = (layout.flips[0], -layout.flips[1])
+        seats.append((replace(dimensions, spring=other), replace(layout, flips=flips)))
+    return seats
 
 
 def spring_placement(dimensions: JointDimensions, layout: JointLayout, pose: SpringPose) -> tuple[float, float]:
@@ -210,6 +237,11 @@ def spring_mesh_at(
     sides, steps = fineness or (torsion_spring.SIDES, torsion_spring.STEPS_PER_TURN)
     vertices, faces = torsion_spring.spring_mesh(pose.spring, layout.arm_length, sides, steps)
     return Mesh(vertices, faces).turned(turn, (0.0, 0.0, height))
+
+
+def _springs(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+    titles = (f"{name}_spring", f"{name}_spring_2")
+    return [_spring(title, *seat) for title, seat in zip(titles, spring_seats(dimensions, layout), strict=False)]
 
 
 def _spring(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:

@@ -9,6 +9,10 @@ Along z, upwards: damper and bracket | ear A | floor plate of the tongue | coil 
 The lower arm leaves the coil at the floor, where stubby arm shafts stand on the floor plate; the upper arm
 leaves it at the top, where stubby shafts come down from ear B. So the shafts never meet the other arm.
 
+Of a pair of springs the second is the first mirrored in z, in a pocket below the floor, its upper arm on shafts that
+stand on ear A; the lower arms' shafts go through the floor and bear both. z = 0 is then the middle of the floor:
+ear A | coil in its pocket | floor plate | coil in its pocket | ear B.
+
 How an arm lies on its shafts: ``cad.arm_layout``.
 """
 
@@ -19,10 +23,11 @@ from dataclasses import dataclass, replace
 
 from cad.arm_layout import ArmLayout, arm_turns, lay_arm, notch, slips
 from cad.dimensions import JointDimensions
-from cad.fitting_layout import fitting_problems, seat_radius
+from cad.fitting_layout import damper_screws, fitting_problems, seat_radius
 from cad.folding import travel_problems
 from cad.limits import DimensionError, DimensionProblem
-from cad.spring_space import PIN_OVERHANG, spring_space
+from cad.outline import Point
+from cad.spring_space import PIN_OVERHANG, SpringSpace, spring_space
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,8 @@ class JointLayout:
     notch: tuple[float, float]  # deg, from and to, in the lower half's frame at q = 0
     upper: ArmLayout  # in the upper half's frame
     lower: ArmLayout  # in the lower half's frame, at q = 0
+    screws: tuple[Point, ...]  # axes of the damper's screws, which go into ear A
+    mirrored: bool  # a second spring below the floor
     flips: tuple[int, int]  # sign of x and of z: canonical to this joint
 
     @property
@@ -68,6 +75,27 @@ class JointLayout:
     def lower_bottom(self) -> float:
         """Hinge axis to the end of the link tube in the lower socket."""
         return self.socket_radius + self.web_thickness
+
+
+@dataclass(frozen=True)
+class _Heights:
+    """Along z, mm."""
+
+    half_width: float
+    floor_top: float
+    coil_start: float
+    coil: float
+
+
+def _heights(dimensions: JointDimensions, space: SpringSpace, drift: float) -> _Heights:
+    """Floor, coil and the arms' rise beside it (``drift``), once, or twice with the floor in the middle."""
+    spring, floor, clear = dimensions.spring, dimensions.floor_thickness, dimensions.clearance
+    beside = drift + spring.wire_diameter / 2 + clear
+    coil = spring.drawn_coils * spring.drawn_pitch
+    room = beside + coil + space.growth + beside
+    half_width = floor / 2 + room if dimensions.springs == 2 else (floor + room) / 2
+    floor_top = floor / 2 if dimensions.springs == 2 else floor - half_width
+    return _Heights(half_width, floor_top, floor_top + beside, coil)
 
 
 def lay_out(dimensions: JointDimensions) -> JointLayout:
@@ -97,21 +125,17 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     slope = spring.drawn_pitch / (2 * math.pi * spring.radius)
     reach = arm_length / math.hypot(1.0, slope)
     pin_reach = reach - dimensions.pin_diameter / 2 - PIN_OVERHANG
-    drift, wire_radius = slope * reach, spring.wire_diameter / 2
-    height = spring.drawn_coils * spring.drawn_pitch
-    above = drift + wire_radius + space.growth + clear
-    below = drift + wire_radius + clear + dimensions.floor_thickness
-    half_width = (height + above + below) / 2
-    start = below - half_width
-    gap, floor_top = half_width + clear, dimensions.floor_thickness - half_width
+    wire_radius = spring.wire_diameter / 2
+    heights = _heights(dimensions, space, slope * reach)
+    gap, pair = heights.half_width + clear, dimensions.springs == 2
     ref = 270.0 - dimensions.zero_angle + dimensions.upper_arm_angle
     # The coil stands on the floor: opened it is lower, and its upper arm with it.
-    lowest = start + height - space.drop - wire_radius - PIN_OVERHANG
-    pin_bottom = max(lowest, floor_top + clear)
+    lowest = heights.coil_start + heights.coil - space.drop - wire_radius - PIN_OVERHANG
+    pin_bottom = max(lowest, heights.floor_top + clear)
     upper = lay_arm(dimensions, ref, -1, pin_reach, pin_bottom, gap + dimensions.plate)
-    lower = lay_arm(
-        dimensions, 270.0 - dimensions.arm_offset, 1, pin_reach, -half_width, start + wire_radius + PIN_OVERHANG
-    )
+    pin_top = heights.coil_start + wire_radius + PIN_OVERHANG
+    pin_bottom = -pin_top if pair else -heights.half_width
+    lower = lay_arm(dimensions, 270.0 - dimensions.arm_offset, 1, pin_reach, pin_bottom, pin_top)
     tip = math.hypot(space.radius_open + wire_radius, reach)
     seat = max(upper.pin_radius, lower.pin_radius) + wall
     damper = dimensions.damper
@@ -130,17 +154,17 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         pin_reach=pin_reach,
         slips=slips(dimensions, upper, space, pin_reach),
         arm_turns=arm_turns(dimensions, upper, space),
-        coil_start=start,
-        coil_height=height,
+        coil_start=heights.coil_start,
+        coil_height=heights.coil,
         coil_drop=space.drop,
-        half_width=half_width,
+        half_width=heights.half_width,
         gap=gap,
         pocket_radius=space.pocket_radius,
         tongue_radius=space.tongue_radius,
         arbor_radius=space.arbor_radius,
         radius_closed=space.radius_closed,
         radius_open=space.radius_open,
-        floor_top=floor_top,
+        floor_top=heights.floor_top,
         web_radius=web_radius,
         socket_radius=max(web_radius, bracket_radius + clear),
         bracket_radius=bracket_radius,
@@ -153,6 +177,8 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         notch=notch(dimensions, upper, space),
         upper=upper,
         lower=lower,
+        screws=damper_screws(dimensions.damper, upper if pair else None),
+        mirrored=pair,
         flips=(dimensions.sign, dimensions.sign * spring.hand_sign),
     )
     problems += travel_problems(dimensions, layout) + fitting_problems(dimensions, layout)

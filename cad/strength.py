@@ -7,6 +7,8 @@ An arm of lever s presses on its shaft with F = T/s, square to the arm. What fol
   seat's middle (linear distribution; Shigley, Mechanical Engineering Design, press-fit and pinned joints);
 - the lug round the seats, twisted by F (a + t/2): 3 M/(w t^2 (1 - 0.63 t/w)) (Roark, torsion of a strip), and torn
   out through its rim: F/(2 t e);
+- of a pair of springs the lower dowel goes through the floor and both press on it the same way: 2 F, and no moment
+  but that of what the springs differ, a fifth at 10 % of rate either way;
 - ears and hinge shaft: the coil leans on the lower half, so what passes between the halves is the upper arm's F:
   pressure F/(2 d t) in two ears, bending F L/8 over their span, the tongue spreading the load;
 - the D-shaft, twisted by the damper: 16 T/(pi (0.9 d)^3), and pressed on half its flat, 2 h wide and l long, with a
@@ -34,6 +36,7 @@ Axis = tuple[float, float, float]
 DOWEL_YIELD = 600.0  # MPa; hardened dowel pins (ISO 8734) bear more, stainless ones (ISO 2338 A1) less
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in
 BEARING = 1.5  # of the tensile strength, that a hole's wall bears (edge distance of two diameters)
+UNEVEN = 0.2  # of an arm's force, that a pair of springs may differ: each is sold to 10 % of its rate
 SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
 ALL_AROUND: tuple[Axis, Axis] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
@@ -67,8 +70,8 @@ def _share(direction: Axis, layers: Axis, between: float) -> float:
 
 
 def arm_force(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Largest force (N) of an arm on its shaft: torque over the lever, which is the arm's length to the shaft."""
-    return dimensions.spring_torque * 1e3 / layout.pin_reach
+    """Largest force (N) of one arm on its shaft: torque over the lever, which is the arm's length to the shaft."""
+    return dimensions.spring_torque * 1e3 / layout.pin_reach / dimensions.springs
 
 
 def _levers(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
@@ -82,25 +85,28 @@ def _levers(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, fl
 
 
 def _seat(
-    dimensions: JointDimensions, arm: ArmLayout, half: str, force: float, lever: float, depth: float, printed: float
+    dimensions: JointDimensions, arm: ArmLayout, half: str, force: float, lever: float, printed: float
 ) -> list[Stress]:
-    """Dowel, seat and lug of one arm; ``printed`` MPa is the print's strength."""
+    """Dowel, seat and lug of one arm, or of a pair's lower arms on one dowel; ``printed`` MPa: the print's strength."""
     pin, wall = dimensions.pin_diameter, dimensions.wall
     deep = "floor" if half == "lower" else "plate"
+    depth = dimensions.floor_thickness if half == "lower" else dimensions.plate
+    pressed, tilting = (2 - UNEVEN, UNEVEN) if half == "lower" and dimensions.springs == 2 else (1.0, 1.0)
     push = (*unit(arm.direction + 90.0), 0.0)
     along = (*unit(arm.direction), 0.0)
     apart = math.dist(arm.bearing, arm.keeper)
     width = apart + pin + 2 * wall
-    twist = force * (lever + depth / 2)
+    twist = tilting * force * (lever + depth / 2)
+    pressure = (pressed * force + 6 * twist / depth) / (pin * depth)
     strip = max(1.0 - 0.63 * depth / width, 0.37)
     return [
         Stress(f"{half} dowel, bending", f"{half}_arm_shaft", 32 * force * lever / (math.pi * pin**3), DOWEL_YIELD, (),
                ("pin_diameter",)),
-        Stress(f"{half} dowel's seat, pressure", half, force * (4 + 6 * lever / depth) / (pin * depth),
-               BEARING * printed, (push,), ("pin_diameter", deep)),
+        Stress(f"{half} dowel's seat, pressure", half, pressure, BEARING * printed, (push,), ("pin_diameter", deep)),
         Stress(f"{half} lug, torsion", half, 3 * twist / (width * depth**2 * strip), SHEAR * printed, (push, along),
                (deep, "wall")),
-        Stress(f"{half} lug, tear-out", half, force / (2 * depth * wall), SHEAR * printed, (push,), (deep, "wall")),
+        Stress(f"{half} lug, tear-out", half, pressed * force / (2 * depth * wall), SHEAR * printed, (push,),
+               (deep, "wall")),
     ]  # fmt: skip
 
 
@@ -140,12 +146,13 @@ def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDi
     force = arm_force(dimensions, layout)
     if force > 0.0:
         upper, lower = _levers(dimensions, layout)
-        found += _seat(dimensions, layout.upper, "upper", force, upper, dimensions.plate, printed)
-        found += _seat(dimensions, layout.lower, "lower", force, lower, dimensions.floor_thickness, printed)
+        found += _seat(dimensions, layout.upper, "upper", force, upper, printed)
+        found += _seat(dimensions, layout.lower, "lower", force, lower, printed)
         shaft, span = dimensions.shaft_diameter, 2 * layout.gap + dimensions.plate
-        ears = force / (2 * shaft * dimensions.plate)
+        between = dimensions.springs * force
+        ears = between / (2 * shaft * dimensions.plate)
         found.append(Stress("ears' bores, pressure", "upper", ears, BEARING * printed, ALL_AROUND, ("plate",)))
-        bending = 32 * (force * span / 8) / (math.pi * shaft**3)
+        bending = 32 * (between * span / 8) / (math.pi * shaft**3)
         found.append(Stress("shaft, bending", "shaft", bending, SHAFT_YIELD, (), ("shaft_diameter",)))
     if dimensions.loads.damper_torque > 0.0:
         found += _damper(dimensions, layout, printed)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.joint import BuiltJoint, spring_mesh_at
+from cad.joint import BuiltJoint, spring_mesh_at, spring_seats
 from cad.parts import BuiltPart, Mesh
 from cad.results import CheckResult, at_least, at_most
 
@@ -123,24 +123,32 @@ class Bodies:
 
     def spring_gap(self, angle: float, search: float) -> tuple[float, str]:
         """Least gap (mm, at most ``search``) of the loaded spring to what it must not touch, and in which half."""
-        joint = self.joint
-        coil = manifold(spring_mesh_at(joint.dimensions, joint.layout, angle))
-        turns = {"upper": 0.0, "lower": joint.turn("lower", angle)}
+        turns = {"upper": 0.0, "lower": self.joint.turn("lower", angle)}
         return min(
-            (float(turned(coil, -turns[group]).min_gap(self.bare[group], search)), group) for group in self.parts
+            (float(turned(coil, -turns[group]).min_gap(self.bare[group], search)), group)
+            for coil in self.coils(angle)
+            for group in self.parts
         )
 
+    def coils(self, angle: float, fineness: tuple[int, int] | None = None) -> list[Any]:
+        """Each loaded spring at an angle."""
+        seats = spring_seats(self.joint.dimensions, self.joint.layout)
+        return [manifold(spring_mesh_at(*seat, angle, fineness)) for seat in seats]
+
     def spring_overlaps(self, angle: float, fineness: tuple[int, int] | None = None) -> dict[tuple[str, bool], float]:
-        """Common volume (mm^3) of the loaded spring with each half's (group, meant to touch) parts at an angle."""
-        joint = self.joint
-        coil = manifold(spring_mesh_at(joint.dimensions, joint.layout, angle, fineness))
-        found = {}
+        """Common volume (mm^3) of a loaded spring with each half's (group, meant to touch) parts at an angle.
+
+        Of a pair the larger one.
+        """
+        found: dict[tuple[str, bool], float] = {}
+        coils = self.coils(angle, fineness)
         for group in self.parts:
-            turn = joint.turn("lower", angle) if group == "lower" else 0.0
-            # The spring is turned into the half's frame: one body is moved instead of two.
-            seen = turned(coil, -turn)
-            for meant, bodies in ((False, self.bare), (True, self.pins)):
-                found[(group, meant)] = float((seen ^ bodies[group]).volume())
+            turn = self.joint.turn("lower", angle) if group == "lower" else 0.0
+            # The springs are turned into the half's frame: one body is moved instead of two.
+            for seen in (turned(coil, -turn) for coil in coils):
+                for meant, bodies in ((False, self.bare), (True, self.pins)):
+                    volume = float((seen ^ bodies[group]).volume())
+                    found[(group, meant)] = max(volume, found.get((group, meant), 0.0))
         return found
 
 

@@ -45,6 +45,7 @@ from cad.dimensions import coil_fraction
 from cad.limits import limit_of
 
 REFUSING = ("strength:", "print:")  # gates whose text names the dimension to change
+PAIRS = 0.25  # of the designs
 FAILURES = ("STOPPED", "CRASHED", "TIMEOUT", "DIED")
 
 
@@ -151,9 +152,10 @@ def stretched(generator: random.Random) -> JointDimensions:
 
 
 def design(seed: int) -> JointDimensions:
-    """The design of a seed, of the three kinds in turn."""
+    """The design of a seed, of the three kinds in turn; every fourth or so with a pair of springs."""
     generator = random.Random(seed)
-    return (around, stretched, anywhere)[seed % 3](generator)
+    drawn = (around, stretched, anywhere)[seed % 3](generator)
+    return replace(drawn, springs=2 if generator.random() < PAIRS else 1)
 
 
 def outcome(dimensions: JointDimensions) -> dict[str, Any]:

@@ -95,6 +95,7 @@ def _joint(design: LegDesign, j: int, rest: float, fastest: float, notes: list[s
         wall=options.wall * 1e3,
         loads=cad.LoadDimensions(joint.spring.rate, _damper_torque(joint, fastest)),
         mount=cad.MountDimensions() if options.mount and j == 0 else None,
+        springs=2 if _count(design, j, notes) == 2 else 1,
     )
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
@@ -172,8 +173,6 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
                 "choose another spring, or leave the solids out with --no-cad"
             )
             raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
-        if option.count > 1:
-            notes.append(_side_by_side(name, option.count))
         hand = row.hand or "right"
         if not row.hand:
             notes.append(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand")
@@ -182,15 +181,20 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         )
     made = option.design
     assert made is not None
-    if made.count > 1:
-        notes.append(_side_by_side(name, made.count))
     return cad.SpringDimensions(
         made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle)
     )
 
 
-def _side_by_side(joint: str, count: int) -> str:
-    return f"{joint}: {count} springs stand side by side; one is drawn, and the pocket is for one"
+def _count(design: LegDesign, j: int, notes: list[str]) -> int:
+    """How many equal springs the joint has; what that asks for is noted."""
+    option, name = design.springs.chosen[j], design.built.joint_names[j]
+    count = option.count if option.design is None else option.design.count
+    if count == 2:
+        notes.append(f"{name}: two springs, drawn as a mirrored pair: order or wind one right-hand and one left-hand")
+    elif count > 2:
+        notes.append(f"{name}: {count} springs stand side by side; one is drawn, and the pocket is for one")
+    return count
 
 
 def _damper(design: LegDesign, j: int, notes: list[str]) -> Any:

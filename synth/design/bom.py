@@ -35,7 +35,8 @@ def _with_mass(row: Mapping[str, str], parts: Sequence[Mapping[str, Any]]) -> di
     count = int(row["quantity"] or 1)
     wanted = "spring" if "spring" in row["item"] or "wire" in row["item"] else "damper"
     masses = [p["mass"] for p in parts if p["joint"] == row["joint"] and p["family"] == wanted and p["mass"]]
-    return {**row, "mass [g]": _grams(masses[0]["value"] * count) if masses else ""}
+    hands = ", one of each hand" if wanted == "spring" and len(masses) == 2 else ""
+    return {**row, "item": row["item"] + hands, "mass [g]": _grams(masses[0]["value"] * count) if masses else ""}
 
 
 def _line(part: Mapping[str, Any]) -> dict[str, str]:

@@ -93,7 +93,7 @@ class SpringChoice:
         "mass"
     )
     cycles: Annotated[float | None, Quantity("1", least=1, most=1e6)] = None
-    parallel: Annotated[Count, Because("room for one spring is drawn")] = 1
+    parallel: Annotated[Count, Because("one spring takes the least room")] = 1
 
 
 @dataclass(frozen=True)

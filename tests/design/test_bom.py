@@ -54,3 +54,25 @@ def test_lines_are_merged_with_their_number_and_mass(tmp_path, monkeypatch: pyte
     assert found["rotary damper"]["mass [g]"] == ""
     assert found["M4 screw for the mount"]["quantity"] == "4"
     assert sum(row["item"].startswith("torsion spring") for row in rows) == 1  # not again as a drawn part
+
+
+def test_of_a_drawn_pair_one_of_each_hand_is_ordered(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    line = {
+        "joint": "hip",
+        "item": "torsion spring, 2 N*m/rad",
+        "vendor": "V",
+        "part": "L",
+        "quantity": "2",
+        "source": "",
+    }
+    monkeypatch.setattr(bom, "bought_or_wound", lambda design: [line])
+    design = SimpleNamespace(
+        built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
+        project=SimpleNamespace(cad=SimpleNamespace(mount=True)),
+    )
+    drawn = [part("spring", "spring", 3.0, "buy or wind"), part("spring_2", "spring", 3.0, "buy or wind")]
+    for parts, item in ((drawn, f"{line['item']}, one of each hand"), (drawn[:1], line["item"])):
+        write_bom(design, parts, tmp_path / "bom.csv")  # type: ignore[arg-type]
+        with (tmp_path / "bom.csv").open(newline="") as stream:
+            rows = [row for row in csv.DictReader(stream) if row["item"].startswith("torsion")]
+        assert [(row["item"], row["quantity"], row["mass [g]"]) for row in rows] == [(item, "2", "6.00")]
