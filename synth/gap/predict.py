@@ -45,7 +45,8 @@ class Predictor:
     def predict(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged.
 
-        Blocks of the same structure step together where they fit into sixteen lanes.
+        Blocks of the same structure step together where they fit into sixteen lanes; where one takes the others with
+        it, since it diverges or turns over without end, each goes alone.
         """
         result: list[Array | None] = [None] * len(blocks)
         kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
@@ -55,7 +56,10 @@ class Predictor:
             indices.sort(key=lambda i: _cost(blocks[i].hypothesis))
             for group in _packed([blocks[i].unknowns.shape[1] for i in indices]):
                 chosen = [indices[k] for k in group]
-                for i, found in zip(chosen, self._together(trial, [blocks[i] for i in chosen]), strict=True):
+                together = self._together(trial, [blocks[i] for i in chosen])
+                if len(chosen) > 1 and not np.all(np.isfinite(together[0][-1])):
+                    together = [self._together(trial, [blocks[i]])[0] for i in chosen]
+                for i, found in zip(chosen, together, strict=True):
                     result[i] = found
         return [found for found in result if found is not None]
 
