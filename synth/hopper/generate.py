@@ -22,6 +22,7 @@ import re
 from pathlib import Path
 
 from synth.hopper.layout import LANES, JumpLayout
+from synth.model.elimination import factorise, substitute
 
 HEADER = '''"""Written by synth.hopper.generate; safe to delete."""
 from math import sqrt
@@ -155,30 +156,9 @@ def _reduced(layout: JumpLayout) -> list[str]:
         for j in range(i, last):
             cross = f"r{i} * m{j}{last} + r{j} * m{i}{last} + r{i} * r{j} * m{last}{last}"
             lines.append(f"J{i + 1}{j + 1} = m{i}{j} + {cross}")
-    lines += _factorise(n)
-    lines += _substitute(n, "free", [f"right{i}" for i in range(n)])
-    lines += _substitute(n, "column", ["1.0" if i == 1 else "0.0" for i in range(n)])
-    return lines
-
-
-def _factorise(n: int) -> list[str]:
-    """L D L^T of the symmetric J, unrolled (Golub & Van Loan, *Matrix Computations*, 4th ed., algorithm 4.1.2)."""
-    lines = []
-    for j in range(n):
-        for i in range(j, n):
-            value = f"J{j}{i}" + "".join(f" - z{i}{m} * l{j}{m}" for m in range(j))
-            if i == j:
-                lines.append(f"inverse{j} = 1.0 / ({value})")
-            else:
-                lines += [f"z{i}{j} = {value}", f"l{i}{j} = z{i}{j} * inverse{j}"]
-    return lines
-
-
-def _substitute(n: int, name: str, right: list[str]) -> list[str]:
-    """``name0 ...`` = J^-1 right."""
-    lines = [f"y{i} = {right[i]}" + "".join(f" - l{i}{m} * y{m}" for m in range(i)) for i in range(n)]
-    for i in range(n - 1, -1, -1):
-        lines.append(f"{name}{i} = y{i} * inverse{i}" + "".join(f" - l{m}{i} * {name}{m}" for m in range(i + 1, n)))
+    lines += factorise(n)
+    lines += substitute(n, "free", [f"right{i}" for i in range(n)])
+    lines += substitute(n, "column", ["1.0" if i == 1 else "0.0" for i in range(n)])
     return lines
 
 

@@ -18,10 +18,20 @@ from typing import Any, Literal
 import numpy as np
 
 from synth.errors import UserError
-from synth.hopper.integrator import CREEP, SETTLED
-from synth.hopper.jump import FALL, LIMITS, Outcome
+from synth.hopper.jump import FALL
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor, segments
 from synth.hopper.models import Model, lane, layout_of
+from synth.hopper.outcomes import (
+    COLLAPSED,
+    CREEP,
+    LANDED_AGAIN,
+    LIFTED,
+    LIMITS,
+    SETTLED,
+    TOO_STIFF,
+    TOO_WEAK,
+    Outcome,
+)  # fmt: skip
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm
@@ -165,7 +175,7 @@ def mujoco_jump(
     rows: list[tuple[float, ...]] = []
     gap = 0.0
     torque = current = 0.0
-    status = 2.0
+    status = TOO_WEAK
     slope, stall = motor.stall_torque / motor.no_load_speed, motor.stall_torque
     drop = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
     energy = 0.0
@@ -187,23 +197,32 @@ def mujoco_jump(
                 current = max(current, abs(drawn))
                 push = (float(data.time), speed, com, energy, 0.0, 0.0)
             gap = max(gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
-            if height is None and highest > 1e-3 and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
-                status = 1.0
+            if height is None and highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
+                status = LANDED_AGAIN
                 break
             if data.qpos[0] <= 0.0:
-                status = 3.0
+                status = COLLAPSED
                 break
             still = abs(speed) < CREEP and len(rows) > 1 and abs(speed - rows[-2][4]) < 0.5 * step
             if height is None and still and data.time > SETTLED and foot <= 0.0:
                 break  # as the lanes do: it stands, and is not going to lift
             if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
-                status = 4.0
+                status = TOO_STIFF
                 break
             mujoco.mj_step(model_, data)
     trace = np.array(rows)
     rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
-    outcome = Outcome(highest if status == 1.0 else 0.0, float(rise.max()), push[0], push[1], torque, current, push[3],
-                      float(trace[:, 5].max()), LIMITS[status])  # fmt: skip
+    outcome = Outcome(
+        clearance=highest if status == LANDED_AGAIN else 0.0,
+        rise=float(rise.max()),
+        takeoff_time=push[0],
+        takeoff_speed=push[1],
+        peak_gear_torque=torque,
+        peak_current=current,
+        energy=push[3],
+        peak_normal=float(trace[:, 5].max()),
+        limit=LIMITS[status],
+    )
     return MujocoJump(outcome, gap, trace)
 
 

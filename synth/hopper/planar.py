@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from synth.hopper.jump import DURATION, FALL, LIMITS, TOLERANCE, Outcome
+from synth.hopper.jump import DURATION, FALL, TOLERANCE
 from synth.hopper.jump_lanes import JumpLanes
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, columns
+from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, Outcome
 from synth.hopper.planar_engine import SCALARS, com_speed, integrate
 
 
@@ -127,7 +128,7 @@ def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, ma
     speeds = [com_speed(row[1 : 1 + size], n, arguments, mass) for row in trace]
     rise = np.concatenate([[0.0], np.cumsum(np.diff(trace[:, 0]) * 0.5 * (np.array(speeds[1:]) + speeds[:-1]))])
     return Outcome(
-        clearance=float(aside[:, 3].max()) if status == 1 else 0.0,
+        clearance=float(aside[:, 3].max()) if status == LANDED_AGAIN else 0.0,
         rise=float(rise.max()),
         takeoff_time=float(trace[last, 0]),
         takeoff_speed=float(speeds[last]),
@@ -135,5 +136,5 @@ def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, ma
         peak_current=float(np.abs(aside[push, 7]).max()),
         energy=float(trace[last, size]),
         peak_normal=float(aside[:, 0].max()),
-        limit=LIMITS[float(status)],
+        limit=LIMITS[status],
     )

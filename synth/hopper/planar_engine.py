@@ -2,17 +2,15 @@
 
 Every piece keeps its own absolute angle and the two feet are joined by two constraint equations, so nothing here is
 shared with the symmetric lanes but the parameters: the two forms check each other. Coordinates q = (x, y, pitch,
-angles
-of the right side's pieces, angles of the left side's), angles from straight down, counter-clockwise positive. With
-J the constraints' Jacobian (foot right - foot left = 0),
+angles of the right side's pieces, angles of the left side's), angles from straight down, counter-clockwise positive.
+With J the constraints' Jacobian (foot right - foot left = 0),
 
     [ M  J' ] [ q''    ]   [ f                                     ]
     [ J  0  ] [ lambda ] = [ -J' q' - 2 alpha J q' - alpha^2 c(q)  ]
 
 (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 3.2; the last two terms are Baumgarte's, Computer Methods
 in Applied Mechanics and Engineering 1 (1972) 1-16, with alpha = 300/s). The gears' torques enter linearly and are
-solved
-for as in the lanes. Steps are those of the same Bogacki-Shampine pair.
+solved for as in the lanes. Steps are those of the same Bogacki-Shampine pair.
 """
 
 from __future__ import annotations
@@ -22,6 +20,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+
+from synth.hopper.outcomes import COLLAPSED, LANDED_AGAIN, LIFTED, TOO_STIFF, TOO_WEAK
 
 BAUMGARTE = 300.0  # 1/s
 _options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "cache": True}
@@ -233,17 +233,17 @@ def integrate(x, n, arguments, weight, tolerance, duration, fall, mass, max_step
                 rows += 1
             highest = max(highest, aside[3])
             speed = com_speed(x, n, arguments, mass)
-            if highest > 1e-3 and speed < -fall and (aside[4] < 0.0 or aside[3] <= 0.0):
-                return rows, 1
+            if highest > LIFTED and speed < -fall and (aside[4] < 0.0 or aside[3] <= 0.0):
+                return rows, LANDED_AGAIN
             if x[1] <= 0.0:
-                return rows, 3
+                return rows, COLLAPSED
             if t >= duration:
-                return rows, 2
+                return rows, TOO_WEAK
         factor = 0.9 * error ** (-1.0 / 3.0)
         if not (factor > 0.2):
             factor = 0.2
         h = min(h * min(4.0, factor), 4e-3)
-    return rows, 4
+    return rows, TOO_STIFF
 
 
 @njit(**_options)

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
 from synth.hopper.leg import Array, HopperLeg, Motor
+from synth.hopper.outcomes import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
 
 STEP = 2e-4  # s, of Runge and Kutta's fourth order
 LONGEST = 0.6  # s, longer than any push that lifts
 
 
 def point_mass_outcomes(leg: HopperLeg, motor: Motor, length: Array) -> Array:
-    """Outcomes (14, n), rows as ``integrator.OUTCOMES``, for links of these lengths (n,) m.
+    """Outcomes (n_outcome, n), rows as ``outcomes.OUTCOMES``, for links of these lengths (n,) m.
 
     Clearance is the ballistic height above the pose at takeoff.
     """

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from synth.errors import UserError
 from synth.files.hopper_project import MOST_INTERVALS, HopperProject, model_problem, motor_problem
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.integrator import LANDED_AGAIN
-from synth.hopper.jump import Outcome, compiled_jump, outcome_of, simulate
+from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.leg import Array, HopperLeg, Motor
 from synth.hopper.models import MODELS, in_reach, lane
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
 from synth.hopper.mujoco_model import mujoco_jump, require_mujoco
+from synth.hopper.outcomes import LANDED_AGAIN, Outcome, outcome_of
 from synth.hopper.planar import planar_jump
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_sweep

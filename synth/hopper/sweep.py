@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.integrator import LANDED_AGAIN, N_OUTCOME, OUTCOMES
-from synth.hopper.jump import LIMITS, column_of, compiled_jump
+from synth.hopper.jump import compiled_jump
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, in_reach, lanes
+from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, column_of
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.tolerance import Tolerances, groups, intervals
 
@@ -79,7 +79,7 @@ class Sweep:
         if self.status[index] == OUT_OF_REACH:
             return "the crouch is out of the links' reach"
         if self.status[index] != LANDED_AGAIN:
-            return LIMITS[float(self.status[index])]
+            return LIMITS[int(self.status[index])]
         limit = self.problem.motors[self.motor[index]].torque_limit
         torque = self.values["peak_gear_torque"][index]
         if limit is not None and torque > limit:

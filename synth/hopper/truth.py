@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 
 import synth
-from synth.hopper.integrator import LANDED_AGAIN, OUTCOMES
 from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import MODELS, in_reach, lanes
 from synth.hopper.motors import MotorOptions, chosen_rows, motor_of
+from synth.hopper.outcomes import LANDED_AGAIN, OUTCOMES, STATUS
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.tolerance import Tolerances, groups, intervals
 from synth.parts.catalog import Catalogue
@@ -79,7 +79,7 @@ def grid(leg: HopperLeg, motors: Sequence[Motor], model: str, lengths: Sequence[
             found = point_mass_outcomes(leg, motor, size[reach])
         else:
             found = compiled_jump(leg.bending).run(lanes(leg, motor, Contact(), MODELS[model], size[reach]))
-        jumps = found[0] == LANDED_AGAIN
+        jumps = found[STATUS] == LANDED_AGAIN
         for name, row in MEASURES.items():
             values[name][m, reach] = np.where(jumps, found[OUTCOMES.index(row)], 0.0)
     return Grid(tuple(motors), size, values)
@@ -113,7 +113,7 @@ def prediction(leg: HopperLeg, motor: Motor, model: str) -> dict[str, tuple[floa
     found = compiled_jump(leg.bending).run(made)
     shown = {}
     for name, row in MEASURES.items():
-        height = np.where(found[0] == LANDED_AGAIN, found[OUTCOMES.index(row)], 0.0)
+        height = np.where(found[STATUS] == LANDED_AGAIN, found[OUTCOMES.index(row)], 0.0)
         nominal, low, high = intervals(height[None, :])
         shown[name] = (float(nominal[0]), float(low[0]), float(high[0]))
     return shown

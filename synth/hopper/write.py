@@ -11,11 +11,10 @@ import numpy as np
 
 import synth
 from synth.files.output import sha256_file, write_csv
-from synth.hopper.integrator import LANDED_AGAIN
-from synth.hopper.jump import Outcome
 from synth.hopper.layout import LAYOUTS
 from synth.hopper.leg import Array, Motor
 from synth.hopper.models import MODELS
+from synth.hopper.outcomes import LANDED_AGAIN, Outcome
 from synth.hopper.study import Study, warnings_of
 from synth.units import quantity
 

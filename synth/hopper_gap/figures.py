@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.gap.misses import BLOCKS, Misses, label
-from synth.hopper.integrator import OUTCOMES
-from synth.hopper.jump import LIFTS, compiled_jump
+from synth.hopper.jump import compiled_jump
 from synth.hopper.leg import Array
+from synth.hopper.outcomes import APEX, LANDED_AGAIN, STATUS
 from synth.hopper_gap.data import ANGLE, Jump, pooled
 from synth.hopper_gap.score import Scored, score, score_in_turn
 from synth.hopper_gap.search import JumpAssessed, JumpSearch, as_designed
@@ -91,5 +91,5 @@ def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], told: Sequence
     for fit, scored in zip(fits, told, strict=True):
         made = bench.predictor.columns(trial, fit.hypothesis, fit.unknowns[:, None], scored.own[:, None])
         column = compiled_jump(bench.predictor.bending).run(made.workspace())[:, 0]
-        rises.append(float(column[OUTCOMES.index("apex")]) if column[0] == LIFTS else 0.0)
+        rises.append(float(column[APEX]) if column[STATUS] == LANDED_AGAIN else 0.0)
     return Rise(measured, *rises)

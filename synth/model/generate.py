@@ -17,6 +17,7 @@ import threading
 from pathlib import Path
 from types import ModuleType
 
+from synth.model.elimination import factorise, substitute
 from synth.model.layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
 
 HEADER = '''"""Written by synth.model.generate; safe to delete."""
@@ -176,7 +177,7 @@ def right_hand_side(layout: Layout) -> str:
         for j in range(i, n):
             masked = f"J{i}{i} * free{i} + (1.0 - free{i})" if i == j else f"J{i}{j} * free{i} * free{j}"
             put(f"J{i}{j} = {masked}")
-    lines += _solve(n)
+    lines += factorise(n) + substitute(n, "x", [f"r{i}" for i in range(n)])
     lines += [f"{at(layout.row('acceleration', i))} = x{i}" for i in range(n)]
     decorator = DECORATOR.format(signature="void(float64[::1])")
     body = "\n".join(f"        {line}" for line in lines)
@@ -193,22 +194,6 @@ def _joint_coordinates(n: int) -> list[str]:
     for j in range(n):
         for i in range(n - 1, -1, -1):
             lines.append(f"J{i}{j} = B{i}{j}" if i == n - 1 else f"J{i}{j} = J{i + 1}{j} + B{i}{j}")
-    return lines
-
-
-def _solve(n: int) -> list[str]:
-    """Solve the symmetric system J x = r by LDL^T, unrolled."""
-    lines = []
-    for j in range(n):
-        for i in range(j, n):
-            value = f"J{j}{i}" + "".join(f" - z{i}{m} * l{j}{m}" for m in range(j))
-            if i == j:
-                lines.append(f"inverse{j} = 1.0 / ({value})")
-            else:
-                lines += [f"z{i}{j} = {value}", f"l{i}{j} = z{i}{j} * inverse{j}"]
-    lines += [f"y{i} = r{i}" + "".join(f" - l{i}{m} * y{m}" for m in range(i)) for i in range(n)]
-    for i in range(n - 1, -1, -1):
-        lines.append(f"x{i} = y{i} * inverse{i}" + "".join(f" - l{m}{i} * x{m}" for m in range(i + 1, n)))
     return lines
 
 

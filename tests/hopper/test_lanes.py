@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hopper.hoppers import motor
+from synth.hopper import outcomes
 from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.layout import LAYOUTS
 from synth.hopper.leg import Contact, Flexures, HopperLeg, Laminate, segments
@@ -17,6 +18,10 @@ from synth.hopper.planar import planar_jump
 
 GROUND = Contact()
 LOOSE = Flexures(rate=0.0, damping=0.0)
+
+
+def test_the_rows_of_an_outcome_have_the_names_that_they_are_listed_under() -> None:
+    assert [getattr(outcomes, name.upper()) for name in outcomes.OUTCOMES] == list(range(outcomes.N_OUTCOME))
 
 
 def unpowered(leg: HopperLeg, contact: Contact = GROUND) -> np.ndarray:

@@ -13,10 +13,11 @@ from synth.effects.motor_leg import MotorEffect, motor_effect_named, motor_effec
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.fold import fold
 from synth.hopper.identify_damping import folding, simulate_fold
-from synth.hopper.jump import compiled_jump, outcome_of
+from synth.hopper.jump import compiled_jump
 from synth.hopper.jump_lanes import JumpLanes
 from synth.hopper.leg import Array, Contact, HopperLeg
 from synth.hopper.models import MODELS, columns, lane
+from synth.hopper.outcomes import outcome_of
 from synth.hopper.planar import planar_record
 
 NAMES = {  # and places, as the file formats have them

@@ -11,11 +11,12 @@ import pytest
 from hopper.hoppers import motor
 from synth.errors import UserError
 from synth.hopper import mujoco_model
-from synth.hopper.jump import compiled_jump, outcome_of, simulate
+from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.layout import LAYOUTS
 from synth.hopper.leg import Contact, Flexures, HopperLeg
 from synth.hopper.models import MODELS, lane
 from synth.hopper.mujoco_model import mujoco_jump
+from synth.hopper.outcomes import outcome_of
 
 GROUND = Contact()
 
