@@ -11,10 +11,9 @@ from pydantic import Field
 
 from synth.files.leg import PartResolver
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.schema import Because, Default, read_section
+from synth.files.schema import Because, Default
 from synth.files.trials import Trial
-from synth.files.validate import Quantity, check_kind
-from synth.files.yaml_lines import load
+from synth.files.validate import Quantity
 from synth.model.leg import Damper, Leg, Spring
 
 HALF_DEGREE = radians(0.5)
@@ -86,27 +85,17 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
     UserError
         With every mistake of the project, the leg and the trials.
     """
-    document = load(path)
-    check_kind(document, "gap")
-    reader = ProjectReader(document, resolve_part)
-    file = read_section(_GapFile, document, (), reader.problems, reader.defaults, document.value)
-    written = document.value
-    tolerance = read_section(
-        Tolerance, document, ("tolerance",), reader.problems, reader.defaults, written.get("tolerance")
-    )
-    leg_name, entries = written.get("leg"), written.get("trials")
-    leg = reader.leg(leg_name, ("leg",)) if isinstance(leg_name, str) else None
-    trials: tuple[Trial, ...] = ()
+    reader = ProjectReader.open(path, "gap", resolve_part)
+    file, tolerance = reader.section(_GapFile), reader.section(Tolerance, "tolerance")
+    leg, trials = reader.leg_and_trials()
     if leg is not None:
-        if isinstance(entries, list) and entries:
-            trials = reader.trials(entries, leg, ("trials",))
         leg = _with_rates(leg, reader)
     reader.finish()
     assert file is not None
     assert leg is not None
     assert tolerance is not None
     defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
-    return GapProject(document.path, file.name or leg.name, leg, trials, tolerance, file.seed, defaults, inputs)
+    return GapProject(reader.document.path, file.name or leg.name, leg, trials, tolerance, file.seed, defaults, inputs)
 
 
 def _with_rates(leg: Leg, reader: ProjectReader) -> Leg:

@@ -14,13 +14,13 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from synth.errors import UserError
-from synth.files.hopper_project import HopperProject, read_hopper_project
+from synth.files.hopper_project import HopperProject, design_named
 from synth.files.hopper_recordings import HopperRecording, read_recording
 from synth.files.paths import inside, matching
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.schema import Because, Default, read_section
+from synth.files.schema import Because, Default
 from synth.files.table import read_table
-from synth.files.validate import FileModel, Quantity, check_kind, check_part, gathering
+from synth.files.validate import FileModel, Quantity, check_part, gathering
 from synth.files.yaml_lines import load
 from synth.hopper.leg import Array
 
@@ -149,15 +149,11 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     UserError
         With every mistake of the project, the design and the recordings.
     """
-    document = load(path)
-    check_kind(document, "gap")
-    reader = ProjectReader(document)
-    file = read_section(_GapFile, document, (), reader.problems, reader.defaults, document.value)
-    written = document.value
-    tolerance = read_section(
-        JumpTolerance, document, ("tolerance",), reader.problems, reader.defaults, written.get("tolerance")
-    )
-    design = _design(reader, str(written.get("leg")))
+    reader = ProjectReader.open(path, "gap")
+    file, tolerance = reader.section(_GapFile), reader.section(JumpTolerance, "tolerance")
+    design = design_named(reader, "leg")
+    if design is not None and design.model == "point_mass":
+        reader.refuse("its model is point_mass, which has no motion to compare; choose another", ("leg",))
     trials = _trials(reader, file) if file is not None else ()
     if file is not None and trials and all(trial.held_out for trial in trials):
         reader.refuse("every trial is held out; at least one must be there to learn from", ("trials",))
@@ -166,20 +162,9 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     assert tolerance is not None
     assert design is not None
     return HopperGapProject(
-        document.path, file.name or document.path.stem, design, trials, tolerance, file.seed,
+        reader.document.path, file.name or reader.stem, design, trials, tolerance, file.seed,
         tuple(reader.defaults), tuple(reader.inputs),
     )  # fmt: skip
-
-
-def _design(reader: ProjectReader, name: str) -> HopperProject | None:
-    with gathering(reader.problems, reader.document, ("leg",)):
-        path = inside(reader.folder, name)
-        reader.note(path)
-        found = read_hopper_project(path)
-        if found.model == "point_mass":
-            reader.refuse("its model is point_mass, which has no motion to compare; choose another", ("leg",))
-        return found
-    return None
 
 
 def _trials(reader: ProjectReader, file: _GapFile) -> tuple[JumpTrial, ...]:

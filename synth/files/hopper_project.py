@@ -12,11 +12,11 @@ import numpy as np
 from pydantic import Field
 
 from synth.errors import Problem
-from synth.files.paths import matching
+from synth.files.paths import inside
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.schema import Because, Default, read_section
-from synth.files.validate import Quantity, check_kind, gathering
-from synth.files.yaml_lines import Document, load
+from synth.files.schema import Because, Default
+from synth.files.validate import Quantity, gathering
+from synth.files.yaml_lines import Document
 from synth.hopper.leg import Contact, Flexures, HopperLeg, Laminate
 from synth.hopper.models import in_reach
 from synth.hopper.motors import MotorOptions
@@ -220,26 +220,14 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     UserError
         With every mistake of the file; also where no length of the sweep can be in the crouch.
     """
-    document = load(path)
-    check_kind(document, "hopper-design")
-    reader = ProjectReader(document)
-    written = document.value
-    file = read_section(_HopperFile, document, (), reader.problems, reader.defaults, written)
-
-    def section(kind: type[Any], name: str) -> Any:
-        return read_section(kind, document, (name,), reader.problems, reader.defaults, written.get(name))
-
+    reader = ProjectReader.open(path, "hopper-design")
+    document, section = reader.document, reader.section
+    file = section(_HopperFile)
     leg, laminate = section(LegSection, "leg"), section(LaminateSection, "laminate")
     flexures, contact = section(FlexureSection, "flexures"), section(ContactSection, "contact")
     motors, lengths = section(MotorSection, "motors"), section(LengthsSection, "lengths")
     tolerance, parts = section(ToleranceSection, "tolerance"), section(PartsSection, "parts")
-    catalogs: list[Path] = []
-    if motors is not None:
-        for index, pattern in enumerate(motors.catalogs):
-            with gathering(reader.problems, document, ("motors", "catalogs", index)):
-                catalogs += [found for found in matching(reader.folder, pattern) if found not in catalogs]
-        for found in catalogs:
-            reader.note(found)
+    catalogs = reader.matched(motors.catalogs, ("motors", "catalogs")) if motors is not None else ()
     swept = _lengths(reader, lengths) if lengths is not None else ()
     whole = _leg(leg, laminate, flexures, swept) if leg and laminate and flexures and swept else None
     if whole is not None:
@@ -247,18 +235,20 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     reader.finish()
     assert file is not None
     assert whole is not None
+    assert motors is not None
+    assert parts is not None
     options = {name: getattr(motors, name) for name in
                ("supply", "rotor_inertia", "inductance", "resistance", "friction_share")}  # fmt: skip
     return HopperProject(
         path=document.path,
-        name=file.name or document.path.stem,
+        name=file.name or reader.stem,
         model=file.model,
         leg=whole,
         contact=Contact(**vars(contact)),
         motor_options=MotorOptions(**options),
         motors=tuple(motors.use),
         gearbox=motors.gearbox,
-        catalogs=tuple(catalogs),
+        catalogs=catalogs,
         lengths=swept,
         tolerances=Tolerances(**vars(tolerance)),
         objectives=tuple(dict.fromkeys(file.objectives)),
@@ -269,6 +259,18 @@ def read_hopper_project(path: str | Path) -> HopperProject:
         inputs=tuple(reader.inputs),
         problems_at=document,
     )
+
+
+def design_named(reader: ProjectReader, key: str) -> HopperProject | None:
+    """The hopper-design that another project names under ``key``; None where a mistake is noted."""
+    name = reader.written.get(key)
+    if not isinstance(name, str):
+        return None  # said by the file's own check
+    with gathering(reader.problems, reader.document, (key,)):
+        path = inside(reader.folder, name)
+        reader.note(path)
+        return read_hopper_project(path)
+    return None
 
 
 def _lengths(reader: ProjectReader, section: LengthsSection) -> tuple[float, ...]:

@@ -11,12 +11,12 @@ import numpy as np
 from pydantic import Field
 
 from synth.errors import Problem, UserError
-from synth.files.hopper_project import HopperProject, read_hopper_project
+from synth.files.hopper_project import HopperProject, design_named
 from synth.files.paths import inside, matching
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.schema import Because, read_section
+from synth.files.schema import Because
 from synth.files.table import Table, read_table
-from synth.files.validate import Quantity, check_kind, gathering
+from synth.files.validate import Quantity, gathering
 from synth.files.yaml_lines import load
 from synth.hopper.leg import Array
 from synth.units import factor
@@ -116,15 +116,13 @@ def kind_of(path: str | Path) -> str:
 
 def read_motor_runs(path: str | Path) -> MotorRuns:
     """Read ``kind: hopper-motor``; each run has ``time [s],voltage [V],current [A],speed [rad/s]`` of the output."""
-    document = load(path)
-    check_kind(document, "hopper-motor")
-    reader = ProjectReader(document)
-    file = read_section(_MotorFile, document, (), reader.problems, reader.defaults, document.value)
+    reader = ProjectReader.open(path, "hopper-motor")
+    file = reader.section(_MotorFile)
     wanted = {"time": "s", "voltage": "V", "current": "A", "speed": "rad/s"}
     runs = _recordings(reader, file.runs, "runs", wanted) if file is not None else []
     reader.finish()
     assert file is not None
-    return MotorRuns(file.name or document.path.stem, file.gear_ratio, tuple(runs), tuple(reader.inputs))
+    return MotorRuns(file.name or reader.stem, file.gear_ratio, tuple(runs), tuple(reader.inputs))
 
 
 def read_pull_ups(path: str | Path) -> PullUps:
@@ -132,19 +130,17 @@ def read_pull_ups(path: str | Path) -> PullUps:
 
     The angle is an upper link's from the leg's straight line, outward positive, the torque one motor's on it, likewise.
     """
-    document = load(path)
-    check_kind(document, "hopper-pull-ups")
-    reader = ProjectReader(document)
-    file = read_section(_PullUpFile, document, (), reader.problems, reader.defaults, document.value)
-    design = _design(reader, document.value.get("design"))
+    reader = ProjectReader.open(path, "hopper-pull-ups")
+    file = reader.section(_PullUpFile)
+    design = design_named(reader, "design")
     wanted = {"time": "s", "upper link": "rad", "hip torque": "N*m"}
     trials: list[HopperRecording] = []
     for index, item in enumerate(file.trials if file is not None else ()):
         key = ("trials", index)
-        trial = read_section(_Trial, document, key, reader.problems, value=item)
+        trial = reader.entry(_Trial, key, item)
         if trial is None:
             continue
-        with gathering(reader.problems, document, key):
+        with gathering(reader.problems, reader.document, key):
             found = inside(reader.folder, trial.file)
             recording = read_recording(found, trial.file, wanted)
             reader.note(found)
@@ -152,24 +148,22 @@ def read_pull_ups(path: str | Path) -> PullUps:
     reader.finish()
     assert file is not None
     assert design is not None
-    return PullUps(file.name or document.path.stem, design, file.body_mass, file.method, file.seed, tuple(trials),
-                   tuple(reader.inputs))  # fmt: skip
+    return PullUps(
+        file.name or reader.stem, design, file.body_mass, file.method, file.seed, tuple(trials), tuple(reader.inputs)
+    )
 
 
 def read_plate_jumps(path: str | Path) -> PlateJumps:
     """Read ``kind: hopper-jumps``; each jump has ``time [s],ground force [N],upper link [deg]``."""
-    document = load(path)
-    check_kind(document, "hopper-jumps")
-    reader = ProjectReader(document)
-    file = read_section(_JumpFile, document, (), reader.problems, reader.defaults, document.value)
-    design = _design(reader, document.value.get("design"))
+    reader = ProjectReader.open(path, "hopper-jumps")
+    file = reader.section(_JumpFile)
+    design = design_named(reader, "design")
     wanted = {"time": "s", "ground force": "N", "upper link": "rad"}
     jumps = _recordings(reader, file.jumps, "jumps", wanted) if file is not None else []
     reader.finish()
     assert file is not None
     assert design is not None
-    return PlateJumps(file.name or document.path.stem, design, file.motor, file.length, tuple(jumps),
-                      tuple(reader.inputs))  # fmt: skip
+    return PlateJumps(file.name or reader.stem, design, file.motor, file.length, tuple(jumps), tuple(reader.inputs))
 
 
 def read_recording(
@@ -222,14 +216,3 @@ def _recordings(
                 reader.note(path)
                 found.append(read_recording(path, path.relative_to(reader.folder).as_posix(), wanted))
     return found
-
-
-def _design(reader: ProjectReader, name: object) -> HopperProject | None:
-    """The hopper-design that the experiment is about."""
-    if not isinstance(name, str):
-        return None  # said by the file's own check
-    with gathering(reader.problems, reader.document, ("design",)):
-        path = inside(reader.folder, name)
-        reader.note(path)
-        return read_hopper_project(path)
-    return None

@@ -15,9 +15,7 @@ from synth.errors import UserError
 from synth.files.leg import PartResolver
 from synth.files.paths import matching
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.schema import read_section
-from synth.files.validate import Quantity, check_kind
-from synth.files.yaml_lines import load
+from synth.files.validate import Quantity
 from synth.model.leg import Leg
 
 Window = tuple[float, float]
@@ -135,15 +133,13 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
     UserError
         With every mistake of the project and the leg.
     """
-    document = load(path)
-    check_kind(document, "import")
-    reader = ProjectReader(document, resolve_part)
-    written = document.value
-    file = read_section(_ImportFile, document, (), reader.problems, None, written)
+    reader = ProjectReader.open(path, "import", resolve_part)
+    written = reader.written
+    file = reader.entry(_ImportFile, (), written)
     leg = reader.leg(written["leg"], ("leg",)) if isinstance(written.get("leg"), str) else None
     clock = None
     if written.get("time") is not None:
-        clock = read_section(_Clock, document, ("time",), reader.problems, value=written["time"])
+        clock = reader.entry(_Clock, ("time",), written["time"])
         if clock is not None and clock.unit is not None:
             _check_unit(reader, clock.unit, "s", ("time", "unit"))
     columns = _columns(reader, written.get("joints"))
@@ -177,7 +173,7 @@ def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
     for name, value in written.items() if isinstance(written, dict) else ():
         key = ("joints", str(name))
         value = {"column": value} if isinstance(value, str) else value
-        column = read_section(_Column, reader.document, key, reader.problems, value=value)
+        column = reader.entry(_Column, key, value)
         if column is not None:
             if column.unit is not None:
                 _check_unit(reader, column.unit, "rad", (*key, "unit"))
@@ -201,7 +197,7 @@ def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
         if not isinstance(value, Dictionary):
             reader.refuse(f"{raw!r} is no file; write a file, a glob or {{file: ..., window: [2.7 s, 3.4 s]}}", key)
             continue
-        entry = read_section(_Entry, reader.document, key, reader.problems, value=dict(value))
+        entry = reader.entry(_Entry, key, dict(value))
         if entry is None:
             continue
         window = (entry.window[0], entry.window[1]) if entry.window else None

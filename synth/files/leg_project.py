@@ -25,12 +25,12 @@ from synth.files.options import (
     ToleranceOptions,
     Turn,
 )
-from synth.files.paths import inside, matching
+from synth.files.paths import inside
 from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default, read_section
 from synth.files.trials import Trial
-from synth.files.validate import check_kind, gathering
-from synth.files.yaml_lines import Key, load
+from synth.files.validate import gathering
+from synth.files.yaml_lines import Key
 from synth.model.leg import DamperCurve, Leg
 
 # The user's catalogue files -> what looks parts up in them and in the built-in ones.
@@ -153,29 +153,26 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     UserError
         With every mistake of the project, its legs, trials and curves.
     """
-    document = load(path)
-    check_kind(document, "leg-design")
-    written = document.value
-    reader = ProjectReader(document)
-    file = read_section(_LegDesignFile, document, (), reader.problems, reader.defaults, written)
-    select = read_section(_Select, document, ("select",), reader.problems, reader.defaults, written.get("select"))
-    catalogs = _catalogs(reader, select)
+    reader = ProjectReader.open(path, "leg-design")
+    written = reader.written
+    file, select = reader.section(_LegDesignFile), reader.section(_Select, "select")
+    catalogs = reader.matched(select.catalogs, ("select", "catalogs")) if select is not None else ()
     if open_catalogue is not None and not reader.problems:
         with gathering(reader.problems):
             reader.resolve_part = open_catalogue(catalogs)
     source, trials = _source(reader, written.get("source"))
     target = reader.leg(file.target, ("target",)) if file is not None else None
-    scale = _time_scale(reader, written.get("scale"), source, target)
+    scale = _time_scale(reader, source, target)
     if source is not None and target is not None and source.joint_names != target.joint_names:
         names = [", ".join(leg.joint_names) for leg in (source, target)]
         reader.refuse(
             f"the target's joints are {names[1]}, the source's {names[0]}; they must be the same", ("target",)
         )
-    fit = read_section(FitOptions, document, ("fit",), reader.problems, reader.defaults, written.get("fit"))
+    fit = reader.section(FitOptions, "fit")
     parts = _parts(reader, select, written.get("select"))
     joints = _joints(reader, select, target)
     dampers = _dampers(reader, written.get("dampers"), target)
-    cad = read_section(CadOptions, document, ("cad",), reader.problems, reader.defaults, written.get("cad"))
+    cad = reader.section(CadOptions, "cad")
     reader.finish()
     assert file is not None
     assert source is not None
@@ -183,7 +180,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     assert fit is not None
     assert cad is not None
     return LegProject(
-        path=document.path,
+        path=reader.document.path,
         name=file.name or target.name,
         source=source,
         trials=trials,
@@ -205,7 +202,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
 def _source(reader: ProjectReader, value: Any) -> tuple[Leg | None, tuple[Trial, ...]]:
     if value is None:
         return None, ()  # said by the file's own check
-    section = read_section(_Source, reader.document, ("source",), reader.problems, value=value)
+    section = reader.entry(_Source, ("source",), value)
     name = value.get("leg") if isinstance(value, dict) else None
     leg = reader.leg(name, ("source", "leg")) if isinstance(name, str) else None
     if leg is None or section is None:
@@ -213,9 +210,9 @@ def _source(reader: ProjectReader, value: Any) -> tuple[Leg | None, tuple[Trial,
     return leg, reader.trials(section.trials, leg, ("source", "trials"))
 
 
-def _time_scale(reader: ProjectReader, value: Any, source: Leg | None, target: Leg | None) -> float:
+def _time_scale(reader: ProjectReader, source: Leg | None, target: Leg | None) -> float:
     """The factor of time; 1 where a mistake was noted."""
-    section = read_section(_Scale, reader.document, ("scale",), reader.problems, reader.defaults, value)
+    section = reader.section(_Scale, "scale")
     if section is None or (section.time == "froude" and (source is None or target is None)):
         return 1.0
     if section.time == "froude" and source is not None and target is not None:
@@ -230,17 +227,6 @@ def _time_scale(reader: ProjectReader, value: Any, source: Leg | None, target: L
             raise UserError(f"{section.time} is not allowed: a factor between 0.001 and 1000, or froude")
         return factor
     return 1.0
-
-
-def _catalogs(reader: ProjectReader, select: _Select | None) -> tuple[Path, ...]:
-    found: list[Path] = []
-    for index, pattern in enumerate(select.catalogs if select is not None else ()):
-        with gathering(reader.problems, reader.document, ("select", "catalogs", index)):
-            paths = matching(reader.folder, pattern)
-            found += [path for path in paths if path not in found]
-    for path in found:
-        reader.note(path)
-    return tuple(found)
 
 
 def _parts(reader: ProjectReader, select: _Select | None, written: Any) -> PartsOptions:
@@ -266,7 +252,7 @@ def _joints(reader: ProjectReader, select: _Select | None, target: Leg | None) -
     result: dict[str, JointChoice] = {}
     for name in target.joint_names if target is not None else select.joints:
         key = (*place, name)
-        joint = read_section(_Joint, document, key, problems, value=select.joints.get(name))
+        joint = reader.entry(_Joint, key, select.joints.get(name))
         if joint is None:
             continue
         spring = read_section(SpringChoice, document, (*key, "spring"), problems, defaults, joint.spring)
@@ -309,7 +295,7 @@ def _dampers(reader: ProjectReader, value: Any, target: Leg | None) -> dict[str,
     result: dict[str, MeasuredDamper] = {}
     for name, item in value.items():
         key: Key = ("dampers", name)
-        damper = read_section(_Damper, reader.document, key, reader.problems, value=item)
+        damper = reader.entry(_Damper, key, item)
         if damper is not None and name in target.joint_names:
             measured = _measured(reader, damper, name, key)
             if measured is not None:

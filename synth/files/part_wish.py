@@ -18,11 +18,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from synth.files.options import DamperChoice, PartsOptions, Share, SpringChoice
-from synth.files.paths import matching
 from synth.files.reading import ProjectReader
-from synth.files.schema import read_section
-from synth.files.validate import Quantity, check_kind, gathering
-from synth.files.yaml_lines import load
+from synth.files.validate import Quantity
 
 Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
@@ -74,24 +71,20 @@ def read_part_wish(path: str | Path) -> PartWish:
     UserError
         With every mistake of the file.
     """
-    document = load(path)
-    check_kind(document, "part-wish")
-    reader, written = ProjectReader(document), document.value
-    file = read_section(_WishFile, document, (), reader.problems, value=written)
+    reader = ProjectReader.open(path, "part-wish")
+    written = reader.written
+    file = reader.entry(_WishFile, (), written)
     spring = damper = None
     if written.get("spring") is not None:
-        spring = read_section(SpringWished, document, ("spring",), reader.problems, value=written["spring"])
+        spring = reader.entry(SpringWished, ("spring",), written["spring"])
     if written.get("damper") is not None:
-        damper = read_section(DamperWished, document, ("damper",), reader.problems, value=written["damper"])
+        damper = reader.entry(DamperWished, ("damper",), written["damper"])
     if "spring" not in written and "damper" not in written:
         reader.refuse('asks for nothing: write "spring" or "damper", such as spring: {rate: 2.2 N*m/rad}', ("kind",))
     if damper is not None and (damper.torque is None) != (damper.speed is None):
         reader.refuse("a torque belongs to a speed: give both or neither", ("damper",))
-    catalogs: list[Path] = []
-    for index, pattern in enumerate(file.catalogs if file is not None else ()):
-        with gathering(reader.problems, document, ("catalogs", index)):
-            catalogs += [each for each in matching(reader.folder, pattern) if each not in catalogs]
+    catalogs = reader.matched(file.catalogs, ("catalogs",)) if file is not None else ()
     reader.finish()
     assert file is not None
     parts = PartsOptions(tuple(file.vendors), tuple(file.without), file.system)
-    return PartWish(document.path, spring, damper, tuple(catalogs), parts)
+    return PartWish(reader.document.path, spring, damper, catalogs, parts)

@@ -12,11 +12,9 @@ from synth.files.leg import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.options import FitOptions, FreeAngle, Prior
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.schema import Because, Default, read_section
+from synth.files.schema import Because, Default
 from synth.files.static_points import StaticPoint, read_static_points
 from synth.files.trials import Trial
-from synth.files.validate import check_kind
-from synth.files.yaml_lines import load
 from synth.model.leg import Leg
 
 __all__ = ["FitProject", "LegProject", "read_fit_project", "read_leg_project"]
@@ -69,20 +67,14 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     UserError
         With every mistake of the project, the leg and the trials.
     """
-    document = load(path)
-    check_kind(document, "fit")
-    reader = ProjectReader(document, resolve_part)
-    file = read_section(_FitFile, document, (), reader.problems, reader.defaults, document.value)
-    written = document.value
-    fit = read_section(FitOptions, document, ("fit",), reader.problems, reader.defaults, written.get("fit"))
+    reader = ProjectReader.open(path, "fit", resolve_part)
+    document, written = reader.document, reader.written
+    file = reader.section(_FitFile)
+    fit = reader.section(FitOptions, "fit")
     prior = None
     if written.get("prior") is not None:
-        prior = read_section(Prior, document, ("prior",), reader.problems, value=written["prior"])
-    leg_name, entries = written.get("leg"), written.get("trials")
-    leg = reader.leg(leg_name, ("leg",)) if isinstance(leg_name, str) else None
-    trials: tuple[Trial, ...] = ()
-    if leg is not None and isinstance(entries, list) and entries:
-        trials = reader.trials(entries, leg, ("trials",))
+        prior = reader.entry(Prior, ("prior",), written["prior"])
+    leg, trials = reader.leg_and_trials()
     if leg is not None and prior is not None:
         _check_prior(reader, prior, leg)
     static: tuple[StaticPoint, ...] = ()

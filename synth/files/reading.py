@@ -10,11 +10,11 @@ from typing import Any
 
 from synth.errors import Problem
 from synth.files.leg import PartResolver, read_leg
-from synth.files.paths import inside
-from synth.files.schema import Default
+from synth.files.paths import inside, matching
+from synth.files.schema import Default, Section, read_section
 from synth.files.trials import Trial, read_trials
-from synth.files.validate import gathering, near, raise_if_any
-from synth.files.yaml_lines import Document, Key
+from synth.files.validate import check_kind, gathering, near, raise_if_any
+from synth.files.yaml_lines import Document, Key, load
 from synth.model.leg import Leg
 
 
@@ -36,14 +36,48 @@ class ProjectReader:
     defaults: list[Default] = field(default_factory=list)
     inputs: list[InputFile] = field(default_factory=list)
 
+    @classmethod
+    def open(cls, path: str | Path, kind: str, resolve_part: PartResolver | None = None) -> ProjectReader:
+        """Begin to read a project file.
+
+        Raises
+        ------
+        UserError : it cannot be read, or is of another kind.
+        """
+        document = load(path)
+        check_kind(document, kind)
+        return cls(document, resolve_part)
+
     def __post_init__(self) -> None:
         self.inputs.append(InputFile(self.document.path.name, sha256(self.document.data).hexdigest()))
 
     @property
     def folder(self) -> Path:
+        """The project's; all that it names lies below."""
         return self.document.path.parent
 
+    @property
+    def stem(self) -> str:
+        """The file's name without its ending: a project's own name where it has none."""
+        return self.document.path.stem
+
+    @property
+    def written(self) -> dict[str, Any]:
+        """The file's own mapping, nothing of it checked."""
+        value: dict[str, Any] = self.document.value
+        return value
+
+    def section(self, section: type[Section], *key: str) -> Section | None:
+        """The mapping under ``key``, or the whole file, as a dataclass; defaults that apply are recorded."""
+        value = self.written.get(key[0]) if key else self.written
+        return read_section(section, self.document, key, self.problems, self.defaults, value)
+
+    def entry(self, section: type[Section], key: Key, value: Any) -> Section | None:
+        """What stands at ``key`` as a dataclass whose defaults need no mention."""
+        return read_section(section, self.document, key, self.problems, value=value)
+
     def refuse(self, text: str, key: Key) -> None:
+        """Collect a mistake at ``key``."""
         self.problems.append(self.document.problem(text, key))
 
     def note(self, path: Path) -> None:
@@ -60,6 +94,24 @@ class ProjectReader:
             self.note(path)
             return leg
         return None
+
+    def leg_and_trials(self) -> tuple[Leg | None, tuple[Trial, ...]]:
+        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so."""
+        name, entries = self.written.get("leg"), self.written.get("trials")
+        leg = self.leg(name, ("leg",)) if isinstance(name, str) else None
+        if leg is None or not isinstance(entries, list) or not entries:
+            return leg, ()
+        return leg, self.trials(entries, leg, ("trials",))
+
+    def matched(self, patterns: Sequence[str], key: Key) -> tuple[Path, ...]:
+        """The files of the patterns listed at ``key``, each once."""
+        found: list[Path] = []
+        for index, pattern in enumerate(patterns):
+            with gathering(self.problems, self.document, (*key, index)):
+                found += [path for path in matching(self.folder, pattern) if path not in found]
+        for path in found:
+            self.note(path)
+        return tuple(found)
 
     def trials(self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = ()) -> tuple[Trial, ...]:
         """The trials listed at ``key``, of which at least one must be left to fit."""
