@@ -102,7 +102,6 @@ def notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) -> 
     pins = _pin_angles(dimensions, upper)
     closed, opened = arm_turns(dimensions, upper, space)
     behind, ahead = min(-90.0 - closed, pins[0]), max(-near - opened, pins[1])
-    low, high = dimensions.range
     # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.
-    turned = [upper.direction - (angle - dimensions.zero_angle) for angle in (low, high)]
+    turned = [upper.direction - dimensions.opening(angle) for angle in dimensions.ends]
     return turned[1] + behind, turned[0] + ahead

@@ -138,7 +138,7 @@ def _check_arms(joint: BuiltJoint, spring: BuiltPart, upper_pins: str) -> list[C
     arms = measured_arms(spring.solid)
     low_is_lower = joint.seat(spring)[1].flips[1] > 0
     lower, upper = arms if low_is_lower else arms[::-1]
-    between = (lower.seen_angle() - upper.seen_angle()) * dimensions.sign % 360.0
+    between = (lower.seen_angle() - upper.seen_angle()) * dimensions.opening_sign % 360.0
     error = abs((between - dimensions.spring.included_angle + 180.0) % 360.0 - 180.0)
     results = [at_most("included angle", spring.name, error, ANGLE_TOLERANCE, "deg", "between the drawn arms")]
     touching = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2

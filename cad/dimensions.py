@@ -153,6 +153,7 @@ class JointDimensions:
     encoder: EncoderDimensions | None = None
     mount: MountDimensions | None = None
     springs: int = 1  # 2: a pair, one of each hand, mirrored at the tongue's floor
+    closes: int = -1  # -1: the spring's arms close towards smaller measured angles; +1: towards larger ones
 
     @property
     def floor_thickness(self) -> float:
@@ -168,7 +169,26 @@ class JointDimensions:
     @property
     def arm_offset(self) -> float:
         """Offset of the lower half's arm shafts, deg; see :func:`arm_offset`."""
-        return arm_offset(self.free_angle, self.spring.included_angle, self.upper_arm_angle)
+        return arm_offset(self.free_angle, self.spring.included_angle, self.upper_arm_angle, self.closes)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The travel's ends, measured deg: where the arms are closed most, and where they are open most."""
+        low, high = self.range
+        return (low, high) if self.closes < 0 else (high, low)
+
+    def closing(self, measured_angle: float) -> float:
+        """How far the joint closes the spring's arms from its free angle to ``measured_angle``, deg."""
+        return self.closes * (measured_angle - self.free_angle)
+
+    def opening(self, measured_angle: float) -> float:
+        """Rotation of the lower half from straight, deg, positive in the sense that opens the arms."""
+        return -self.closes * (measured_angle - self.zero_angle)
+
+    @property
+    def opening_sign(self) -> int:
+        """The sense in which the arms open, +1 counter-clockwise seen from +z."""
+        return -self.closes * self.sign
 
     def rotation(self, measured_angle: float) -> float:
         """Rotation of the lower half from straight, deg, counter-clockwise positive seen from +z."""
@@ -187,6 +207,9 @@ class JointDimensions:
         if self.springs not in (1, 2):
             text = "a pocket on each side of the tongue holds one spring"
             found.append(DimensionProblem(prefix + "springs", self.springs, "1 or 2", text))
+        if self.closes not in (1, -1):
+            text = "the sense of the measured angle in which the spring's arms close"
+            found.append(DimensionProblem(prefix + "closes", self.closes, "+1 or -1", text))
         found += self.spring.problems(prefix + "spring.") + self.damper.problems(prefix + "damper.")
         found += range_problems(self.loads, prefix + "loads.")
         found += self.encoder.problems(prefix + "encoder.") if self.encoder is not None else []
@@ -251,16 +274,17 @@ class LegDimensions:
         return found
 
 
-def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float = 0.0) -> float:
+def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float = 0.0, closes: int = -1) -> float:
     """Where the lower half carries its arm shafts, deg from its link's centre line, so that the spring is free there.
 
     The upper arm runs along ``upper_arm_angle`` (0: the line from which the joint's angle is measured). At
     the free angle the lower arm must stand at the spring's included angle from it, so the lower arm's line
     is turned from its link's centre line, towards smaller joint angles when positive, by
     ``free_angle - included_angle - upper_arm_angle``. Thesis section 4.2: ankle 139 - 120 = +19 deg,
-    knee 111 - 120 = -9 deg.
+    knee 111 - 120 = -9 deg. Where larger angles close the arms (``closes`` +1) it stands on the other side:
+    ``free_angle + included_angle - upper_arm_angle``.
     """
-    return free_angle - included_angle - upper_arm_angle
+    return free_angle + closes * included_angle - upper_arm_angle
 
 
 def check(dimensions: SpringDimensions | DamperDimensions | JointDimensions | LegDimensions) -> None:

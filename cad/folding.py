@@ -57,13 +57,13 @@ def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) 
 
 def _meeting(dimensions: JointDimensions, layout: JointLayout, most: float) -> list[DimensionProblem]:
     """A travel beyond ``most`` deg from straight, or at whose ends the links are nearer than the clearance."""
-    least, zero = dimensions.clearance - ROUNDING, dimensions.zero_angle
+    least = dimensions.clearance - ROUNDING
 
     def clear(rotation: float) -> bool:
         return abs(rotation) <= most and link_gap(dimensions, layout, rotation) >= least
 
     low, high = dimensions.range
-    if clear(low - zero) and clear(high - zero):
+    if clear(dimensions.opening(low)) and clear(dimensions.opening(high)):
         return []
     limits = []
     for end in (-180.0, 180.0):
@@ -71,7 +71,8 @@ def _meeting(dimensions: JointDimensions, layout: JointLayout, most: float) -> l
         for _ in range(HALVINGS):
             middle = (free + met) / 2
             free, met = (middle, met) if clear(middle) else (free, middle)
-        limits.append(zero + free)
+        limits.append(dimensions.zero_angle - dimensions.closes * free)
+    limits.sort()
     # Rounded inwards: what is said to be allowed is.
     allowed = f"{math.ceil(100 * limits[0]) / 100:.6g} to {math.floor(100 * limits[1]) / 100:.6g} deg"
     reason = "the links would meet" if dimensions.mount is None else "the link would meet the web or the mount's flange"

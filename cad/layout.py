@@ -1,7 +1,7 @@
 """Where everything of a joint lies: plain arithmetic from its dimensions, no solids.
 
 Canonical frame, mm: the hinge axis is z, the middle of the tongue z = 0, the upper link points along +y,
-the straight lower link along -y. It holds a right-hand spring and a joint whose measured angle grows
+the straight lower link along -y. It holds a right-hand spring whose arms open as the lower link turns
 counter-clockwise seen from +z. Every other joint is this one mirrored (see ``flips``), except the spring,
 which is drawn in its own hand and laid in, so that the contact checks test the mirror too.
 
@@ -128,14 +128,14 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     wire_radius = spring.wire_diameter / 2
     heights = _heights(dimensions, space, slope * reach)
     gap, pair = heights.half_width + clear, dimensions.springs == 2
-    ref = 270.0 - dimensions.zero_angle + dimensions.upper_arm_angle
+    ref = 270.0 + dimensions.closes * (dimensions.zero_angle - dimensions.upper_arm_angle)
     # The coil stands on the floor: opened it is lower, and its upper arm with it.
     lowest = heights.coil_start + heights.coil - space.drop - wire_radius - PIN_OVERHANG
     pin_bottom = max(lowest, heights.floor_top + clear)
     upper = lay_arm(dimensions, ref, -1, pin_reach, pin_bottom, gap + dimensions.plate)
     pin_top = heights.coil_start + wire_radius + PIN_OVERHANG
     pin_bottom = -pin_top if pair else -heights.half_width
-    lower = lay_arm(dimensions, 270.0 - dimensions.arm_offset, 1, pin_reach, pin_bottom, pin_top)
+    lower = lay_arm(dimensions, 270.0 + dimensions.closes * dimensions.arm_offset, 1, pin_reach, pin_bottom, pin_top)
     tip = math.hypot(space.radius_open + wire_radius, reach)
     seat = max(upper.pin_radius, lower.pin_radius) + wall
     damper = dimensions.damper
@@ -179,7 +179,7 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
         lower=lower,
         screws=damper_screws(dimensions.damper, upper if pair else None),
         mirrored=pair,
-        flips=(dimensions.sign, dimensions.sign * spring.hand_sign),
+        flips=(dimensions.opening_sign, dimensions.opening_sign * spring.hand_sign),
     )
     problems += travel_problems(dimensions, layout) + fitting_problems(dimensions, layout)
     if problems:

@@ -28,7 +28,7 @@ def pose_spring(dimensions: JointDimensions, layout: JointLayout, angle: float) 
     shafts, opening on the keepers; within the keepers' gap it keeps its shape and both arms share the play.
     The closing is found by bisection.
     """
-    wanted = dimensions.free_angle - angle  # deg that the joint closes beyond the unloaded pose
+    wanted = dimensions.closing(angle)  # deg that the joint closes beyond the unloaded pose
     spring, coils = dimensions.spring, dimensions.spring.drawn_coils
     lateral = (spring.wire_diameter + dimensions.pin_diameter) / 2
     if wanted >= 0.0:

@@ -34,14 +34,15 @@ def spring_space(dimensions: JointDimensions) -> SpringSpace:
     """The coil's room over the joint's travel: open it is wider, closed it is narrower and longer."""
     spring, clear = dimensions.spring, dimensions.clearance
     coils, problems = spring.drawn_coils, []
-    low, high = dimensions.range
-    closing, opening = max(0.0, dimensions.free_angle - low), max(0.0, high - dimensions.free_angle)
+    closed, opened = dimensions.ends
+    closing, opening = max(0.0, dimensions.closing(closed)), max(0.0, -dimensions.closing(opened))
     if coils - opening / 360.0 < 0.5 * coils:
+        limit = "most" if dimensions.closes < 0 else "least"
         problems.append(
             DimensionProblem(
                 f"{dimensions.name}.range",
                 dimensions.range,
-                f"at most {dimensions.free_angle + 180 * coils:.4g} deg",
+                f"at {limit} {dimensions.free_angle - dimensions.closes * 180 * coils:.4g} deg",
                 f"the joint would open more than half of the spring's {coils:.3f} coils",
             )
         )
@@ -55,7 +56,7 @@ def spring_space(dimensions: JointDimensions) -> SpringSpace:
                 f"{dimensions.name}.shaft_diameter",
                 dimensions.shaft_diameter,
                 f"at most {narrowest - 2 * clear:.4g} mm",
-                f"the coil closes to an inner diameter of {narrowest:.4g} mm at {low:g} deg",
+                f"the coil closes to an inner diameter of {narrowest:.4g} mm at {closed:g} deg",
             )
         )
     # Lee Spring asks for about 10 % between a mandrel and the smallest inner diameter; of a small coil that is less

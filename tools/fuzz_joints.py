@@ -45,7 +45,8 @@ from cad.dimensions import coil_fraction
 from cad.limits import limit_of
 
 REFUSING = ("strength:", "print:")  # gates whose text names the dimension to change
-PAIRS = 0.25  # of the designs
+PAIRS = 0.25  # of the designs, that have two springs
+TURNED = 0.25  # of the designs, whose springs close towards larger angles
 FAILURES = ("STOPPED", "CRASHED", "TIMEOUT", "DIED")
 
 
@@ -152,10 +153,11 @@ def stretched(generator: random.Random) -> JointDimensions:
 
 
 def design(seed: int) -> JointDimensions:
-    """The design of a seed, of the three kinds in turn; every fourth or so with a pair of springs."""
+    """The design of a seed, of the three kinds in turn; some have a pair of springs, some springs turned round."""
     generator = random.Random(seed)
     drawn = (around, stretched, anywhere)[seed % 3](generator)
-    return replace(drawn, springs=2 if generator.random() < PAIRS else 1)
+    springs = 2 if generator.random() < PAIRS else 1
+    return replace(drawn, springs=springs, closes=1 if generator.random() < TURNED else -1)
 
 
 def outcome(dimensions: JointDimensions) -> dict[str, Any]:

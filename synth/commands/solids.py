@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, degrees, floor
+from math import ceil, degrees, floor, remainder
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,12 +96,14 @@ def _joint(design: LegDesign, j: int, rest: float, fastest: float, notes: list[s
         loads=cad.LoadDimensions(joint.spring.rate, _damper_torque(joint, fastest)),
         mount=cad.MountDimensions() if options.mount and j == 0 else None,
         springs=2 if _count(design, j, notes) == 2 else 1,
+        closes=design.springs.chosen[j].closes,
     )
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
+        offset = remainder(turned.arm_offset, 360.0)
         notes.append(
             f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn at "
-            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm's shaft at {turned.arm_offset:+.1f} deg"
+            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm's shaft at {offset:+.1f} deg"
         )
     return turned
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
-from math import degrees
+from math import degrees, pi, remainder
 
 import numpy as np
 
@@ -59,10 +59,15 @@ class LegDesign:
     target_effects: tuple[TargetEffect, ...] = ()
 
     def arm_offset(self, joint: int) -> float:
-        """Offset of the lower half's arm shaft, rad: the built joint's free angle less the spring's included angle."""
+        """Offset of the lower half's arm shaft, rad: the built joint's free angle less the spring's included angle.
+
+        Plus it, where the spring is seated so that larger angles close its arms. Within half a turn.
+        """
         spring = self.built.joints[joint].spring
         assert spring is not None
-        return spring.free_angle - self.springs.chosen[joint].included_angle
+        chosen = self.springs.chosen[joint]
+        offset = spring.free_angle + chosen.closes * chosen.included_angle
+        return offset if abs(offset) <= pi else remainder(offset, 2 * pi)
 
 
 def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = None) -> LegDesign:

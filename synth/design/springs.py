@@ -31,12 +31,17 @@ ARM_LENGTH = 0.025  # m, of a spring to wind, up to where it bears
 class Travel:
     """How far a joint's spring is turned from its free angle: the farther side, which winds it, and the other; rad.
 
-    ``below``: the farther side lies at smaller measured angles, where a joint as drawn closes the spring's arms.
+    ``below``: the farther side lies at smaller measured angles, where a joint drawn as the thesis' closes the arms.
     """
 
     winding: float
     opening: float
     below: bool = True
+
+    @property
+    def turned_round(self) -> bool:
+        """Work goes to larger angles, by far: the spring is seated so that those close its arms."""
+        return not self.below and self.winding >= 2.0 * self.opening and self.winding >= radians(2.0)
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,8 @@ class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
     ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together. ``outside``: the rate is not
-    within the wished tolerance, so it is an alternative only.
+    within the wished tolerance, so it is an alternative only. ``closes``: -1 where smaller measured angles close its
+    arms, +1 where larger ones do.
     """
 
     rate: float
@@ -56,6 +62,7 @@ class SpringOption:
     error: float = float("nan")
     count: int = 1
     outside: bool = False
+    closes: int = -1
 
     @property
     def label(self) -> str:
@@ -222,7 +229,8 @@ def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: 
             )
         except UserError:
             check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
-    return SpringOption(row.rate * count, row.included_angle, row=row, check=check, count=count)
+    closes = 1 if travel.turned_round else -1
+    return SpringOption(row.rate * count, row.included_angle, row=row, check=check, count=count, closes=closes)
 
 
 def _to_wind(
@@ -259,17 +267,18 @@ def _to_wind(
             f"{'; '.join(result.binding)}. The nearest that can is taken: {nearest.text}"
         ]
     total = design.rate * design.count
-    return SpringOption(total, design.included_angle, design=design, result=result), said
+    closes = 1 if travel.turned_round else -1
+    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes), said
 
 
 def sense_warning(joint: str, travel: Travel) -> list[str]:
-    """Work that opens the coil: a joint as drawn closes the arms towards smaller measured angles."""
-    if travel.below or travel.winding < 2.0 * travel.opening or travel.winding < radians(2.0):
+    """Work that would open the coil of a spring seated as the thesis' are, so that another seat is drawn."""
+    if not travel.turned_round:
         return []
     return [
         f"{joint}: work turns its spring {degrees(travel.winding):.0f} deg towards larger measured angles and only "
-        f"{degrees(travel.opening):.0f} deg the other way, while the joint as drawn winds the spring towards smaller "
-        "ones; torsion springs are made to be wound up. Mount the spring the other way round, or preload it"
+        f"{degrees(travel.opening):.0f} deg the other way; torsion springs are made to be wound up, so it is seated "
+        "the other way round: larger angles close its arms, its arm offset is the free angle plus the included angle"
     ]
 
 

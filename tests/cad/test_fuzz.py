@@ -24,8 +24,8 @@ def fuzz():
 
 
 def lone(fuzz, seed):
-    """The design of a seed as it was before pairs of springs were drawn."""
-    return replace(fuzz.design(seed), springs=1)
+    """The design of a seed as it was before pairs of springs were drawn, and springs turned round."""
+    return replace(fuzz.design(seed), springs=1, closes=-1)
 
 
 def test_a_seed_is_a_design(fuzz):

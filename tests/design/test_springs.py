@@ -142,8 +142,8 @@ def test_travel_is_the_range_where_the_leg_has_one_else_the_motion() -> None:
     assert np.degrees([found.winding, found.opening]) == pytest.approx([51.0, 39.0])
 
 
-def test_work_that_opens_the_coil_is_said() -> None:
-    """As drawn the arms close towards smaller measured angles; a joint with sign -1 turns the other way in q."""
+def test_a_spring_that_work_would_open_is_seated_the_other_way_round_and_that_is_said() -> None:
+    """As the thesis' the arms close towards smaller measured angles; a joint with sign -1 turns the other way in q."""
     leg = knee(1.0)
     motion = np.radians([[0.0], [40.0], [-5.0]])
     for sign, below in ((1, False), (-1, True)):
@@ -151,9 +151,17 @@ def test_work_that_opens_the_coil_is_said() -> None:
         (found,) = travels(turned, [motion])
         assert found.below is below
         assert np.degrees([found.winding, found.opening]) == pytest.approx([40.0, 5.0])
-        assert bool(sense_warning("knee", found)) is not below
+        assert bool(sense_warning("knee", found)) is found.turned_round is not below
     assert "towards larger measured angles" in sense_warning("knee", Travel(0.7, 0.1, below=False))[0]
     assert sense_warning("knee", Travel(0.7, 0.6, below=False)) == []
+
+
+@pytest.mark.parametrize("rate", [2.2922, 3.3])  # a bought one, one to wind
+def test_the_seat_is_the_choice_s(catalogue: Catalogue, rate: float) -> None:
+    for travel, closes in ((Travel(0.7, 0.1, below=False), 1), (Travel(0.7, 0.1), -1)):
+        made = choose(knee(rate), choice(rate_tolerance=0.05), catalogue, [travel])
+        assert {option.closes for option in made.ranked[0]} == {closes}
+        assert any("the other way round" in text for text in made.warnings[0]) is (closes == 1)
 
 
 def test_a_spring_of_which_no_strength_is_known_is_said_to_be_unchecked(catalogue: Catalogue) -> None:
