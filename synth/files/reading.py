@@ -67,10 +67,11 @@ class ProjectReader:
         value: dict[str, Any] = self.document.value
         return value
 
-    def section(self, section: type[Section], *key: str) -> Section | None:
-        """The mapping under ``key``, or the whole file, as a dataclass; defaults that apply are recorded."""
-        value = self.written.get(key[0]) if key else self.written
-        return read_section(section, self.document, key, self.problems, self.defaults, value)
+    def section(self, section: type[Section], key: str = "") -> Section | None:
+        """The mapping under ``key``, without one the whole file, as a dataclass; defaults that apply are recorded."""
+        place: Key = (key,) if key else ()
+        value = self.written.get(key) if key else self.written
+        return read_section(section, self.document, place, self.problems, self.defaults, value)
 
     def entry(self, section: type[Section], key: Key, value: Any) -> Section | None:
         """What stands at ``key`` as a dataclass whose defaults need no mention."""

@@ -196,30 +196,9 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
             while _release(body, law, at, par, mode, held, fixed, tau, force, load):
                 derivative(body, gravity, held, law, at, par, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
             _advance(
-                body,
-                gravity,
-                held,
-                law,
-                at,
-                par,
-                mode,
-                t,
-                rest,
-                q,
-                w,
-                z,
-                a1,
-                d1,
-                tau,
-                force,
-                load,
-                qn,
-                wn,
-                zn,
-                v,
-                m3,
-                s,
-            )
+                body, gravity, held, law, at, par, mode,
+                t, rest, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+            )  # fmt: skip
             used, first = rest, -1
             for k in range(m):
                 if _margin(k, law, at, par, mode, fixed, qn, wn, zn) < 0.0:
@@ -242,33 +221,10 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
 
 @njit(cache=True)
 def _locate(
-    k,
-    used,
-    first,
-    body,
-    gravity,
-    held,
-    law,
-    at,
-    par,
-    mode,
-    fixed,
-    t,
-    q,
-    w,
-    z,
-    a1,
-    d1,
-    tau,
-    force,
-    load,
-    qn,
-    wn,
-    zn,
-    v,
-    m3,
-    s,
-):
+    k, used, first,
+    body, gravity, held, law, at, par, mode, fixed,
+    t, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+):  # fmt: skip
     """Shorten the step to law ``k``'s event, if it comes before ``used``; leaves the state at the new end."""
     low, at_low = 0.0, max(_margin(k, law, at, par, mode, fixed, q, w, z), 0.0)
     high, at_high = used, _margin(k, law, at, par, mode, fixed, qn, wn, zn)

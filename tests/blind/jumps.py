@@ -6,10 +6,7 @@ that can open neither answers nor generator, then joined with the answers and sc
 
 from __future__ import annotations
 
-import argparse
-import hashlib
 import json
-import os
 import shutil
 import sys
 from collections.abc import Sequence
@@ -17,6 +14,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from blind import run, score
+from blind.asked import Asked
 from blind.jump_cases import PLACES, make_case
 from blind.page import Method, write_page
 from blind.views import read_views
@@ -56,42 +54,23 @@ def _one(seed: int, number: int, folder: Path) -> dict[str, object]:
     return make_case(seed, number, kind, folder, effect)
 
 
-def program(folder: Path) -> run.Program:
-    """The program as it is; its hash is of all of it, the jumping leg's part too."""
-    total = hashlib.sha256()
-    for path in sorted((run.ROOT / "synth").rglob("*.py")):
-        total.update(str(path.relative_to(run.ROOT)).encode() + path.read_bytes())
-    for old in folder.glob("program-*"):
-        shutil.rmtree(old)
-    return run.Program(run.snapshot(folder).folder, total.hexdigest())
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="blind.jumps", description=__doc__)
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--count", type=int, required=True)
-    parser.add_argument("--to", type=Path, required=True, help="folder for everything")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    chosen = parser.parse_args(arguments)
-    folder = chosen.to / f"seed-{chosen.seed}-{chosen.count}"
-    file = folder / "answers" / "answers.json"
-    if not file.exists():
-        make(chosen.seed, chosen.count, folder, chosen.workers)
-    tested = program(folder)
-    run.diagnose_all(folder / "cases", folder / "diagnosed", file, chosen.workers, tested)
-    answers = json.loads(file.read_text())
-    views = read_views(folder / "diagnosed", list(answers))
+def main(words: Sequence[str] | None = None) -> int:
+    asked = Asked.of(words, "blind.jumps", __doc__)
+    if not asked.answers.exists():
+        make(asked.seed, asked.count, asked.folder, asked.workers)
+    program = run.snapshot(asked.folder, apart=())
+    run.diagnose_all(asked.cases, asked.folder / "diagnosed", asked.answers, asked.workers, program)
+    answers = json.loads(asked.answers.read_text())
+    views = read_views(asked.folder / "diagnosed", list(answers))
     made = (
-        f"Seed {chosen.seed}, {len(answers)} cases of a jumping leg; program {tested.digest[:12]} (SHA-256). The "
+        f"Seed {asked.seed}, {len(answers)} cases of a jumping leg; program {program.digest[:12]} (SHA-256). The "
         "recordings are MuJoCo's with other functional forms than the library's; every leg is off within its "
         "tolerances. The gap is what tolerances leave of the effect, in noise floors of the channel that shows it "
         "best; shrink is held against the noise alone. Each diagnosis ran in a process that could open neither the "
         "answers nor the generator."
     )
-    page = write_page(folder, answers, [Method("synth gap", views, score.scores(answers, views))], made)
-    for name in ("blind.html", "blind.json"):
-        shutil.copy(folder / name, chosen.to / name)
-    print(f"{chosen.to / page.name}")  # noqa: T201
+    write_page(asked.folder, answers, [Method("synth gap", views, score.scores(answers, views))], made)
+    asked.show()
     return 0
 
 

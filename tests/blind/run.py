@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 LONGEST = 600.0  # s, a case; longer is a failure
 PROGRAM = "program.txt"  # in the outputs' folder: what made them
 PACKAGES = ("synth", "reports", "catalogs")
-APART = ("hopper", "design", "spring", "parts", "examples", "commands")  # of synth: no part of a diagnosis
+APART = ("hopper", "design", "spring", "parts", "examples", "commands")  # no part of a diagnosis of swings
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class Program:
     digest: str
 
 
-def snapshot(to: Path) -> Program:
-    """The program as it is now, in a folder of its own below ``to``."""
-    digest = source_hash()
+def snapshot(to: Path, apart: Sequence[str] = APART) -> Program:
+    """The program as it is now, in a folder of its own below ``to``; ``apart`` as for ``source_hash``."""
+    digest = source_hash(apart)
     folder = to / f"program-{digest[:12]}"
     if not folder.exists():
         for old in to.glob("program-*"):
@@ -61,12 +61,15 @@ def snapshot(to: Path) -> Program:
     return Program(folder.resolve(), digest)
 
 
-def source_hash() -> str:
-    """Hash of the source: outputs of another program are not to be mixed in."""
+def source_hash(apart: Sequence[str] = APART) -> str:
+    """Hash of the source: outputs of another program are not to be mixed in.
+
+    ``apart`` : rooms of ``synth`` that no diagnosis of these cases rests on.
+    """
     total = hashlib.sha256()
     for path in sorted((ROOT / "synth").rglob("*.py")):
         place = path.relative_to(ROOT / "synth")
-        if place.parts[0] not in APART:
+        if place.parts[0] not in apart:
             total.update(str(place).encode() + path.read_bytes())
     return total.hexdigest()
 

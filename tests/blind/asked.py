@@ -1,0 +1,51 @@
+"""What a whole check is asked for on the command line, and where its parts lie."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Asked:
+    """``count`` cases of a ``seed`` by so many ``workers``; everything goes below ``to``."""
+
+    seed: int
+    count: int
+    to: Path
+    workers: int
+
+    @classmethod
+    def of(cls, words: Sequence[str] | None, program: str, text: str | None) -> Asked:
+        """From the command line, or these ``words`` of it; ``text`` tells what the ``program`` does."""
+        parser = argparse.ArgumentParser(prog=program, description=text)
+        parser.add_argument("--seed", type=int, required=True)
+        parser.add_argument("--count", type=int, required=True)
+        parser.add_argument("--to", type=Path, required=True, help="folder for everything")
+        parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+        return cls(**vars(parser.parse_args(words)))
+
+    @property
+    def folder(self) -> Path:
+        """Of these cases and all that is done with them."""
+        return self.to / f"seed-{self.seed}-{self.count}"
+
+    @property
+    def cases(self) -> Path:
+        """A folder a case."""
+        return self.folder / "cases"
+
+    @property
+    def answers(self) -> Path:
+        """The file of the answers, in a folder that no diagnosis may open."""
+        return self.folder / "answers" / "answers.json"
+
+    def show(self) -> None:
+        """Put the page and its figures where they are looked for, and say where."""
+        for name in ("blind.html", "blind.json"):
+            shutil.copy(self.folder / name, self.to / name)
+        print(f"{self.to / 'blind.html'}")  # noqa: T201
