@@ -238,6 +238,13 @@ class JointDimensions:
                         "the shaft goes into the damper's body",
                     )
                 )
+        if not found:
+            damper = self.damper
+            smallest = damper.outer_diameter + damper.bolt_diameter + 2 * self.clearance + 2.0
+            if damper.bolt_circle < smallest:
+                name, allowed = f"{prefix}damper.bolt_circle", f"at least {smallest:.4g} mm"
+                reason = "the screws pass outside the sleeve round the damper with 1 mm between"
+                found.append(DimensionProblem(name, damper.bolt_circle, allowed, reason))
         if not found and 2 * self.tube_wall >= self.link_width:
             found.append(
                 DimensionProblem(

@@ -6,6 +6,7 @@ source beside it; measure what you bought.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from cad.limits import DimensionProblem, dimension, range_problems
@@ -112,8 +113,12 @@ class MountDimensions:
     )
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
-        """Every number that is out of range."""
-        return range_problems(self, prefix)
+        """Every number that is out of range, and screws whose heads would meet."""
+        found, heads = range_problems(self, prefix), 2 * self.bolt_diameter
+        if not found and self.spacing_along < heads:
+            text = f"at least {heads:.4g} mm with screws of {self.bolt_diameter:g} mm"
+            found.append(DimensionProblem(prefix + "spacing_along", self.spacing_along, text, "their heads would meet"))
+        return found
 
 
 def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str, prefix: str) -> list[DimensionProblem]:
@@ -123,8 +128,12 @@ def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str,
         return found
     if not isinstance(part.bolt_count, int):
         found.append(DimensionProblem(prefix + "bolt_count", part.bolt_count, "a whole number", "it counts"))
-    smallest = body + part.bolt_diameter + 2.0
-    if part.bolt_circle < smallest:
+    beside = (part.bolt_diameter + 1.0) / math.sin(math.pi / part.bolt_count)
+    outside = body + part.bolt_diameter + 2.0
+    if part.bolt_circle < max(beside, outside):
         reason = f"the screws pass outside {what} with 1 mm between"
-        found.append(DimensionProblem(prefix + "bolt_circle", part.bolt_circle, f"at least {smallest:.4g} mm", reason))
+        if beside > outside:
+            reason = f"{part.bolt_count} screws stand on it with 1 mm between"
+        allowed = f"at least {max(beside, outside):.4g} mm"
+        found.append(DimensionProblem(prefix + "bolt_circle", part.bolt_circle, allowed, reason))
     return found

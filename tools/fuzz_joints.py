@@ -156,6 +156,8 @@ def design(seed: int) -> JointDimensions:
     """The design of a seed, of the three kinds in turn; some have a pair of springs, some springs turned round."""
     generator = random.Random(seed)
     drawn = (around, stretched, anywhere)[seed % 3](generator)
+    if drawn.mount is not None and generator.random() < 0.5:
+        drawn = replace(drawn, mount=MountDimensions(**_within(generator, MountDimensions)))
     springs = 2 if generator.random() < PAIRS else 1
     return replace(drawn, springs=springs, closes=1 if generator.random() < TURNED else -1)
 

@@ -96,6 +96,18 @@ def test_mount_s_screws_pass_the_ears(hip):
         ({"encoder": EncoderDimensions(bolt_circle=20.0)}, r"hip\.encoder\.bolt_circle = 20: allowed is at least 26.4"),
         ({"encoder": EncoderDimensions(bolt_count=2.5)}, r"hip\.encoder\.bolt_count = 2.5: allowed is a whole number"),
         ({"damper": DamperDimensions(bolt_count=4.5)}, r"hip\.damper\.bolt_count = 4.5: allowed is a whole number"),
+        (
+            {"damper": DamperDimensions(20.0, 12.0, 30.0, 12, 8.0)},
+            r"hip\.damper\.bolt_circle = 30: allowed is at least 34\.77 mm; 12 screws stand on it with 1 mm between",
+        ),
+        (
+            {"damper": DamperDimensions(40.0, 12.0, 47.0, 4, 3.4), "clearance": 1.8},
+            r"hip\.damper\.bolt_circle = 47: allowed is at least 49 mm; the screws pass outside the sleeve",
+        ),
+        (
+            {"mount": MountDimensions(bolt_diameter=9.0, spacing_along=16.0)},
+            r"hip\.mount\.spacing_along = 16: allowed is at least 18 mm with screws of 9 mm",
+        ),
         ({"encoder": CROWDED}, r"hip\.encoder\.bolt_circle = 42: .*come within 5.75 mm of the arm.s shafts"),
         ({"encoder": EncoderDimensions(magnet_diameter=7.5)}, r"hip\.encoder\.magnet_diameter = 7.5"),
         ({"encoder": EncoderDimensions(body_diameter=8.0)}, r"hip\.encoder\.body_diameter = 8.*rim"),

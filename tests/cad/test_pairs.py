@@ -102,7 +102,7 @@ def test_the_damper_s_screws_keep_off_the_second_arm_s_shafts(pair: BuiltJoint) 
     assert nearest(layout.screws) >= nearest(damper_screws(PAIR.damper, None))
     assert all(math.hypot(*screw) == pytest.approx(19.0) for screw in layout.screws)
     reach = math.hypot(*pins[0])
-    crowded = replace(PAIR, damper=DamperDimensions(2 * reach - 6.0, 12.0, 2 * reach, 12))
+    crowded = replace(PAIR, damper=DamperDimensions(2 * reach - 8.0, 12.0, 2 * reach, 12))
     with pytest.raises(DimensionError, match=r"ankle\.damper\.bolt_circle = .*come within .* of the arm's shafts"):
         lay_out(crowded)
     assert assemble(replace(crowded, springs=1), lay_out(replace(crowded, springs=1))).layout.mirrored is False
