@@ -1,11 +1,15 @@
-"""How many threads one process uses: all cores, or ``SYNTH_THREADS``; one in each of many processes at once."""
+"""Threads of one process: all cores, or ``SYNTH_THREADS``; one in each of many processes at once."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import lru_cache
+from typing import TypeVar
 
+T = TypeVar("T")
 VARIABLE = "SYNTH_THREADS"
 # What numpy's linear algebra looks at when it is loaded; Dask gives its workers the same.
 LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -15,6 +19,30 @@ def thread_count() -> int:
     """Threads for compiled code that runs without the interpreter's lock."""
     text = os.environ.get(VARIABLE, "")
     return int(text) if text.isdigit() and int(text) > 0 else os.cpu_count() or 1
+
+
+@lru_cache(maxsize=1)
+def _workers() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth")
+
+
+def in_parallel(work: Callable[[int], T], count: int) -> list[T]:
+    """``work(index)`` of each index below ``count``, in order, on all cores; its compiled code must free the lock.
+
+    Not from within itself: every thread might then wait for another.
+    """
+    if count < 2 or thread_count() < 2:
+        return [work(index) for index in range(count)]
+    return list(_workers().map(work, range(count)))
+
+
+def shared_out(work: Callable[[int], T], count: int) -> list[T]:
+    """As ``in_parallel``, with one task a core: for work that is over so soon that handing it out would cost more."""
+    workers = min(thread_count(), count)
+    if workers < 2:
+        return [work(index) for index in range(count)]
+    shares = in_parallel(lambda first: [work(index) for index in range(first, count, workers)], workers)
+    return [shares[index % workers][index // workers] for index in range(count)]
 
 
 @contextmanager

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
-from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel, by_trial
+from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
 from synth.fit.unknowns import Unknowns
 from synth.model.leg import Array
+from synth.threads import shared_out
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
 FLAT = 1e-6  # least curvature of a count's likelihood: in the middle of a wide count there is next to none
@@ -192,7 +193,7 @@ def _assess(
         small = found.out.nbytes <= kept
         return part, found.prediction if small else found.prediction.copy(), found if small else None
 
-    parts = by_trial(one, len(recordings))
+    parts = shared_out(one, len(recordings))
     for part, _, _ in parts:
         common += part.common
         gradient += part.gradient

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.fit.recordings import Recording
-from synth.fit.trajectories import TrajectoryModel, by_trial
+from synth.fit.trajectories import TrajectoryModel
 from synth.model.leg import Array
+from synth.threads import shared_out
 
 
 @dataclass(frozen=True)
@@ -35,4 +36,4 @@ def motions(
         found = candidates[t]
         return rough.run(recordings[t], found.values, np.concatenate([found.rotation, found.rate]), found.shift)
 
-    return by_trial(one, len(recordings))
+    return shared_out(one, len(recordings))

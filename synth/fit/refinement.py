@@ -11,9 +11,10 @@ from synth.fit.least_squares import HUBER, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.starts import drawn_starts, first_locals, quick_costs
-from synth.fit.trajectories import Local, TrajectoryModel, by_trial
+from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals, root_mean_square
 from synth.model.leg import Array
+from synth.threads import shared_out
 
 NOISE_ROUNDS = 5
 SAME_NOISE = 0.02  # change of its logarithm that ends the rounds
@@ -46,7 +47,7 @@ def refine(
     spread : (n,) rad of the rests' shifts, about zero or ``centre`` (n_trial, n) rad.
     """
     relative, counts = _relative_noise(recordings, weight), encoder_counts(recordings)
-    lanes = by_trial(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
+    lanes = shared_out(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
     predictions = [found.prediction for found in lanes]
     noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
     weights = Weights(relative * noise, spread, centre)

@@ -11,11 +11,12 @@ from synth.fit.free_angle import WIDE
 from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.sought import sought_by
-from synth.fit.trajectories import Local, TrajectoryModel, by_trial
+from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.weak_form import WeakForm
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import coefficients, outboard_inertia, static_torque
 from synth.motion.smoothing import initial_state
+from synth.threads import shared_out
 
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
@@ -143,4 +144,4 @@ def quick_costs(
         off = np.where(recordings[t].counts[:, :, None], out - recordings[t].rotation[:, :, None], 0.0)
         return np.where(np.all(np.isfinite(out), axis=(0, 1)), np.sum(off**2, axis=(0, 1)), np.inf)
 
-    return np.asarray(np.sum(by_trial(one, len(recordings)), axis=0))
+    return np.asarray(np.sum(shared_out(one, len(recordings)), axis=0))

@@ -11,10 +11,8 @@ in noise.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -25,7 +23,7 @@ from synth.fit.unknowns import Unknowns
 from synth.model.chain import Chain, Conditions
 from synth.model.layout import LANES
 from synth.model.leg import Array, Leg
-from synth.threads import thread_count
+from synth.threads import shared_out
 
 PERTURBATION = 1e-6  # of log rates, rad, and 10x that of rad/s
 FIT_STEPS = 8000
@@ -111,20 +109,6 @@ class Sensitivity:
         return np.subtract(self.out[:, :, self.plan.moved], self.out[:, :, self.plan.still], out=room)
 
 
-@lru_cache(maxsize=1)
-def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth-lanes")
-
-
-def by_trial(work: Callable[[int], T], count: int) -> list[T]:
-    """``work(index)`` of each trial, on all cores: the compiled code runs without the interpreter's lock."""
-    workers = min(thread_count(), count)  # one task a core: a trial alone is over too soon
-    if workers < 2:
-        return [work(index) for index in range(count)]
-    shares = list(_workers().map(lambda first: [work(i) for i in range(first, count, workers)], range(workers)))
-    return [shares[index % workers][index // workers] for index in range(count)]
-
-
 class TrajectoryModel:
     """Predicts recordings of one leg for given unknowns; keeps the constant part of each trial's lane."""
 
@@ -193,7 +177,11 @@ class TrajectoryModel:
         self, recordings: Sequence[Recording], values: Array, locals_: Sequence[Local], *, jacobian: bool = True
     ) -> list[Evaluation]:
         """``evaluate`` for every trial, on all cores."""
-        return by_trial(lambda t: self.evaluate(recordings[t], values, locals_[t], jacobian=jacobian), len(recordings))
+
+        def one(t: int) -> Evaluation:
+            return self.evaluate(recordings[t], values, locals_[t], jacobian=jacobian)
+
+        return shared_out(one, len(recordings))
 
     def _lane(self, conditions: Conditions) -> Array:
         if conditions not in self._base:

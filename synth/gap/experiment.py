@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.fit.recordings import Recording
 from synth.gap.data import GapTrial
+from synth.gap.information import expected_information, rivals_of, would_tell
 from synth.gap.result import Experiment
 from synth.gap.solve import Fit, Normal, Workbench, by_trial
 from synth.model.chain import Conditions
@@ -16,7 +17,6 @@ from synth.model.leg import Array, Leg
 from synth.motion.smoothing import Smoothed
 from synth.units import write
 
-RIVALS = 4  # explanations that a trial is to separate
 LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
 TILT = np.radians(30.0)
 
@@ -91,44 +91,34 @@ def next_experiment(
 ) -> Experiment | None:
     """The trial of the menu with the largest expected information on which of the rivals holds.
 
-    ``rivals`` : fits with their weights. The information is a lower bound on that between explanation and trial, by
-    pairwise distances of Gaussians (Kolchinsky & Tracey, Entropy 19 (2017) 361, with Bhattacharyya's distance); a
-    prediction is uncertain by the noise, its own initial state, and what the trials so far leave open of the leg.
+    ``rivals`` : fits with their weights. A prediction is uncertain by the noise, its own initial state, and what the
+    trials so far leave open of the leg.
     """
-    kept = sorted(rivals, key=lambda item: -item[1])[:RIVALS]
-    if len(kept) < 2:
+    if len(rivals) < 2:
         return None
-    weights = np.array([weight for _, weight in kept])
-    weights = np.maximum(weights / weights.sum(), 0.02)
-    weights /= weights.sum()
+    kept, weights = rivals_of(rivals)
     leg = bench.predictor.leg
     choices = menu(leg, everything)
-    covariances = [_covariance(bench, fit) for fit, _ in kept]
+    covariances = [_covariance(bench, fit) for fit in kept]
 
     def information(index: int) -> float:
         trial = _imagined(bench, choices[index])
-        told = [_predict(bench, fit, trial, choices[index]) for fit, _ in kept]
+        told = [_predict(bench, fit, trial, choices[index]) for fit in kept]
         predicted = [found for found in told if found is not None]
         if len(predicted) < len(kept):
             return 0.0
-        overlap = np.eye(len(kept))
-        for a in range(len(kept)):
-            for b in range(a):
-                distance = 0.0
-                for one, covariance in ((a, covariances[a]), (b, covariances[b])):
-                    distance += 0.5 * _distance(predicted[a], predicted[b], predicted[one], covariance)
-                overlap[a, b] = overlap[b, a] = np.exp(-distance / 8.0)
-        return float(-np.sum(weights * np.log2(overlap @ weights)))
+        return expected_information(
+            weights, lambda a, b, at: _distance(predicted[a], predicted[b], predicted[at], covariances[at])
+        )
 
     bits = by_trial(information, len(choices))
     order = sorted(range(len(choices)), key=lambda i: -bits[i])
     best = choices[order[0]]
     release = leg.to_measured(best.release)
     names = leg.joint_names
-    sentence = f"{why} {best.what[0].upper()}{best.what[1:]} would tell most: {bits[order[0]]:.2g} bit."
     file = {"file": "trials/next.csv", **best.trial}
     return Experiment(
-        sentence,
+        would_tell(why, best.what, bits[order[0]]),
         file,
         {name: float(angle) for name, angle in zip(names, release, strict=True)},
         bits[order[0]],

@@ -1,8 +1,6 @@
 """What next: the jump or pull-up of a menu that would best separate the explanations that are still open.
 
-Expected information as for the swinging leg (``synth.gap.experiment``): a lower bound by pairwise distances of
-Gaussians (Kolchinsky & Tracey, Entropy 19 (2017) 361), predictions being uncertain by noise, each trial's own unknowns,
-and what the trials so far leave open of the leg.
+Predictions are uncertain by noise, each trial's own unknowns, and what the trials so far leave open of the leg.
 """
 
 from __future__ import annotations
@@ -14,17 +12,18 @@ from typing import Any
 import numpy as np
 
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
+from synth.gap.information import expected_information, rivals_of, would_tell
 from synth.gap.result import Experiment
 from synth.hopper.leg import Array
 from synth.hopper.models import MODELS, columns
 from synth.hopper.motors import motor_of
 from synth.hopper_gap.data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
 from synth.hopper_gap.predict import N_OWN
-from synth.hopper_gap.solve import JumpBench, JumpFit, Normal, by_trial
+from synth.hopper_gap.solve import JumpBench, JumpFit, Normal
 from synth.parts.catalog import Catalogue
+from synth.threads import in_parallel
 from synth.units import write
 
-RIVALS = 4  # explanations that a trial is to separate
 PULL, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
 NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of sensors that were not there yet
 LEAN = np.radians(10.0)
@@ -121,33 +120,23 @@ def next_experiment(
     bench: JumpBench, rivals: Sequence[tuple[JumpFit, float]], choices: Sequence[Choice], why: str
 ) -> Experiment | None:
     """The choice with the largest expected information on which of the rivals holds; None with fewer than two."""
-    kept = sorted(rivals, key=lambda item: -item[1])[:RIVALS]
-    if len(kept) < 2 or not choices:
+    if len(rivals) < 2 or not choices:
         return None
-    weights = np.array([weight for _, weight in kept])
-    weights = np.maximum(weights / weights.sum(), 0.02)
-    weights /= weights.sum()
-    covariances: list[Array] = [np.asarray(np.linalg.inv(Normal.of(fit, len(fit.unknowns)).matrix)) for fit, _ in kept]
+    kept, weights = rivals_of(rivals)
+    covariances: list[Array] = [np.asarray(np.linalg.inv(Normal.of(fit, len(fit.unknowns)).matrix)) for fit in kept]
 
     def information(index: int) -> float:
         trial = choices[index].jump
-        told = [_told(bench, fit, trial, covariance) for (fit, _), covariance in zip(kept, covariances, strict=True)]
+        told = [_told(bench, fit, trial, covariance) for fit, covariance in zip(kept, covariances, strict=True)]
         if not all(np.all(np.isfinite(mean)) for mean, _ in told):
             return 0.0
-        overlap = np.eye(len(kept))
-        for a in range(len(kept)):
-            for b in range(a):
-                apart = told[a][0] - told[b][0]
-                distance = 0.5 * (_distance(apart, told[a][1]) + _distance(apart, told[b][1]))
-                overlap[a, b] = overlap[b, a] = np.exp(-distance / 8.0)
-        return float(-np.sum(weights * np.log2(overlap @ weights)))
+        return expected_information(weights, lambda a, b, at: _distance(told[a][0] - told[b][0], told[at][1]))
 
-    bits = by_trial(information, len(choices))
+    bits = in_parallel(information, len(choices))
     order = sorted(range(len(choices)), key=lambda i: -bits[i])
     best = choices[order[0]]
-    sentence = f"{why} {best.what[0].upper()}{best.what[1:]} would tell most: {bits[order[0]]:.2g} bit."
     return Experiment(
-        sentence,
+        would_tell(why, best.what, bits[order[0]]),
         {"file": "jumps/next.csv", **best.trial},
         {"hip": float(best.jump.jumps.start[0]) if best.jump.torque is None else float(best.jump.measured[ANGLE][0])},
         bits[order[0]],

@@ -10,7 +10,8 @@ import numpy as np
 from synth.hopper.leg import Array
 from synth.hopper_gap.data import Jump
 from synth.hopper_gap.predict import N_OWN
-from synth.hopper_gap.solve import STEP, JumpBench, JumpFit, Normal, by_trial
+from synth.hopper_gap.solve import STEP, JumpBench, JumpFit, Normal
+from synth.threads import in_parallel
 
 ROUNDS = 6
 
@@ -25,7 +26,7 @@ class Scored:
 
 def score(bench: JumpBench, fit: JumpFit, trials: Sequence[Jump]) -> tuple[Scored, ...]:
     """Predict trials with a hypothesis held fixed."""
-    return tuple(by_trial(lambda i: _one(bench, fit, trials[i]), len(trials)))
+    return tuple(in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials)))
 
 
 def score_in_turn(bench: JumpBench, fit: JumpFit) -> tuple[Scored, ...]:

@@ -6,10 +6,8 @@ only a lean shows, are taken upright: the planar form takes a hundred times as l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -17,8 +15,7 @@ from synth.hopper.leg import Array
 from synth.hopper_gap.candidates import JumpCandidate
 from synth.hopper_gap.data import Jump
 from synth.hopper_gap.predict import N_OWN, JumpPredictor
-
-Found = TypeVar("Found")
+from synth.threads import in_parallel
 
 STEP = 0.05  # whitened, of differences
 ROUNDS, CONVERGED, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
@@ -27,7 +24,6 @@ WITHIN = 2.5  # deviations: what lies further off is not within tolerances, howe
 FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
 SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
 SOFT_ROUNDS = 6
-WORKERS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +67,7 @@ class JumpBench:
 
     def evaluate(self, fit: JumpFit) -> JumpFit:
         """Residuals, derivatives and cost of the trials."""
-        found = by_trial(lambda i: self.slopes(self.trials[i], fit, fit.own[i]), len(self.trials))
+        found = in_parallel(lambda i: self.slopes(self.trials[i], fit, fit.own[i]), len(self.trials))
         residuals = tuple(r / self.softness for r, _ in found)
         cost = 0.5 * sum(float(r @ r) for r in residuals)
         cost += 0.5 * float(fit.unknowns @ fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
@@ -130,7 +126,7 @@ class JumpBench:
             own = np.repeat(base.own[i][:, None], points.shape[1], axis=1)
             return self.predictor.residual(self.trials[i], self.predictor.predict(self.trials[i], hypothesis, x, own))
 
-        residuals = by_trial(missed, len(self.trials))
+        residuals = in_parallel(missed, len(self.trials))
         normal = Normal.of(replace(base, residuals=()), self.n_tolerance)
         costs = np.empty(points.shape[1])
         for k in range(points.shape[1]):
@@ -257,11 +253,3 @@ class Normal:
         matrix = self.matrix - (a - b @ np.linalg.solve(c, b.T))
         total = sum((g for k, (g, _) in enumerate(gradients) if k != index), fit.unknowns.copy())
         return np.asarray(-np.linalg.solve(matrix, total))
-
-
-def by_trial(work: Callable[[int], Found], count: int) -> list[Found]:
-    """Results of ``work(i)`` in order; compiled loops let other threads run."""
-    if count < 2:
-        return [work(i) for i in range(count)]
-    with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(work, range(count)))
