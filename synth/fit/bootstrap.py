@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.fit.least_squares import HUBER, Solution, Stage
-from synth.fit.population import Candidates, motions
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals
 from synth.model.leg import Array
+from synth.threads import shared_out
 
 REFITS = 200
 ROUNDS = 8  # chord steps
@@ -142,6 +142,7 @@ class _Problem:
         generator: np.random.Generator,
     ) -> None:
         self.model, self.recordings, self.drawn = model, recordings, drawn
+        self.rough = model.at_tolerance(TOLERANCE)
         self.solution, self.noise = stage.solution, stage.weights.noise
         self.evaluations = model.evaluate_all(recordings, self.solution.values, self.solution.locals)
         information = self.solution.information
@@ -201,8 +202,7 @@ class _Problem:
         gradients[0] = gradients[0] + self.beside @ steps[0]
         for first in range(0, len(self.recordings), TOGETHER):
             some = range(first, min(first + TOGETHER, len(self.recordings)))
-            candidates = [self._candidates(t, steps) for t in some]
-            moved = motions(self.model, [self.recordings[t] for t in some], candidates, TOLERANCE)
+            moved = self._motions(some, steps)
             for t, motion in zip(some, moved, strict=True):
                 found, noise = self.evaluations[t], self.noise[t]
                 assert found.common is not None
@@ -215,14 +215,17 @@ class _Problem:
                 gradients[t + 1] += found.local.reshape(len(flat), -1).T @ flat
         return gradients
 
-    def _candidates(self, t: int, steps: Sequence[Array]) -> Candidates:
-        """The refits of trial ``t`` as columns."""
-        recording, local, own = self.recordings[t], self.solution.locals[t], steps[t + 1]
-        free, shifted = recording.free, self.model.shifted(recording)
-        rotation, rate, shift = (
-            np.repeat(part[:, None], own.shape[1], axis=1) for part in (local.rotation, local.rate, local.shift)
-        )
-        rotation[free] += own[: len(free)]
-        rate[free] += own[len(free) : 2 * len(free)]
-        shift[shifted] += own[2 * len(free) :]
-        return Candidates(self.solution.values[:, None] + steps[0], rotation, rate, shift)
+    def _motions(self, trials: range, steps: Sequence[Array]) -> list[Array]:
+        """(m, n, c) rad each, these trials as every refit has them."""
+
+        def one(k: int) -> Array:
+            t = trials[k]
+            recording, local, own = self.recordings[t], self.solution.locals[t], steps[t + 1]
+            free, shifted, n = recording.free, self.model.shifted(recording), len(local.rotation)
+            state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], own.shape[1], axis=1)
+            shift = np.repeat(local.shift[:, None], own.shape[1], axis=1)
+            state[[*free, *(n + j for j in free)]] += own[: 2 * len(free)]
+            shift[shifted] += own[2 * len(free) :]
+            return self.rough.run(recording, self.solution.values[:, None] + steps[0], state, shift)
+
+        return shared_out(one, len(trials))

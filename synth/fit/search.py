@@ -13,7 +13,6 @@ from typing import Protocol
 
 import numpy as np
 
-from synth.fit.population import Candidates, motions
 from synth.fit.recordings import Recording
 from synth.fit.simplex import Found, simplex
 from synth.fit.sought import sought_by
@@ -23,8 +22,9 @@ from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.weak_form import weak_form
 from synth.model.leg import Array, DamperCurve
 from synth.model.mechanics import outboard_inertia
+from synth.threads import shared_out
 
-TOLERANCE = 1e-6
+TOLERANCE = 1e-6  # relative, of the integration: a search gropes, it takes no derivatives
 FACTOR = 10.0  # the bounds lie so many times above and below the start
 START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I where the weak form has no answer
 
@@ -67,6 +67,7 @@ class Search:
     def __post_init__(self) -> None:
         self.starts = self.starts or starts(self.recordings)
         self.unknowns = sought_by(self.model)
+        self.rough = self.model.at_tolerance(TOLERANCE)
         self.n = len(self.model.leg.joints)
 
     def rests(self, spring_rate: Array) -> Array:
@@ -81,16 +82,13 @@ class Search:
         values = np.concatenate(
             [np.log(rates[0]), np.zeros((self.n, count)), np.log(rates[1][list(self.unknowns.dampers)])]
         )
-        candidates = [
-            Candidates(
-                values,
-                np.repeat(start.rotation[:, None], count, axis=1),
-                np.repeat(start.rate[:, None], count, axis=1),
-                rest,
-            )
-            for start, rest in zip(self.starts, self.rests(rates[0]), strict=True)
-        ]
-        return motions(self.model, self.recordings, candidates, TOLERANCE)
+        rests = self.rests(rates[0])
+
+        def one(t: int) -> Array:
+            state = np.concatenate([self.starts[t].rotation, self.starts[t].rate])
+            return self.rough.run(self.recordings[t], values, np.repeat(state[:, None], count, axis=1), rests[t])
+
+        return shared_out(one, len(self.recordings))
 
     def by_joint(self, rates: Array) -> Array:
         """(c, n) costs for rates (2, n, c)."""

@@ -117,6 +117,10 @@ class TrajectoryModel:
         self._base: dict[Conditions, Array] = {}
         self._plans: dict[tuple[int, ...], _Plan] = {}
 
+    def at_tolerance(self, tolerance: float) -> TrajectoryModel:
+        """The same, integrated to another relative tolerance."""
+        return TrajectoryModel(self.chain, self.leg, self.unknowns, tolerance)
+
     def shifted(self, recording: Recording) -> list[int]:
         """Joints whose rest may shift in this trial: free, with the rest among the unknowns."""
         rests = self.unknowns.rest_index
