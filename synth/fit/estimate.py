@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from synth.fit.least_squares import Solution, Stage
 from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
-from synth.fit.report_fit import MISFIT, result_of
+from synth.fit.report_fit import MISFIT, Treatment, result_of
 from synth.fit.result import FitResult
 from synth.fit.ridge import soften
 from synth.fit.sought import NOTHING_NEAR, model_of, sought_by
@@ -43,17 +43,16 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
         return _fit_near(model, recordings, options, options.near)
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter)
-    spread = treatments["per_trial"].spread if "per_trial" in treatments else treatments["common"].spread
-    mode, why = _choose(leg, spread, probability, options, len(recordings))
+    mode, why = _choose(leg, treatments, probability, options, len(recordings))
     chosen = treatments[mode]
     if not np.isfinite(chosen.stage.solution.cost):
         raise UserError(NOTHING_NEAR)
     softened = _softened(model, recordings, chosen.stage, scatter)
-    treatments[mode] = _Treatment(softened.stage, chosen.spread)
+    treatments[mode] = Treatment(softened.stage, chosen.spread)
     return result_of(
         model,
         recordings,
-        {name: (treatment.stage, treatment.spread) for name, treatment in treatments.items()},
+        treatments,
         mode,
         why,
         scatter,
@@ -62,14 +61,6 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
         seed=options.seed,
         least=softened.least,
     )
-
-
-@dataclass(frozen=True)
-class _Treatment:
-    """A stage, and the spread (n,) rad of the free angles over trials that it allows."""
-
-    stage: Stage
-    spread: Array
 
 
 @dataclass(frozen=True)
@@ -103,16 +94,16 @@ def _fit_near(
         model, recordings, values, locals_, options.weight, np.full_like(spread, LEAST_SPREAD), centre=shifts, rounds=2
     )
     why = "each trial's shift as in the fit before"
-    stages = {near.free_angle: (stage, spread)}
+    treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)
     return result_of(
-        model, recordings, stages, near.free_angle, why, scatter, intervals=options.intervals, seed=options.seed
+        model, recordings, treatments, near.free_angle, why, scatter, intervals=options.intervals, seed=options.seed
     )
 
 
 def _treatments(
     model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions, scatter: Array
-) -> tuple[dict[str, _Treatment], Array]:
+) -> tuple[dict[str, Treatment], Array]:
     """The leg with free angles a trial, if these may be, and with common ones; and how probable (n,) the shifts are.
 
     The probability is that of such shifts with no spread at all, one where they were not looked for.
@@ -120,7 +111,7 @@ def _treatments(
     n = len(model.leg.joints)
     guess = weak_form_start(model, recordings, options)
     values, locals_ = guess.values, first_locals(recordings)
-    made: dict[str, _Treatment] = {}
+    made: dict[str, Treatment] = {}
     probability = np.ones(n)
     if options.free_angle != "common" and len(recordings) > 1:
         shifted = [replace(local, shift=shift) for local, shift in zip(locals_, guess.shifts, strict=True)]
@@ -133,7 +124,7 @@ def _treatments(
     stage = refine(model, recordings, values, locals_, options.weight, none)
     if not made:
         stage = or_another_start(model, recordings, stage, scatter, none, weight=options.weight, seed=options.seed)
-    made["common"] = _Treatment(stage, none)
+    made["common"] = Treatment(stage, none)
     return made, probability
 
 
@@ -144,7 +135,7 @@ def _per_trial(
     locals_: Sequence[Local],
     options: FitOptions,
     scatter: Array,
-) -> tuple[_Treatment, Array]:
+) -> tuple[Treatment, Array]:
     """Free angles a trial, first nearly free, then within the spread that this shows; probability (n,)."""
     weight, nearly_free = options.weight, np.full(len(model.leg.joints), WIDE)
     wide = refine(model, recordings, values, locals_, weight, nearly_free)
@@ -153,7 +144,7 @@ def _per_trial(
     found = heterogeneity(shift, shift_variances(model, recordings, wide.solution))
     spread = np.maximum(found.spread, LEAST_SPREAD)
     stage = refine(model, recordings, wide.solution.values, wide.solution.locals, weight, spread)
-    return _Treatment(stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)), found.probability
+    return Treatment(stage, np.where(found.spread > LEAST_SPREAD, found.spread, 0.0)), found.probability
 
 
 def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array) -> _Softened:
@@ -166,8 +157,10 @@ def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: St
     return _Softened(Stage(moved.solution, stage.weights), moved.sentences, least)
 
 
-def _choose(leg: Leg, spread: Array, probability: Array, options: FitOptions, n_trial: int) -> tuple[str, str]:
-    """Common or per_trial, and why."""
+def _choose(
+    leg: Leg, treatments: Mapping[str, Treatment], probability: Array, options: FitOptions, n_trial: int
+) -> tuple[str, str]:
+    """Common or per_trial, and why; ``probability`` (n,) as of ``_treatments``."""
     if n_trial == 1:
         return "common", "one trial alone cannot show a spread"
     if options.free_angle != "auto":
@@ -176,5 +169,6 @@ def _choose(leg: Leg, spread: Array, probability: Array, options: FitOptions, n_
     if not shifted:
         least = float(np.min(probability))
         return "common", f"the {n_trial} trials show no shift of any free angle (least p = {least:.2g})"
+    spread = treatments["per_trial"].spread
     said = ", ".join(f"{leg.joint_names[j]} by {np.degrees(spread[j]):.2g} deg" for j in shifted)
     return "per_trial", f"the free angle shifts from trial to trial ({said}, one standard deviation)"

@@ -19,7 +19,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
-from synth.fit.report_fit import result_of
+from synth.fit.report_fit import Treatment, result_of
 from synth.fit.result import FitResult
 from synth.fit.search import Bounds, CostByJoint, Search
 from synth.fit.sought import NOTHING_NEAR, model_of
@@ -135,8 +135,8 @@ def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) 
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
-    stages = {mode: (Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
-    return result_of(model, recordings, stages, mode, why, scatter, searched=True)
+    treatments = {mode: Treatment(Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
+    return result_of(model, recordings, treatments, mode, why, scatter, searched=True)
 
 
 def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
+from synth.fit.sought import sought_by
 from synth.fit.static_points import Balance
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance
@@ -102,8 +103,7 @@ class Proposal:
 
 def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> tuple[Proposal, ...]:
     """A static point for every joint whose spring rate the trials (and the points there are) leave open."""
-    unknowns = model.unknowns
-    assert isinstance(unknowns, SpringsAndDampers)
+    unknowns = sought_by(model)
     known = covariance(model, solution, with_prior=False)
     found = []
     for place, j in enumerate(unknowns.rates):

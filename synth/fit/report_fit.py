@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from synth.fit.least_squares import Solution, Stage
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording
 from synth.fit.result import Estimate, FitResult, JointFit, TrialFit, Variant
+from synth.fit.sought import sought_by
 from synth.fit.static_points import Judged, judged
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable, residuals, root_mean_square
@@ -22,13 +23,22 @@ from synth.model.leg import Array, Damper, Leg, Spring
 from synth.motion.characteristics import characteristics
 
 MISPLACED = 3.0  # standard deviations from which a static point is called into question
+LEAST_MISFIT = np.radians(0.3)  # that is worth a word
 MISFIT = 3.0  # RMS over sample scatter from which the model itself is called into question
+
+
+@dataclass(frozen=True)
+class Treatment:
+    """One treatment of the free angle: the stage found under it, and the spread (n,) rad over trials that it allows."""
+
+    stage: Stage
+    spread: Array
 
 
 def result_of(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
-    stages: Mapping[str, tuple[Stage, Array]],
+    treatments: Mapping[str, Treatment],
     mode: str,
     why: str,
     scatter: Array,
@@ -39,74 +49,97 @@ def result_of(
     searched: bool = False,
     least: Solution | None = None,
 ) -> FitResult:
-    """Assemble the result of the chosen ``mode`` out of the stages, name -> (Stage, spread (n,) rad).
+    """Assemble the result of the chosen ``mode``, which is the name of one of the treatments.
 
     ``intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``. ``searched``: the stage is
     not the least of its residuals, so that what they leave does not speak against the model. ``least``: the solution of
     least residual where the chosen stage was moved down a ridge from there; the intervals then reach from one to the
     other, for the trials do not choose between them.
     """
-    unknowns = model.unknowns
-    assert isinstance(unknowns, SpringsAndDampers)
-    leg, names = model.leg, model.leg.joint_names
-    variants, warnings = [], []
-    refits: Bootstrap | None = None
-    for name, (stage, spread) in stages.items():
-        spreads = covariance(model, stage.solution)
-        if name == mode and intervals == "bootstrap":
-            try:
-                refits = bootstrap(model, recordings, stage, spreads, seed=seed)
-            except ArithmeticError as error:
-                warnings.append(f"bootstrap: {error}; the intervals are those of the sensitivities")
-        offsets = refits.offsets(stage.solution.values) if name == mode and refits else _normal_offsets(spreads)
-        if name == mode and least is not None:
-            offsets = _reaching(offsets, stage.solution.values, least.values)
-        joints = _joints(unknowns, stage.solution, offsets, spread, len(recordings))
-        rms = dict(zip(names, root_mean_square(recordings, stage.solution.predictions).tolist(), strict=True))
-        variants.append(
-            Variant(
-                name,
-                {n: joint.spring_rate for n, joint in joints.items()},
-                {n: joint.damper_rate for n, joint in joints.items() if joint.damper_rate is not None},
-                rms,
-                dict(zip(names, spread.tolist(), strict=True)),
-            )
-        )
-        if name == mode:
-            chosen, chosen_joints, chosen_rms = stage, joints, rms
-            drawn = draws(stage.solution.values, spreads, refits, seed)
-    said = not_separable(unknowns, covariance(model, chosen.solution, with_prior=False), chosen.solution.values)
-    told = any(balance.weighed for balance in unknowns.balances)
-    scale = mass_scale_sentence(leg, recordings, weighed=told)
-    said += [*softened, *([scale] if scale else [])]
-    warnings += [
-        f"{name}: the fit leaves {np.degrees(chosen_rms[name]):.2g} deg where the samples scatter by only "
-        f"{np.degrees(scatter[j]):.2g} deg: the model lacks something at this joint or beside it"
-        for j, name in enumerate(names)
-        if not searched and chosen_rms[name] > MISFIT * scatter[j] and chosen_rms[name] > np.radians(0.3)
-    ]
-    static = _static(unknowns, chosen.solution.values)
-    warnings += [*_at_edges(unknowns, chosen.solution.values), *_left_out(leg), *_off_balance(leg, static)]
+    unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
+    solutions = {name: each.stage.solution for name, each in treatments.items()}
+    spreads = {name: covariance(model, solution) for name, solution in solutions.items()}
+    refits, lost = _refits(model, recordings, treatments[mode].stage, spreads[mode], intervals, seed)
+    chosen = solutions[mode]
+    offsets = {name: _normal_offsets(spread) for name, spread in spreads.items()}
+    if refits is not None:
+        offsets[mode] = refits.offsets(chosen.values)
+    if least is not None:
+        offsets[mode] = _reaching(offsets[mode], chosen.values, least.values)
+    joints = {
+        name: _joints(unknowns, solutions[name], offsets[name], each.spread, len(recordings))
+        for name, each in treatments.items()
+    }
+    rms = {
+        name: dict(zip(names, root_mean_square(recordings, solution.predictions).tolist(), strict=True))
+        for name, solution in solutions.items()
+    }
+    static = _static(unknowns, chosen.values)
+    drawn = draws(chosen.values, spreads[mode], refits, seed)
+    misfits = [] if searched else _misfits(rms[mode], dict(zip(names, scatter.tolist(), strict=True)))
     return FitResult(
-        leg=_fitted_leg(leg, chosen_joints),
-        joints=chosen_joints,
-        rms=chosen_rms,
-        trials=trial_fits(leg, chosen_joints, recordings, chosen.solution.locals, chosen.solution.predictions),
+        leg=_fitted_leg(leg, joints[mode]),
+        joints=joints[mode],
+        rms=rms[mode],
+        trials=trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions),
         free_angle=mode,
         free_angle_why=why,
-        variants=tuple(variants),
+        variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=dict(zip(names, scatter.tolist(), strict=True)),
-        not_separable=tuple(said),
-        warnings=tuple(warnings),
+        not_separable=_open(model, recordings, chosen, softened),
+        warnings=(*lost, *misfits, *_at_edges(unknowns, chosen.values), *_left_out(leg), *_off_balance(leg, static)),
         method="least_squares",
-        iterations=chosen.solution.iterations,
-        reason=chosen.solution.reason,
+        iterations=chosen.iterations,
+        reason=chosen.reason,
         lost_samples=sum(recording.n_lost for recording in recordings),
         static=static,
-        proposals=proposals(model, recordings, chosen.solution),
+        proposals=proposals(model, recordings, chosen),
         drawn=tuple(drawn_legs(unknowns, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
     )
+
+
+def _refits(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, intervals: str, seed: int
+) -> tuple[Bootstrap | None, list[str]]:
+    """The bootstrap's refits if they are asked for, or none and why."""
+    if intervals != "bootstrap":
+        return None, []
+    try:
+        return bootstrap(model, recordings, stage, covariance, seed=seed), []
+    except ArithmeticError as error:
+        return None, [f"bootstrap: {error}; the intervals are those of the sensitivities"]
+
+
+def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float], spread: Array) -> Variant:
+    return Variant(
+        name,
+        {n: joint.spring_rate for n, joint in joints.items()},
+        {n: joint.damper_rate for n, joint in joints.items() if joint.damper_rate is not None},
+        rms,
+        dict(zip(joints, spread.tolist(), strict=True)),
+    )
+
+
+def _open(
+    model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, softened: Sequence[str]
+) -> tuple[str, ...]:
+    """Sentences on what the trials leave open: of each joint, where a ridge was walked down, and the mass scale."""
+    unknowns = sought_by(model)
+    said = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
+    told = any(balance.weighed for balance in unknowns.balances)
+    scale = mass_scale_sentence(model.leg, recordings, weighed=told)
+    return (*said, *softened, *([scale] if scale else []))
+
+
+def _misfits(rms: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
+    """Sentences on joints whose motion the model does not explain; RMS and the samples' scatter in rad."""
+    return [
+        f"{name}: the fit leaves {np.degrees(left):.2g} deg where the samples scatter by only "
+        f"{np.degrees(scatter[name]):.2g} deg: the model lacks something at this joint or beside it"
+        for name, left in rms.items()
+        if left > MISFIT * scatter[name] and left > LEAST_MISFIT
+    ]
 
 
 def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from synth.fit.least_squares import Solution, Weights, solve
 from synth.fit.recordings import Recording
+from synth.fit.sought import sought_by
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
@@ -39,8 +40,7 @@ class Softened:
 
 def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights) -> Softened:
     """Walk every joint whose spring and damper rate are not separable down to the softest that fits as well."""
-    unknowns = model.unknowns
-    assert isinstance(unknowns, SpringsAndDampers)
+    unknowns = sought_by(model)
     cov = covariance(model, solution, with_prior=False)
     first_damper = len(unknowns.rates) + len(unknowns.rests)
     loose = [
