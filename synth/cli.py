@@ -55,6 +55,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         status = _dispatch(list(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
+        if argv is None:
+            gc.freeze()  # the process ends: not to be looked through once more, a tenth of a second
         return status
     except UserError as error:
         sys.stderr.write("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))

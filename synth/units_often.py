@@ -33,6 +33,7 @@ m/s             1       length time^-1
 m/s^2           1       length time^-2
 s/m             1       length^-1 time
 s/rad           1       angle^-1 time
+1/rad           1       angle^-1
 kg*m^2          1       length^2 mass
 kg*cm^2         0.0001  length^2 mass
 g*mm^2          1e-09   length^2 mass
@@ -60,6 +61,7 @@ V               1       current^-1 length^2 mass time^-3
 ohm             1       current^-2 length^2 mass time^-3
 H               1       current^-2 length^2 mass time^-2
 mH              0.001   current^-2 length^2 mass time^-2
+bit             1       information
 K               1       temperature
 """
 

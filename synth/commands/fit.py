@@ -43,11 +43,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.batch.one_fit import fit_project, ready, write_fit
     from synth.files.output import output_folder
     from synth.files.projects import read_fit_project
-    from synth.parts.catalog import Catalogue
     from synth.parts.resolver import resolver
 
     with progress.stage("reading the project"):
-        project = read_fit_project(arguments.file, resolve_part=resolver(Catalogue.load()))
+        project = read_fit_project(arguments.file, resolve_part=resolver())
         given = ready(replace(project, fit=fit_choice(project.fit, arguments)))
     if arguments.dry_run:
         progress.say(_usable(arguments.file, given))

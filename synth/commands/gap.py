@@ -40,13 +40,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.files.gap_project import read_gap_project
     from synth.files.output import output_folder
     from synth.gap.check import check_trials
-    from synth.parts.catalog import Catalogue
     from synth.parts.resolver import resolver
 
     with progress.stage("reading the project"):
         for file in arguments.effect:
             load_file(file)
-        project = read_gap_project(arguments.file, resolve_part=resolver(Catalogue.load()))
+        project = read_gap_project(arguments.file, resolve_part=resolver())
         warnings = check_trials(project.leg, project.trials)
     if arguments.dry_run:
         for sentence in warnings:

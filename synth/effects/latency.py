@@ -21,21 +21,18 @@ def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, dela
     Before the first sample the motion is carried back with the first samples' rate and acceleration, at most to
     the release, before which the joint stood still.
     """
-    result = np.empty_like(rotation)
-    for lane, late in enumerate(np.broadcast_to(delay, (rotation.shape[1],))):
-        past = time - late
-        index = np.clip(np.searchsorted(time, past, side="right") - 1, 0, len(time) - 2)
-        step = time[index + 1] - time[index]
-        u = (past - time[index]) / step
-        q0, q1 = rotation[index, lane], rotation[index + 1, lane]
-        w0, w1 = rate[index, lane] * step, rate[index + 1, lane] * step
-        value = (
-            (1 + 2 * u) * (1 - u) ** 2 * q0 + u * (1 - u) ** 2 * w0 + u * u * (3 - 2 * u) * q1 + u * u * (u - 1) * w1
-        )
-        before = past < time[0]
-        if np.any(before):
-            value[before] = _earlier(past[before] - time[0], time, rotation[:, lane], rate[:, lane])
-        result[:, lane] = value
+    past = time[:, None] - np.broadcast_to(delay, (rotation.shape[1],))
+    index = np.minimum(np.maximum(np.searchsorted(time, past, side="right") - 1, 0), len(time) - 2)
+    lanes, starts = np.arange(rotation.shape[1]), time[index]
+    step = time[index + 1] - starts
+    u = (past - starts) / step
+    q0, w0 = rotation[index, lanes], rate[index, lanes] * step
+    rise, w1 = rotation[index + 1, lanes] - q0, rate[index + 1, lanes] * step
+    # the cubic with these ends and slopes, by Horner's rule
+    result: Array = q0 + u * (w0 + u * (3.0 * rise - 2.0 * w0 - w1 + u * (w0 + w1 - 2.0 * rise)))
+    for lane in np.flatnonzero(past[0] < time[0]):
+        before = past[:, lane] < time[0]
+        result[before, lane] = _earlier(past[before, lane] - time[0], time, rotation[:, lane], rate[:, lane])
     return _lagged(time, result, lag) if np.any(np.asarray(lag) > 0.0) else result
 
 

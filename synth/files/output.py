@@ -101,8 +101,7 @@ def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, 
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
-        for row in zip(*columns.values(), strict=True):
-            writer.writerow([_cell(value) for value in row])
+        writer.writerows(zip(*(_cells(column) for column in columns.values()), strict=True))
 
 
 def sha256_file(path: str | Path) -> str:
@@ -250,6 +249,16 @@ def _json(value: Any, depth: int) -> str:
         parts = [_json(item, depth + 1) for item in value]
     left, right = "{}" if isinstance(value, dict) else "[]"
     return f"{left}\n{pad}" + f",\n{pad}".join(parts) + f"\n{'  ' * depth}{right}"
+
+
+def _cells(column: Sequence[Any] | np.ndarray[Any, Any]) -> list[str]:
+    """A column's cells; those of an array of numbers, most of what is written, without asking of each what it is."""
+    if not (isinstance(column, np.ndarray) and column.dtype == np.float64 and column.ndim == 1):
+        return [_cell(value) for value in column]
+    if np.any(np.isinf(column)):
+        _cell(column[np.isinf(column)][0])
+    # + 0.0: no minus zero; nan alone differs from itself
+    return [f"{value:.{DIGITS}g}" if value == value else "" for value in (column + 0.0).tolist()]
 
 
 def _cell(value: Any) -> str:

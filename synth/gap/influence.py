@@ -20,6 +20,7 @@ T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news
 HEAVIEST = 4  # hypotheses that are weighed again
 ROUNDS = 3  # of new derivatives in a fit without a recording
+SETTLED = 0.01  # of the cost, that new derivatives take away at least, or there are no more
 SURE = 0.8  # weight that the other explanation must have without the recording
 
 
@@ -39,7 +40,7 @@ def hangs_on(
     for i, trial in enumerate(bench.trials):
         near = {key: made[i] for key, made in steps.items()}
         if _differs(judged, _again(found, near, calibration)):
-            again = _again(found, {key: _refitted(bench, item, i) for key, item in near.items()}, calibration)
+            again = _again(found, dict(zip(near, _refitted(bench, list(near.values()), i), strict=True)), calibration)
             said = _said(again)
             if said and _differs(judged, again):
                 turned.append((trial.recording.name, said))
@@ -53,18 +54,22 @@ def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -
     return judge(Search(here[id(found.none)], singles, several), calibration, len(found.singles))
 
 
-def _refitted(bench: Workbench, found: Assessed, out: int) -> Assessed:
-    """A hypothesis at its best for all trials but one."""
+def _refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Assessed]:
+    """Hypotheses at their best for all trials but one."""
 
     def but(values: Sequence[T]) -> tuple[T, ...]:
         return (*values[:out], *values[out + 1 :])
 
     rest = replace(bench, trials=but(bench.trials))
-    fit = Fit(found.fit.hypothesis, found.fit.unknowns, but(found.fit.states))
+    fits = rest.evaluate([Fit(f.hypothesis, f.unknowns, but(f.states)) for f in (item.fit for item in found)])
+    going = list(range(len(fits)))
     for _ in range(ROUNDS):
-        (fit,) = rest.evaluate([fit])
-        (fit,) = rest.solve([replace(fresh(fit), frame=rest.frame(fit))], None, 3)
-    return Assessed(fit, fit.cost, ratio(rest, fit))
+        better = rest.solve([replace(fresh(fits[i]), frame=rest.frame(fits[i])) for i in going], None, 3)
+        gained = [fits[i].cost - fit.cost for i, fit in zip(going, better, strict=True)]
+        for i, fit in zip(going, better, strict=True):
+            fits[i] = fit
+        going = [i for i, gain in zip(going, gained, strict=True) if gain > SETTLED]
+    return [Assessed(fit, fit.cost, ratio(rest, fit)) for fit in fits]
 
 
 def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:

@@ -48,35 +48,34 @@ class Misses:
     @property
     def floor(self) -> Estimate:
         """RMS of the noise on the same samples."""
-        return Estimate(_rms(self.noise, self.counts, None), "deg")
+        return Estimate(float(_rms(self.noise, self.counts, None)), "deg")
 
     def shrink(self, label: str = "after") -> Estimate:
         """1 - after/before of the RMS above the noise floor, quadratically subtracted; 0 where there is no gap."""
         return self._estimate(lambda pick: self._shrink(label, pick), "1")
 
-    def _shrink(self, label: str, pick: Picks | None) -> float:
+    def _shrink(self, label: str, pick: Picks | None) -> Array:
         floor = _rms(self.noise, self.counts, pick) ** 2
         before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
         after = _rms(self.squares[label], self.counts, pick) ** 2 - floor
-        if before <= 0.05 * floor:
-            return 0.0
-        return float(1.0 - np.sqrt(max(after, 0.0) / before))
+        some = before > 0.05 * floor
+        return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
 
-    def _estimate(self, figure: Callable[[Picks | None], float], unit: str) -> Estimate:
+    def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
         generator = np.random.default_rng(self.seed)
         cells = self.counts.size
         picks = generator.integers(0, cells, (RESAMPLES, cells))
-        drawn = np.array([figure(pick) for pick in picks])
-        low, high = np.percentile(drawn, [5.0, 95.0])
-        value = figure(None)
+        low, high = np.percentile(figure(picks), [5.0, 95.0])
+        value = float(figure(None))
         return Estimate(value, unit, min(float(low), value), max(float(high), value))
 
 
-def _rms(squares: Array, counts: Array, pick: Picks | None) -> float:
+def _rms(squares: Array, counts: Array, pick: Picks | None) -> Array:
+    """RMS of the cells, or of each row (n_resample,) of those picked (n_resample, n_cell)."""
     total, number = squares.ravel(), counts.ravel()
     if pick is not None:
         total, number = total[pick], number[pick]
-    return float(np.sqrt(total.sum() / max(number.sum(), 1.0)))
+    return np.asarray(np.sqrt(total.sum(axis=-1) / np.maximum(number.sum(axis=-1), 1.0)))
 
 
 def label(keys: Sequence[Key]) -> str:

@@ -127,10 +127,6 @@ class Chain:
         return _entry(self.integrate_plain), Compiled(self.right_hand_side), 0, 0
 
     @cached_property
-    def _no_memory(self) -> tuple[Any, ...]:
-        return self._rows([])
-
-    @cached_property
     def _off(self) -> Array:
         """(n_row,) a lane in which every effect is off and all else zero."""
         column = np.zeros(self.layout.n_row)
@@ -179,7 +175,7 @@ class Chain:
         """
         layout, on = self.layout, []
         if not any(switch and effect.memory for effect, switch in zip(self.effects, active[1, 1:], strict=True)):
-            return self._no_memory
+            return self._rows([])
         for effect, switch in zip(self.effects, active[1, 1:], strict=True):
             if not (switch and effect.memory):
                 continue
@@ -190,8 +186,19 @@ class Chain:
             on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
         return self._rows(on)
 
+    @cached_property
+    def _made(self) -> dict[tuple[tuple[str, int], ...], tuple[Any, ...]]:
+        """What ``_rows`` has made: the same few memories are on time and again."""
+        return {}
+
     def _rows(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
         """What ``_states`` gives, for these memories (effect, joint)."""
+        key = tuple(on)
+        if key not in self._made:
+            self._made[key] = self._newly(on)
+        return self._made[key]
+
+    def _newly(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
         layout = self.layout
         if len(on) > MOST_MEMORIES:
             raise ValueError(f"{len(on)} memories of effects at once; the integrator has room for {MOST_MEMORIES}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Literal
 
 from synth.errors import UserError
@@ -10,16 +11,23 @@ from synth.model.leg import Damper
 from synth.parts.catalog import Catalogue
 
 
-def resolver(catalogue: Catalogue) -> Callable[[Literal["spring", "damper"], str], float | Damper]:
-    """What ``read_leg`` asks for a part: a spring's rate in N m/rad, or the damper with its default law."""
+def resolver(catalogue: Catalogue | None = None) -> Callable[[Literal["spring", "damper"], str], float | Damper]:
+    """What ``read_leg`` asks for a part: a spring's rate in N m/rad, or the damper with its default law.
+
+    ``catalogue`` None: the built-in ones, read when the first part is asked for, since most legs name none.
+    """
+
+    @cache
+    def searched() -> Catalogue:
+        return Catalogue.load() if catalogue is None else catalogue
 
     def resolve(kind: Literal["spring", "damper"], part: str) -> float | Damper:
         if kind == "damper":
-            row = catalogue.find_damper(part)
+            row = searched().find_damper(part)
             if row.max_torque is None or row.speed is None:
                 raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}")
             return row.damper()
-        spring = catalogue.find_spring(part)
+        spring = searched().find_spring(part)
         if spring.rate is None:
             raise UserError(f"spring {spring.part} ({spring.place}) cannot be used: {spring.status}")
         return spring.rate
