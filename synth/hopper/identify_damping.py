@@ -20,8 +20,9 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PullUps
-from synth.hopper.identify_motor import OVERLAP, Estimate
+from synth.hopper.identify_motor import Estimate
 from synth.hopper.leg import Array, HopperLeg
+from synth.hopper.windows import OVERLAP, windows
 
 WIDTH = 0.15  # s, of a window
 LARGEST = 0.05  # N m s/rad, of the genetic search
@@ -126,12 +127,8 @@ def _windows(table: Folding, trial: HopperRecording) -> Array:
     momentum, travel = table.at("momentum", angle), table.at("travel", angle)
     other = 2.0 * torque - table.at("force", angle) + 0.5 * table.at("inertia_slope", angle) * rate**2
     rows = []
-    for centre in np.arange(time[0] + WIDTH / 2, time[-1] - WIDTH / 2, WIDTH / OVERLAP):
-        inside = np.abs(time - centre) < WIDTH / 2
-        if inside.sum() < 8:
-            continue
-        t = time[inside]
-        u = 2.0 * (t - centre) / WIDTH
+    for window in windows(time, WIDTH):
+        inside, t, u = window.inside, window.time, window.place
         psi = (1.0 - u**2) ** 4
         first = -8.0 * u * (1.0 - u**2) ** 3 * (2.0 / WIDTH)
         second = (-8.0 * (1.0 - u**2) ** 3 + 48.0 * u**2 * (1.0 - u**2) ** 2) * (2.0 / WIDTH) ** 2

@@ -5,8 +5,8 @@ With speeds at the output and constants at the rotor (ratio G), equations 3, 4 a
     V = R i + K_v G omega + L di/dt,        K_v i = f0 sign(omega) + b G omega + J G omega'
 
 Both are multiplied by bumps psi = (1 - u^2)^3 and integrated by parts, so nothing is differentiated: each is one linear
-least squares over windows of all runs (Shinbrot's moment functions, 1957; Messenger & Bortz, J. Comp. Phys. 443 (2021)
-110525). Steady running at several voltages tells R from K_v and f0 from b; the run-up tells L and J.
+least squares over windows of all runs (see ``windows``). Steady running at several voltages tells R from K_v and f0
+from b; the run-up tells L and J.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.leg import Array
+from synth.hopper.windows import OVERLAP, windows
 
-OVERLAP = 4  # windows over every instant
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
 Z90 = 1.6448536
 
@@ -86,13 +86,8 @@ def _windows(run: HopperRecording, ratio: float, width: float) -> Array:
     time, voltage, current = run["time"], run["voltage"], run["current"]
     speed = ratio * run["speed"]
     rows = []
-    centres = np.arange(time[0] + width / 2, time[-1] - width / 2, width / OVERLAP)
-    for centre in centres:
-        inside = np.abs(time - centre) < width / 2
-        if inside.sum() < 8:
-            continue
-        t = time[inside]
-        u = 2.0 * (t - centre) / width
+    for window in windows(time, width):
+        inside, t, u = window.inside, window.time, window.place
         psi = (1.0 - u**2) ** 3
         slope = -6.0 * u * (1.0 - u**2) ** 2 * 2.0 / width
 

@@ -3,14 +3,12 @@
 Motor. ``linear``: T = T_stall (1 - omega/omega_free) at the output, no dynamics (equation 1 of Knaup & Aukes).
 ``electric``: L di/dt = V - i R - K_e G omega (their equation 3); output torque G (K_t i - f0 sign omega) - G^2 b omega
 (their equations 4 and 6) and rotor inertia J G^2. R = V/I_stall, K_e = (V - I_free R)/(G omega_free) (equation 5) and
-K_t = T_stall/(G (I_stall - I_free)), friction f0 = K_e I_free: at rest and at free speed that is the maker's own
-line, so
-``linear`` and ``electric`` differ by what takes time (L, J) and nothing else.
+K_t = T_stall/(G (I_stall - I_free)), friction f0 = K_e I_free: at rest and at free speed that is the maker's own line,
+so ``linear`` and ``electric`` differ by what takes time (L, J) and nothing else.
 
 Gear. Torque on the link T = e (T_motor - J G^2 omega'), e = efficiency where the motor drives the link, 1/back
-efficiency
-where the link drives the motor; e = 1 without ``gear_loss``, where the loss is in K_t. Between the two directions e is
-smoothed over ``jump_lanes.REVERSE_SPEED``, so a gear that locks creeps at that speed.
+efficiency where the link drives the motor; e = 1 without ``gear_loss``, where the loss is in K_t. Between the two
+directions e is smoothed over ``jump_lanes.REVERSE_SPEED``, so a gear that locks creeps at that speed.
 
 Ground. ``linear``: N = k p + c p' while p > 0, which pulls when the foot leaves fast (the lab's own penalty law).
 ``hunt_crossley``: N = k p (1 + d p') and never below 0 (Hunt & Crossley, J. Applied Mechanics 42 (1975) 440-445, with

@@ -4,11 +4,9 @@ Derived: R = V/I_stall; K_e = (V - I_free R)/(G omega_free), equation 5 of Knaup
 I_free)); friction K_e I_free at the rotor, equation 6, all of it constant in speed since one no-load point tells no
 more.
 
-Estimated, where neither the row nor the project gives them. Rotor inertia: 1.5e-8 kg m^2 for a motor of 9.5 g (a
-public
+Estimated, where neither the row nor the project gives them. Rotor inertia: 1.5e-8 kg m^2 for a motor of 9.5 g (a public
 estimate for micro metal motors, marked as one by its author), for others by geometric similarity, inertia as mass to
-the
-power 5/3. Inductance: R times 0.25 ms, the electrical time constant of 1 mH at 4 ohm.
+the power 5/3. Inductance: R times 0.25 ms, the electrical time constant of 1 mH at 4 ohm.
 """
 
 from __future__ import annotations

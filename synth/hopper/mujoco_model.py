@@ -1,11 +1,10 @@
 """Model C: the leg of model A in MuJoCo, an engine that shares no line with ours and closes the loop its own way.
 
 Two chains of hinged rods hang from a body that slides on a vertical rail; an equality constraint ``connect`` joins
-their
-feet. MuJoCo solves constraints softly: here with a time constant of two steps and an impedance of 0.9999, so the feet
-part by micrometres (``closure_gap``). Springs are MuJoCo's own, the foot's flexure a fixed tendon, motors its affine
-actuators. The ground is either ``same``, our linear law added to MuJoCo's passive forces at each stage, or ``own``,
-MuJoCo's soft contact with its default parameters: where A and C part by contact is told by the two.
+their feet. MuJoCo solves constraints softly: here with a time constant of two steps and an impedance of 0.9999, so the
+feet part by micrometres (``closure_gap``). Springs are MuJoCo's own, the foot's flexure a fixed tendon, motors its
+affine actuators. The ground is either ``same``, our linear law added to MuJoCo's passive forces at each stage, or
+``own``, MuJoCo's soft contact with its default parameters: where A and C part by contact is told by the two.
 """
 
 from __future__ import annotations

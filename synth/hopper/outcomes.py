@@ -72,6 +72,11 @@ def outcome_of(column: Array) -> Outcome:
     )
 
 
+def heights(found: Array, row: int = CLEARANCE) -> Array:
+    """(n_lane,) m, the clearance or another height of outcomes (n_outcome, n_lane); 0 where there is no jump."""
+    return np.where(found[STATUS] == LANDED_AGAIN, found[row], 0.0)
+
+
 def column_of(outcome: Outcome) -> Array:
     """(n_outcome,) the other way round, for engines that give an ``Outcome``; what it does not hold is 0."""
     status = next(code for code, text in LIMITS.items() if text == outcome.limit)

@@ -11,7 +11,7 @@ from synth.hopper.jump import DURATION, FALL, TOLERANCE
 from synth.hopper.jump_lanes import JumpLanes
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, columns
-from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, Outcome
+from synth.hopper.outcomes import LANDED_AGAIN, LIFTED, LIMITS, Outcome
 from synth.hopper.planar_engine import SCALARS, com_speed, integrate
 
 
@@ -115,7 +115,7 @@ def _slip(aside: Array) -> float:
 
 def _pushing(aside: Array) -> slice:
     """Rows up to the last touch of the ground before the foot lifts."""
-    lifted = np.flatnonzero(aside[:, 3] > 1e-3)
+    lifted = np.flatnonzero(aside[:, 3] > LIFTED)
     end = int(lifted[0]) if len(lifted) else len(aside)
     touching = np.flatnonzero(aside[:end, 3] <= 0.0)
     return slice(0, int(touching[-1]) + 1 if len(touching) else 1)

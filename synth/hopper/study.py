@@ -18,7 +18,7 @@ from synth.hopper.leg import Array, HopperLeg, Motor
 from synth.hopper.models import MODELS, in_reach, lane
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
 from synth.hopper.mujoco_model import mujoco_jump, require_mujoco
-from synth.hopper.outcomes import LANDED_AGAIN, Outcome, outcome_of
+from synth.hopper.outcomes import TOO_STIFF, Outcome, heights, outcome_of
 from synth.hopper.planar import planar_jump
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_sweep
@@ -73,11 +73,13 @@ class Study:
 
     @property
     def best_leg(self) -> HopperLeg:
+        """The leg of the chosen design."""
         assert self.best is not None
         return self.project.leg.with_length(float(self.sweep.length[self.best]))
 
     @property
     def best_motor(self) -> Motor:
+        """The motor of the chosen design."""
         assert self.best is not None
         return self.sweep.problem.motors[int(self.sweep.motor[self.best])]
 
@@ -189,7 +191,7 @@ def _group(problem: Problem, index: int) -> Array:
     motor, tolerances = problem.motors[m], problem.tolerances[m]
     made = groups(problem.leg, motor, problem.contact, problem.model, tolerances, np.array([length]))[0]
     outcome = compiled_jump(problem.leg.bending).run(made)
-    return np.where(outcome[0] == LANDED_AGAIN, outcome[1], 0.0)
+    return heights(outcome)
 
 
 def _leaning(leg: HopperLeg, motor: Motor, problem: Problem, pitch: float) -> Leaning:
@@ -247,7 +249,7 @@ def warnings_of(found: Study) -> list[str]:
     edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
     if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):
         texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
-    stiff = int((sweep.status == 4).sum())
+    stiff = int((sweep.status == TOO_STIFF).sum())
     if stiff:
         texts.append(f"{stiff} designs are too stiff for the step and count as not jumping")
     texts += found.ladder_notes.values()

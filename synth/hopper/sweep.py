@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,9 +16,10 @@ from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.jump import compiled_jump
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, in_reach, lanes
-from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, column_of
+from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.tolerance import Tolerances, groups, intervals
+from synth.threads import thread_count
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
@@ -46,6 +46,7 @@ class Problem:
 
     @property
     def size(self) -> int:
+        """Number of designs."""
         return len(self.motors) * len(self.lengths)
 
 
@@ -137,7 +138,7 @@ def _on_threads(
         compiled_jump(problem.leg.bending)  # once, before threads ask for it
     elif problem.model.engine == "mujoco":
         workers = 1  # its callback for passive forces is one for the whole process
-    with ThreadPoolExecutor(workers or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(workers or thread_count()) as pool:
         list(pool.map(lambda index: keep(index, _chunk(problem, index)), missing))
 
 
@@ -170,7 +171,7 @@ def _chunk(problem: Problem, index: int) -> Array:
     motor, length = number // len(lengths), lengths[number % len(lengths)]
     found = np.zeros((N_OUTCOME + 2, last - first))
     found[N_OUTCOME:] = np.nan
-    found[0] = OUT_OF_REACH
+    found[STATUS] = OUT_OF_REACH
     reach = in_reach(problem.leg, length)
     for m in np.unique(motor):
         chosen = np.flatnonzero((motor == m) & reach)
@@ -200,8 +201,7 @@ def _jumps(problem: Problem, index: int, length: Array) -> Array:
     for i, each in enumerate(made):
         outcome = jumper.run(each)
         found[:N_OUTCOME, i] = outcome[:, 0]
-        clearance = np.where(outcome[0] == LANDED_AGAIN, outcome[1], 0.0)
-        _, low, high = intervals(clearance[None, :])
+        _, low, high = intervals(heights(outcome)[None, :])
         found[N_OUTCOME, i], found[N_OUTCOME + 1, i] = low[0], high[0]
     return found
 

@@ -1,10 +1,8 @@
 """What tolerances leave open: one design beside fourteen copies of it, each with one quantity at its 90 % end.
 
 The interval is the nominal clearance less and plus the root of the sum of squared changes, each quantity's worse
-(better)
-end counting below (above): first order, but with the curvature that makes the two sides differ. A maker's "plus or
-minus
-20 %" is taken as uniform, whose 90 % ends are at 0.9 of it.
+(better) end counting below (above): first order, but with the curvature that makes the two sides differ. A maker's
+"plus or minus 20 %" is taken as uniform, whose 90 % ends are at 0.9 of it.
 """
 
 from __future__ import annotations
@@ -83,7 +81,7 @@ def groups(
 
 
 def intervals(clearance: Array) -> tuple[Array, Array, Array]:
-    """Nominal, low and high (n,) of clearances (n, 16) in the order of ``group``; never below 0."""
+    """Nominal, low and high (n,) of clearances (n, 16) in the order of ``groups``; never below 0."""
     count = len(QUANTITIES)
     nominal = clearance[:, 0]
     change = np.stack([clearance[:, 1 : 1 + count], clearance[:, 1 + count : 1 + 2 * count]]) - nominal[:, None]

@@ -6,8 +6,7 @@ height relative to its length. Not published: the crouch, what exactly is measur
 the flexures, friction, rotor inertia and inductance, and the motors' make.
 
 Two poses are held against that. ``lab``: the start of the lab's public simulation. ``matched``: the one number that is
-free, how far the legs fold (the lower links' angle, alike for all lengths), set so that model D's total height at 12
-cm
+free, how far the legs fold (the lower links' angle, alike for all lengths), set so that model D's total height at 12 cm
 and 210:1 is the published 22 cm. What ``full`` then predicts for the 18.3 cm is a test: no number was left to set.
 """
 
@@ -24,7 +23,7 @@ from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import MODELS, in_reach, lanes
 from synth.hopper.motors import MotorOptions, chosen_rows, motor_of
-from synth.hopper.outcomes import LANDED_AGAIN, OUTCOMES, STATUS
+from synth.hopper.outcomes import APEX, CLEARANCE, heights
 from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.tolerance import Tolerances, groups, intervals
 from synth.parts.catalog import Catalogue
@@ -37,7 +36,7 @@ BUILT_LENGTH, BUILT_RATIO = 0.12, 210.59
 LENGTHS = tuple(round(0.05 + 0.01 * i, 3) for i in range(16))  # m
 RATIOS = (25.0, 300.0)  # beyond them nothing of this family jumps well, and the study names none
 SWEPT = ("point_mass", "A", "B", "D", "full")
-MEASURES = {"clearance": "clearance", "total_height": "apex"}
+MEASURES = {"clearance": CLEARANCE, "total_height": APEX}  # rows of an outcome
 POSES = {"lab": "the lab's start", "matched": "the matched pose"}
 
 
@@ -79,9 +78,8 @@ def grid(leg: HopperLeg, motors: Sequence[Motor], model: str, lengths: Sequence[
             found = point_mass_outcomes(leg, motor, size[reach])
         else:
             found = compiled_jump(leg.bending).run(lanes(leg, motor, Contact(), MODELS[model], size[reach]))
-        jumps = found[STATUS] == LANDED_AGAIN
         for name, row in MEASURES.items():
-            values[name][m, reach] = np.where(jumps, found[OUTCOMES.index(row)], 0.0)
+            values[name][m, reach] = heights(found, row)
     return Grid(tuple(motors), size, values)
 
 
@@ -113,8 +111,7 @@ def prediction(leg: HopperLeg, motor: Motor, model: str) -> dict[str, tuple[floa
     found = compiled_jump(leg.bending).run(made)
     shown = {}
     for name, row in MEASURES.items():
-        height = np.where(found[STATUS] == LANDED_AGAIN, found[OUTCOMES.index(row)], 0.0)
-        nominal, low, high = intervals(height[None, :])
+        nominal, low, high = intervals(heights(found, row)[None, :])
         shown[name] = (float(nominal[0]), float(low[0]), float(high[0]))
     return shown
 

@@ -85,8 +85,8 @@ def write_jump(found: Study, path: Path) -> None:
 def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, Any]:
     """The content of hopper.json."""
     project, sweep = found.project, found.sweep
-    statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == 1).sum()),
-                "beyond the gearbox": int((sweep.over_limit() & (sweep.status == 1)).sum())}  # fmt: skip
+    statuses = {"designs": len(sweep.motor), "jump": int((sweep.status == LANDED_AGAIN).sum()),
+                "beyond the gearbox": int((sweep.over_limit() & (sweep.status == LANDED_AGAIN)).sum())}  # fmt: skip
     return {
         "format": FORMAT,
         "name": project.name,
@@ -241,6 +241,3 @@ def _map(found: Study) -> dict[str, Any]:
 def _text(words: str) -> str:
     """A CSV cell of words."""
     return f'"{words.replace(chr(34), chr(34) * 2)}"' if any(c in words for c in ',"\n\r') else words
-
-
-__all__ = ["FORMAT", "hopper_json", "motor_json", "outcome_json", "write_designs", "write_jump"]
