@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.files.table import read_table
-from synth.files.validate import near
+from synth.files.table import in_si, read_table
 from synth.model.leg import DamperCurve
-from synth.units import factor
 
 UNITS = {"speed": "rad/s", "torque": "N*m"}
 POINT_LIMIT = 10_000
@@ -26,17 +24,7 @@ def read_curve(path: Path) -> DamperCurve:
         point at standstill must have no torque: the curve is odd, so a torque there would be dry friction.
     """
     table = read_table(path)
-    problems: list[Problem] = []
-    scaled: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]] = {}
-    for index, column in enumerate(table.columns):
-        if column.name not in UNITS:
-            text = f'column "{column.title}" is not read{near(column.name, UNITS)}'
-            problems.append(Problem(text, table.name, 1))
-            continue
-        try:
-            scaled[column.name] = table.values[:, index] * factor(column.unit, UNITS[column.name])
-        except UserError as error:
-            problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
+    scaled, problems = in_si(table, UNITS, "is not read")
     problems += [
         Problem(f'column "{name} [{unit}]" is missing', table.name, 1)
         for name, unit in UNITS.items()

@@ -24,7 +24,7 @@ from synth.files.joint_curves import (
     spring_terms,
     without_held,
 )
-from synth.model.leg import Array, Joint, Leg
+from synth.model.leg import Array, Joint, Leg, Link
 from synth.model.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
@@ -110,19 +110,23 @@ def _body(joint: Joint, height: float, terms: DampingTerms) -> list[str]:
     lost = without_held(joint, HELD)
     if lost:
         note += f"  <!-- not in this model: {', '.join(lost)} -->"
-    if joint.range is not None:
-        ends = sorted(joint.sign * (angle - joint.zero) for angle in joint.range)
-        attributes.append(f'range="{ends[0]:.10g} {ends[1]:.10g}"')
-    across = max(link.mass * link.length**2 / 12, link.inertia)
-    along = max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
+    if joint.ends is not None:
+        attributes.append(f'range="{joint.ends[0]:.10g} {joint.ends[1]:.10g}"')
+    across, about, along = inertias(link)
     name = quoteattr(joint.name)
     return [
         f'<body name={name} pos="0 0 {-height:.10g}">{note}',
         f"  <joint name={name} {' '.join(attributes)}/>",
         f'  <inertial pos="0 0 {-link.com:.10g}" mass="{link.mass:.10g}" '
-        f'diaginertia="{across:.10g} {link.inertia:.10g} {along:.10g}"/>',
+        f'diaginertia="{across:.10g} {about:.10g} {along:.10g}"/>',
         f'  <geom type="capsule" fromto="0 0 0 0 0 {-link.length:.10g}" size="0.008" contype="0" conaffinity="0"/>',
     ]
+
+
+def inertias(link: Link) -> tuple[float, float, float]:
+    """About x, y (the joints' axis) and z, kg m^2; a planar leg leaves all but y open, so they are a rod's."""
+    across = max(link.mass * link.length**2 / 12, link.inertia)
+    return across, link.inertia, max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
 
 
 def _reach(joint: Joint) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.errors import Problem, UserError
-from synth.files.table import Column, Table, read_table
+from synth.files.table import Column, Table, in_si, read_table
 from synth.files.validate import near
 from synth.model.leg import Array, Leg
 from synth.units import factor
@@ -78,17 +78,7 @@ def _scaled(table: Table, leg: Leg) -> dict[str, Array]:
     wanted = {"time": "s", **dict.fromkeys(leg.joint_names, "rad")}
     for suffix, unit in SUFFIXES.items():
         wanted |= {joint + suffix: unit for joint in leg.joint_names}
-    problems: list[Problem] = []
-    values: dict[str, Array] = {}
-    for index, column in enumerate(table.columns):
-        if column.name not in wanted:
-            text = f'column "{column.title}" is not of this leg{near(column.name, list(wanted))}'
-            problems.append(Problem(text, table.name, 1))
-            continue
-        try:
-            values[column.name] = table.values[:, index] * factor(column.unit, wanted[column.name])
-        except UserError as error:
-            problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
+    values, problems = in_si(table, wanted, "is not of this leg")
     present = [column.name for column in table.columns]
     for required in ("time", *leg.joint_names):
         if required not in present:

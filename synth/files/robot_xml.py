@@ -14,6 +14,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from synth.files.joint_curves import linear_damping, without_held
+from synth.files.mjcf import inertias
 from synth.model.leg import Array, Joint, Leg, Link
 
 SDF_VERSION = "1.9"
@@ -51,8 +52,8 @@ def urdf_file(leg: Leg, fastest: Array) -> RobotFile:
             f'    <origin xyz="0 0 {-height:.10g}"{turned}/><axis xyz="0 -1 0"/>',
             f'    <dynamics damping="{rate:.10g}" friction="{friction:.10g}"/>',
         ]
-        if joint.range is not None:
-            low, high = _ends(joint)
+        if joint.ends is not None:
+            low, high = joint.ends
             lines.append(
                 f'    <limit lower="{low:.10g}" upper="{high:.10g}" effort="{UNLIMITED:g}" velocity="{UNLIMITED:g}"/>'
             )
@@ -62,7 +63,7 @@ def urdf_file(leg: Leg, fastest: Array) -> RobotFile:
 
 
 def _urdf_link(name: str, link: Link) -> list[str]:
-    across, about, along = _inertias(link)
+    across, about, along = inertias(link)
     return [
         f"  <link name={quoteattr(name)}>",
         f'    <inertial><origin xyz="0 0 {-link.com:.10g}"/><mass value="{link.mass:.10g}"/>',
@@ -98,7 +99,7 @@ def sdf_file(leg: Leg, fastest: Array) -> RobotFile:
 
 
 def _sdf_link(name: str, link: Link, parent: str, height: float) -> list[str]:
-    across, about, along = _inertias(link)
+    across, about, along = inertias(link)
     return [
         f"<link name={quoteattr(name)}>",
         f"  <pose relative_to={quoteattr(parent)}>0 0 {-height:.10g} 0 0 0</pose>",
@@ -125,8 +126,8 @@ def _sdf_joint(joint: Joint, parent: str, child: str, rate: float, friction: flo
         "  <axis><xyz>0 -1 0</xyz>",
         f"    <dynamics><damping>{rate:.10g}</damping><friction>{friction:.10g}</friction>{spring}</dynamics>",
     ]
-    if joint.range is not None:
-        low, high = _ends(joint)
+    if joint.ends is not None:
+        low, high = joint.ends
         lines.append(f"    <limit><lower>{low:.10g}</lower><upper>{high:.10g}</upper></limit>")
     return [*lines, "  </axis>", "</joint>"]
 
@@ -145,18 +146,6 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
     if lost:
         said.append(f"not held: {', '.join(lost)}")
     return rate, friction, said
-
-
-def _inertias(link: Link) -> tuple[float, float, float]:
-    """About x, y (the joints' axis) and z; a planar leg leaves all but y open, so they are a rod's."""
-    across = max(link.mass * link.length**2 / 12, link.inertia)
-    return across, link.inertia, max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
-
-
-def _ends(joint: Joint) -> tuple[float, float]:
-    assert joint.range is not None
-    low, high = sorted(joint.sign * (angle - joint.zero) for angle in joint.range)
-    return low, high
 
 
 def _base(leg: Leg) -> list[str]:

@@ -11,7 +11,7 @@ import io
 import math
 import re
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from synth.errors import Problem, UserError
 from synth.files.paths import read_bytes
-from synth.units import header
+from synth.files.validate import near
+from synth.units import factor, header
 
 Array = NDArray[np.float64]
 
@@ -43,6 +44,7 @@ class Column:
 
     @property
     def title(self) -> str:
+        """As the header has it."""
         return f"{self.name} [{self.unit}]"
 
 
@@ -60,6 +62,7 @@ class Table:
 
     @property
     def sha256(self) -> str:
+        """Of the file."""
         return sha256(self.data).hexdigest()
 
     def line(self, row: int) -> int:
@@ -67,6 +70,25 @@ class Table:
         lines = (number for number, cells in _rows(self.data, self.name) if any(cell.strip() for cell in cells))
         next(lines)  # the header
         return next(number for count, number in enumerate(lines) if count == row)
+
+
+def in_si(table: Table, wanted: Mapping[str, str], foreign: str) -> tuple[dict[str, Array], list[Problem]]:
+    """Columns (n_row,) by name in the wanted SI units, and what is wrong: other columns, units of another kind.
+
+    ``foreign`` : what is said of a column that is not among the wanted ones.
+    """
+    values: dict[str, Array] = {}
+    problems: list[Problem] = []
+    for index, column in enumerate(table.columns):
+        if column.name not in wanted:
+            text = f'column "{column.title}" {foreign}{near(column.name, list(wanted))}'
+            problems.append(Problem(text, table.name, 1))
+            continue
+        try:
+            values[column.name] = table.values[:, index] * factor(column.unit, wanted[column.name])
+        except UserError as error:
+            problems.append(Problem(error.problems[0].text, table.name, 1, column.title))
+    return values, problems
 
 
 def read_table(path: Path, name: str | None = None) -> Table:

@@ -195,12 +195,12 @@ def _after(unknowns: SpringsAndDampers, values: Array, known: Array, point: Bala
 def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:
     """(m,) rad, rotations to try: the joint's range in the leg file, else what it went through in the trials."""
     joint = leg.joints[j]
-    if joint.range is not None:
-        ends = [joint.sign * (angle - joint.zero) for angle in joint.range]
+    if joint.ends is not None:
+        low, high = joint.ends
     else:
         moved = [r.smoothed.angle[:, j] for r in recordings if j in r.free]
-        ends = [min(float(m.min()) for m in moved), max(float(m.max()) for m in moved)]
-    return np.linspace(min(ends), max(ends), ANGLES)
+        low, high = min(float(m.min()) for m in moved), max(float(m.max()) for m in moved)
+    return np.linspace(low, high, ANGLES)
 
 
 def _half_width(deviation: float) -> float:

@@ -97,13 +97,12 @@ def trial_gaps(
 ) -> tuple[TrialGap, ...]:
     """Scored trials in measured angles, for the report and the files."""
     made = []
-    rest = np.array([j.sign * (j.spring.free_angle - j.zero) if j.spring else 0.0 for j in nominal.joints])
     for index, trial in enumerate(gap.trials):
         smoothed, found = trial.recording.smoothed, missing[index]
         nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
-        torque = np.full((len(trial.time), len(rest)), np.nan)
+        torque = np.full((len(trial.time), len(nominal.joints)), np.nan)
         inside = (trial.time >= found.time[0]) & (trial.time <= found.time[-1]) if len(found.time) else None
-        for j in range(len(rest)):
+        for j in range(len(nominal.joints)):
             if inside is not None:
                 torque[inside, j] = nominal.sign[j] * np.interp(trial.time[inside], found.time, found.torque[:, j])
         measured = np.where(trial.counts, nominal.to_measured(trial.measured), np.nan)
@@ -117,7 +116,7 @@ def trial_gaps(
                 after=nominal.to_measured(gap.after[index]),
                 missing_torque=torque,
                 speed=nominal.sign * smoothed.rate[nearest],
-                deflection=nominal.sign * (smoothed.angle[nearest] - rest),
+                deflection=nominal.sign * (smoothed.angle[nearest] - nominal.rest),
                 phase=phases(trial, noise),
                 held_out=held_out,
                 scored=True,

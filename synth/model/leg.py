@@ -76,6 +76,14 @@ class Joint:
         """Rotation q at which the spring is unloaded, rad; 0 without a spring."""
         return self.sign * (self.spring.free_angle - self.zero) if self.spring is not None else 0.0
 
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Least and greatest rotation q of the range, rad; None where there is no range."""
+        if self.range is None:
+            return None
+        low, high = sorted(self.sign * (angle - self.zero) for angle in self.range)
+        return low, high
+
 
 @dataclass(frozen=True)
 class Leg:
