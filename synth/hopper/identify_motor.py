@@ -33,6 +33,7 @@ class Estimate:
 
     @property
     def interval90(self) -> tuple[float, float]:
+        """Normal 90 % interval."""
         return self.value - Z90 * self.deviation, self.value + Z90 * self.deviation
 
 

@@ -45,18 +45,22 @@ class JumpLayout:
         return found
 
     def row(self, block: str, index: int = 0) -> int:
+        """Row of one entry of a block."""
         return self.rows[block][0] + index
 
     def block(self, block: str) -> slice:
+        """Rows of a block."""
         first, size = self.rows[block]
         return slice(first, first + size)
 
     @property
     def n_state(self) -> int:
+        """Rows of the state, which come first."""
         return 2 * self.n + 3
 
     @property
     def n_row(self) -> int:
+        """Rows of the whole workspace."""
         first, size = list(self.rows.values())[-1]
         return first + size
 

@@ -164,65 +164,64 @@ def mujoco_jump(
     model_ = mujoco.MjModel.from_xml_string(mjcf(leg, motor, contact, model, ground, step))
     if not powered:
         model_.actuator_biasprm[:] = 0.0
-    data = mujoco.MjData(model_)
-    z, layout = lane(leg, motor, contact, model), layout_of(leg)
-    angles = z[layout.block("angle")]
-    relative = np.diff(angles, prepend=0.0)
-    n = layout.n
-    data.qpos[0] = z[layout.row("height")] if height is None else leg.height(leg.start) + height
-    data.qpos[1 : 1 + n], data.qpos[1 + n :] = relative, -relative
-    rows: list[tuple[float, ...]] = []
-    gap = 0.0
-    torque = current = 0.0
-    status = TOO_WEAK
+    data = _at_rest(mujoco, model_, leg, lane(leg, motor, contact, model), height)
     slope, stall = motor.stall_torque / motor.no_load_speed, motor.stall_torque
     drop = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
-    energy = 0.0
-    push: tuple[float, ...] = (0.0,) * 6
-    highest = 0.0
-    with _passive(mujoco, model_, leg, contact, n, ground):
+    touching = 1e-6 if ground == "same" else 1e-4  # m, of the foot above the ground
+    rows: list[tuple[float, ...]] = []
+    gap = torque = current = energy = highest = 0.0
+    takeoff = (0.0, 0.0, 0.0)  # s, m/s, J
+    status: int | None = None
+    with _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
         mujoco.mj_forward(model_, data)
-        while data.time < duration:
+        while data.time < duration and status is None:
             foot, foot_v = _foot(mujoco, model_, data)
-            com, speed = float(data.subtree_com[1, 2]), _com_speed(mujoco, model_, data)
+            speed = _com_speed(mujoco, model_, data)
             normal = _linear_ground(contact, foot, foot_v) if ground == "same" else _own_normal(mujoco, model_, data)
             rows.append((float(data.time), float(data.qpos[0]), float(data.qpos[1]), foot, speed, normal))
             omega = -float(data.qvel[1])
             drawn = 2 * (motor.stall_current - drop * omega) if powered else 0.0
             energy += motor.voltage * drawn * step
             highest = max(highest, foot)
-            if foot <= (1e-6 if ground == "same" else 1e-4) and highest < 1e-3:
-                torque = max(torque, abs(stall - slope * omega))
-                current = max(current, abs(drawn))
-                push = (float(data.time), speed, com, energy, 0.0, 0.0)
+            if foot <= touching and highest < LIFTED:
+                torque, current = max(torque, abs(stall - slope * omega)), max(current, abs(drawn))
+                takeoff = (float(data.time), speed, energy)
             gap = max(gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
+            still = abs(speed) < CREEP and len(rows) > 1 and abs(speed - rows[-2][4]) < 0.5 * step
             if height is None and highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
                 status = LANDED_AGAIN
-                break
-            if data.qpos[0] <= 0.0:
+            elif data.qpos[0] <= 0.0:
                 status = COLLAPSED
-                break
-            still = abs(speed) < CREEP and len(rows) > 1 and abs(speed - rows[-2][4]) < 0.5 * step
-            if height is None and still and data.time > SETTLED and foot <= 0.0:
-                break  # as the lanes do: it stands, and is not going to lift
-            if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
+            elif height is None and still and data.time > SETTLED and foot <= 0.0:
+                status = TOO_WEAK  # as the lanes do: it stands, and is not going to lift
+            elif data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
                 status = TOO_STIFF
-                break
-            mujoco.mj_step(model_, data)
+            else:
+                mujoco.mj_step(model_, data)
     trace = np.array(rows)
     rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
     outcome = Outcome(
         clearance=highest if status == LANDED_AGAIN else 0.0,
         rise=float(rise.max()),
-        takeoff_time=push[0],
-        takeoff_speed=push[1],
+        takeoff_time=takeoff[0],
+        takeoff_speed=takeoff[1],
         peak_gear_torque=torque,
         peak_current=current,
-        energy=push[3],
+        energy=takeoff[2],
         peak_normal=float(trace[:, 5].max()),
-        limit=LIMITS[status],
+        limit=LIMITS[TOO_WEAK if status is None else status],
     )
     return MujocoJump(outcome, gap, trace)
+
+
+def _at_rest(mujoco: Any, model: Any, leg: HopperLeg, z: Array, height: float | None) -> Any:
+    """Data of the leg in its crouch as lane ``z`` (n_row,) has it; with ``height``, its foot that far (m) above."""
+    layout = layout_of(leg)
+    data, n = mujoco.MjData(model), layout.n
+    relative = np.diff(z[layout.block("angle")], prepend=0.0)
+    data.qpos[0] = z[layout.row("height")] if height is None else leg.height(leg.start) + height
+    data.qpos[1 : 1 + n], data.qpos[1 + n :] = relative, -relative
+    return data
 
 
 def _linear_ground(contact: Contact, foot: float, foot_v: float) -> float:

@@ -75,6 +75,7 @@ class _Run:
 
     @property
     def aside(self) -> Array:
+        """(n_step, 8): normal and friction force, N; the foot's x and height, m, and its vertical speed; torques; current."""
         return self.trace[:, 1 + 2 * self.n + 3 :]
 
 

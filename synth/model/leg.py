@@ -97,6 +97,7 @@ class Leg:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
+        """Proximal to distal."""
         return tuple(joint.name for joint in self.joints)
 
     @property
