@@ -117,13 +117,13 @@ def _proposal(
     unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Array, j: int
 ) -> Proposal | None:
     """The point at which joint ``j``'s rate becomes known best, with the crudest reading that reaches the aim."""
-    leg, place = unknowns.leg, unknowns.rates.index(j)
+    leg, place = unknowns.leg, unknowns.rate_at(j)
     fitted = unknowns.fitted_leg(values)
     try:
         pose = rest_pose(fitted)
     except ArithmeticError:
         return None  # a leg that rests nowhere cannot be held still by a torque at one joint
-    rate, rest = float(np.exp(values[place])), float(values[len(unknowns.rates) + unknowns.rests.index(j)])
+    rate, rest = float(np.exp(values[place])), float(values[unknowns.rest_at(j)])
     points = []
     for angle in _travel(leg, recordings, j):
         if abs(angle - pose[j]) < LEAST_AWAY:
@@ -164,7 +164,7 @@ def _with_tip_mass(
     made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Array, j: int
 ) -> Proposal:
     """The proposal with the smallest of a few masses at the tip that reaches the aim, if one does."""
-    leg, place = unknowns.leg, unknowns.rates.index(j)
+    leg, place = unknowns.leg, unknowns.rate_at(j)
     mass = sum(joint.link.mass for joint in leg.joints)
     for share in TIP_SHARES:
         try:
@@ -184,7 +184,7 @@ def _with_tip_mass(
 
 def _after(unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, place: int) -> float:
     """Standard deviation of the log rate with one point more (Sherman-Morrison on the covariance)."""
-    places = [place, len(unknowns.rates) + unknowns.rests.index(point.joint)]
+    places = [place, unknowns.rest_at(point.joint)]
     slope = np.zeros(len(values))
     slope[places] = point.slope(*values[places])
     spread = known @ slope

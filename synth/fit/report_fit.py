@@ -145,8 +145,8 @@ def _misfits(rms: Mapping[str, float], scatter: Mapping[str, float]) -> list[str
 def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:
     """The static points beside the fit."""
     n = len(unknowns.leg.joints)
-    rate = np.exp(values[[unknowns.rates.index(j) for j in range(n)]])
-    rest = values[[len(unknowns.rates) + unknowns.rests.index(j) for j in range(n)]]
+    rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
+    rest = values[[unknowns.rest_at(j) for j in range(n)]]
     return judged(unknowns.balances, rate, rest)
 
 
@@ -189,16 +189,15 @@ def _left_out(leg: Leg) -> list[str]:
 def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
     """Sentences on rates that the search stopped at the edge of its box: their intervals know nothing of it."""
     sentences = []
-    first_damper = len(unknowns.rates) + len(unknowns.rests)
     sides = (("least", unknowns.lower), ("greatest", unknowns.upper))
-    for what, unit, joints, first in (
-        ("spring rate", "N*m/rad", unknowns.rates, 0),
-        ("damper rate", "N*m*s/rad", unknowns.dampers, first_damper),
+    for what, unit, joints, at in (
+        ("spring rate", "N*m/rad", unknowns.rates, unknowns.rate_at),
+        ("damper rate", "N*m*s/rad", unknowns.dampers, unknowns.damper_at),
     ):
-        for position, j in enumerate(joints):
-            value = values[first + position]
+        for j in joints:
+            value = values[at(j)]
             for name, side in sides:
-                if abs(value - side[first + position]) < 1e-6:
+                if abs(value - side[at(j)]) < 1e-6:
                     sentences.append(
                         f"{unknowns.leg.joint_names[j]}: the {what} lies on the edge of what is searched, "
                         f"{np.exp(value):.3g} {unit} is the {name}: the true one lies beyond or the model does not "
@@ -212,7 +211,6 @@ def _joints(
 ) -> dict[str, JointFit]:
     """Estimates by joint with 90 % intervals, ``offsets`` (p,) below and above the values: factors for rates."""
     leg = unknowns.leg
-    n_rate, n_rest = len(unknowns.rates), len(unknowns.rests)
 
     def rate(place: int, unit: str) -> Estimate:
         value = solution.values[place]
@@ -221,12 +219,12 @@ def _joints(
 
     found = {}
     for j, joint in enumerate(leg.joints):
-        place = n_rate + unknowns.rests.index(j)
+        place = unknowns.rest_at(j)
         angle = joint.zero + joint.sign * float(solution.values[place])
         ends = sorted(angle + joint.sign * float(offset[place]) for offset in offsets)
-        damper = rate(n_rate + n_rest + unknowns.dampers.index(j), "N*m*s/rad") if j in unknowns.dampers else None
+        damper = rate(unknowns.damper_at(j), "N*m*s/rad") if j in unknowns.dampers else None
         found[joint.name] = JointFit(
-            spring_rate=rate(unknowns.rates.index(j), "N*m/rad"),
+            spring_rate=rate(unknowns.rate_at(j), "N*m/rad"),
             free_angle=Estimate(angle, "deg", *ends),
             free_angle_spread=_spread(float(spread[j]), n_trial),
             damper_rate=damper,

@@ -42,12 +42,8 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
     """Walk every joint whose spring and damper rate are not separable down to the softest that fits as well."""
     unknowns = sought_by(model)
     cov = covariance(model, solution, with_prior=False)
-    first_damper = len(unknowns.rates) + len(unknowns.rests)
-    loose = [
-        (float(cov[k, k]), j, k, first_damper + unknowns.dampers.index(j))
-        for k, j in enumerate(unknowns.rates)
-        if j in unknowns.dampers and _is_ridge(cov, k, first_damper + unknowns.dampers.index(j))
-    ]
+    both = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in unknowns.rates if j in unknowns.dampers]
+    loose = [(float(cov[k, k]), j, k, place) for j, k, place in both if _is_ridge(cov, k, place)]
     best, points = _overall(recordings, solution), _beside(unknowns, solution.values)
     sentences: list[str] = []
     pinned = unknowns.beliefs

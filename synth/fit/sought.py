@@ -61,13 +61,11 @@ def sought_by(model: TrajectoryModel) -> SpringsAndDampers:
 def _beliefs(unknowns: SpringsAndDampers, given: Leg, prior: Prior) -> tuple[tuple[int, float, float], ...]:
     """The user's priors about the leg file's own values: log-normal for rates (their share), normal for angles."""
     found = []
-    first_damper = len(unknowns.rates) + len(unknowns.rests)
     for j, joint in enumerate(given.joints):
         if joint.spring is not None and prior.spring is not None and joint.spring.rate > 0:
-            found.append((unknowns.rates.index(j), float(np.log(joint.spring.rate)), prior.spring**-2))
+            found.append((unknowns.rate_at(j), float(np.log(joint.spring.rate)), prior.spring**-2))
         if joint.spring is not None and prior.free_angle is not None:
-            found.append((len(unknowns.rates) + unknowns.rests.index(j), joint.rest, prior.free_angle**-2))
+            found.append((unknowns.rest_at(j), joint.rest, prior.free_angle**-2))
         if j in unknowns.dampers and joint.damper is not None and joint.damper.rate and prior.damper is not None:
-            place = first_damper + unknowns.dampers.index(j)
-            found.append((place, float(np.log(joint.damper.rate)), prior.damper**-2))
+            found.append((unknowns.damper_at(j), float(np.log(joint.damper.rate)), prior.damper**-2))
     return tuple(found)

@@ -99,9 +99,8 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
     leg, sentences = unknowns.leg, []
     deviation = np.sqrt(np.diag(cov))
     joints = leg.joint_names
-    n_rate = len(unknowns.rates)
-    first_damper = n_rate + len(unknowns.rests)
-    for position, j in enumerate(unknowns.rates):
+    for j in unknowns.rates:
+        position = unknowns.rate_at(j)
         loose_k = deviation[position] > LOOSE
         if j not in unknowns.dampers:
             if loose_k:
@@ -110,7 +109,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
                     "A static torque-angle point at this joint would fix it."
                 )
             continue
-        other = first_damper + unknowns.dampers.index(j)
+        other = unknowns.damper_at(j)
         ratio = np.sqrt(max(0.0, cov[position, position] + cov[other, other] - 2 * cov[position, other]))
         seconds = float(np.exp(values[other] - values[position]))
         if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
@@ -126,8 +125,8 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
                         f"{joints[j]}: these trials fix the {what} only to {_percent(deviation[place])}. "
                         "More trials, or releases in which this joint moves more, would fix it better."
                     )
-    for position, j in enumerate(unknowns.rests):
-        sd = deviation[n_rate + position]
+    for j in unknowns.rests:
+        sd = deviation[unknowns.rest_at(j)]
         if sd > np.radians(1.5):
             sentences.append(f"{joints[j]}: the free angle is known only to +-{np.degrees(NORMAL90 * sd):.1f} deg.")
     return sentences

@@ -80,6 +80,18 @@ class SpringsAndDampers:
         named = [f"spring_rate {joint[j]}" for j in self.rates] + [f"free_angle {joint[j]}" for j in self.rests]
         return tuple(named + [f"damper_rate {joint[j]}" for j in self.dampers])
 
+    def rate_at(self, joint: int) -> int:
+        """Place of a joint's log spring rate among the unknowns; ValueError if it is not sought."""
+        return self.rates.index(joint)
+
+    def rest_at(self, joint: int) -> int:
+        """Place of a joint's rest."""
+        return len(self.rates) + self.rests.index(joint)
+
+    def damper_at(self, joint: int) -> int:
+        """Place of a joint's log damper rate."""
+        return len(self.rates) + len(self.rests) + self.dampers.index(joint)
+
     @cached_property
     def _rows(self) -> Array:
         row = self.chain.layout.row
@@ -109,11 +121,10 @@ class SpringsAndDampers:
         stiff = [np.log(inertia * (2 * np.pi * f) ** 2) for f in FREQUENCY_PRIOR]
         damp = [np.log(inertia * decay) for decay in DECAY_PRIOR]
         mean, precision = np.zeros(len(self.names)), np.zeros(len(self.names))
-        first_damper = len(self.rates) + len(self.rests)
-        for (low, high), joints, first in ((stiff, self.rates, 0), (damp, self.dampers, first_damper)):
-            for position, j in enumerate(joints):
-                mean[first + position] = 0.5 * (low[j] + high[j])
-                precision[first + position] = (2 * NORMAL90 / (high[j] - low[j])) ** 2
+        for (low, high), joints, at in ((stiff, self.rates, self.rate_at), (damp, self.dampers, self.damper_at)):
+            for j in joints:
+                mean[at(j)] = 0.5 * (low[j] + high[j])
+                precision[at(j)] = (2 * NORMAL90 / (high[j] - low[j])) ** 2
         for place, value, sharpness in self.beliefs:
             mean[place], precision[place] = value, sharpness
         return mean, precision
@@ -132,7 +143,7 @@ class SpringsAndDampers:
     def rest_index(self) -> tuple[int | None, ...]:
         """Position of each joint's rest among the unknowns."""
         n = len(self.leg.joints)
-        return tuple(len(self.rates) + self.rests.index(j) if j in self.rests else None for j in range(n))
+        return tuple(self.rest_at(j) if j in self.rests else None for j in range(n))
 
     def measured(self, values: Array) -> tuple[float, Array, Array] | None:
         """What the static points say: half their squared residuals, with gradient and information."""
@@ -140,7 +151,7 @@ class SpringsAndDampers:
             return None
         cost, gradient, information = 0.0, np.zeros(len(values)), np.zeros((len(values), len(values)))
         for point in self.balances:
-            places = [self.rates.index(point.joint), len(self.rates) + self.rests.index(point.joint)]
+            places = [self.rate_at(point.joint), self.rest_at(point.joint)]
             residual, slope = point.residual(*values[places]), point.slope(*values[places])
             cost += 0.5 * residual**2
             gradient[places] += residual * slope
@@ -166,12 +177,12 @@ class SpringsAndDampers:
     def fitted_leg(self, values: Array) -> Leg:
         """The leg with these springs and dampers (n_unknown,); what is not sought stays."""
         natural, joints = self.natural(values), list(self.leg.joints)
-        n_rate, first_damper = len(self.rates), len(self.rates) + len(self.rests)
-        for place, j in enumerate(self.rates):
-            joint, rest = joints[j], float(natural[n_rate + self.rests.index(j)])
-            joints[j] = replace(joint, spring=Spring(float(natural[place]), joint.zero + joint.sign * rest))
-        for place, j in enumerate(self.dampers, start=first_damper):
-            joints[j] = replace(joints[j], damper=Damper(float(natural[place])))
+        for j in self.rates:
+            joint, rest = joints[j], float(natural[self.rest_at(j)])
+            spring = Spring(float(natural[self.rate_at(j)]), joint.zero + joint.sign * rest)
+            joints[j] = replace(joint, spring=spring)
+        for j in self.dampers:
+            joints[j] = replace(joints[j], damper=Damper(float(natural[self.damper_at(j)])))
         return replace(self.leg, joints=tuple(joints))
 
 

@@ -75,7 +75,7 @@ class _Run:
 
     @property
     def aside(self) -> Array:
-        """(n_step, 8): normal and friction force, the foot's x, height and vertical speed, both gears' torques, current."""
+        """(n_step, 8): normal and friction force, the foot's x, height and vertical speed, gear torques, current."""
         return self.trace[:, 1 + 2 * self.n + 3 :]
 
 
