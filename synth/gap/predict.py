@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -25,8 +25,10 @@ STEPS = 12_000
 class Block:
     """Up to sixteen legs that differ little from the first and so share its steps.
 
-    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then each candidate's; ``state`` (2 n, n_lane):
-    rotations and rates at the trial's start, true ones, not as read.
+    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then each candidate's; ``state`` (2 n + 2 m,
+    n_lane): rotations and rates at the trial's start, true ones, not as read; below them, two a link that the
+    candidates add, how far and how fast it is from where it would start if held, in units of
+    ``LegLanes.unsettled``. Links of which nothing is said start as if held.
     """
 
     hypothesis: Hypothesis
@@ -69,11 +71,13 @@ class Predictor:
         total, ends = sum(widths), np.cumsum([0, *widths])
         legs = LegLanes.of(self.leg, total)
         self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
-        state = np.concatenate([block.state for block in blocks], axis=1)
+        state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
+        departures: dict[tuple[str, int], Array] = {}
         pending: list[tuple[Candidate, Array, slice]] = []
         readings: list[tuple[Candidate, Array, slice]] = []
         for block, (first, last) in zip(blocks, pairwise(ends), strict=True):
             part = slice(int(first), int(last))
+            below = 2 * n
             for candidate, x in _split(block, self.tolerances.size):
                 way = candidate.effect.way
                 if way == "torque":
@@ -84,18 +88,20 @@ class Predictor:
                     readings.append((candidate, candidate.values(x), part))
                 else:
                     pending.append((candidate, candidate.values(x), part))
+                    given = block.state[below : below + 2 * candidate.links]
+                    wide = departures.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
+                    wide[: len(given), part] = given
+                    below += 2 * candidate.links
         for j in trial.recording.conditions.locked:  # the joint was held where its reading was that of the trial
             read = trial.recording.rotation[0, j]
             held = np.full(total, read)
             for _ in range(3):
                 held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, total)))[0]
             state[j], state[n + j] = held, 0.0
-        legs, rotation = _extended(legs, pending, state[:n], total)
+        legs, rotation, rates = _extended(legs, pending, departures, state)
         chain = compiled_chain(legs.n)
         lanes = chain.lanes(legs, trial.recording.conditions)
         own = list(legs.own)
-        rates = np.zeros((legs.n, total))
-        rates[own] = state[n:]
         lanes[chain.layout.rows("rotation")], lanes[chain.layout.rows("rate")] = rotation, rates
         wants_rates = any(candidate.effect.way == "reading" for candidate, _, _ in readings)
         known = trial.recording.known_torque
@@ -199,22 +205,33 @@ def _change(legs: LegLanes, candidate: Candidate, values: Array, part: slice) ->
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
 
 
+def _place(candidate: Candidate) -> tuple[str, int]:
+    return candidate.effect.name, candidate.joint
+
+
 def _extended(
-    legs: LegLanes, pending: Sequence[tuple[Candidate, Array, slice]], rotation: Array, total: int
-) -> tuple[LegLanes, Array]:
-    """The chain with the links that structure effects add, and its rotations (n_link, n_lane) at the start."""
-    full = rotation
-    done: set[tuple[str, int]] = set()
-    for candidate, _, _ in pending:
-        place = (candidate.effect.name, candidate.joint)
-        if place in done:
-            continue
-        done.add(place)
+    legs: LegLanes,
+    pending: Sequence[tuple[Candidate, Array, slice]],
+    departures: Mapping[tuple[str, int], Array],
+    state: Array,
+) -> tuple[LegLanes, Array, Array]:
+    """The chain with the links that structure effects add, its rotations and rates (n_link, n_lane) at the start."""
+    n, total = len(state) // 2, state.shape[1]
+    rotation, rate = state[:n], state[n:]
+    for place in departures:
+        items = [item for item in pending if _place(item[0]) == place]
+        candidate = items[0][0]
         wide = np.empty((len(candidate.effect.parameters), total))
-        for other, values, part in pending:
-            if (other.effect.name, other.joint) == place:
-                wide[:, part] = values
+        for _, values, part in items:
+            wide[:, part] = values
         made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
-        full = made.started(candidate.effect, candidate.joint, full)
+        new = range(made.newest, made.newest + made.n - legs.n)
+        rotation = made.started(candidate.effect, candidate.joint, rotation)
+        rate = np.insert(rate, [new.start] * len(new), 0.0, axis=0)
+        held = rotation.copy()
+        for k, link in enumerate(new):
+            far, fast = made.unsettled(link, made.own[candidate.joint], held)
+            rotation[link] += far * departures[place][2 * k]
+            rate[link] += fast * departures[place][2 * k + 1]
         legs = made
-    return legs, full
+    return legs, rotation, rate

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.gap.data import GapTrial
-from synth.gap.solve import Fit, Workbench, by_trial
+from synth.gap.solve import Fit, Workbench, by_trial, state_rows
 from synth.model.leg import Array
 
 ROUNDS = 8
@@ -36,10 +36,10 @@ def score(bench: Workbench, fit: Fit, trials: Sequence[GapTrial]) -> Scored:
 
 def _one(bench: Workbench, fit: Fit, trial: GapTrial) -> tuple[Array, Array]:
     """Gauss-Newton in the trial's initial state, halving steps that do not help."""
-    state = first_state(trial)
-    n = len(state) // 2
-    rows = [*trial.free, *[n + j for j in trial.free]]
-    below = bench.rate_prior(trial)
+    links = sum(candidate.links for candidate in fit.hypothesis)
+    state = np.concatenate([first_state(trial), np.zeros(2 * links)])
+    rows = state_rows(trial, state)
+    below = bench.state_prior(trial, state)
     best: tuple[float, Array, Array] | None = None
     step = np.zeros(len(rows))
     for _ in range(ROUNDS):

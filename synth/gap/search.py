@@ -21,7 +21,7 @@ BASE_ROUNDS = 5
 SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
 SIFTED, SIFTED_SAMPLES = 4, 300  # trials that the first sifting uses, and samples of each
 SIFTING_TOLERANCE = 1e-5
-FRAMES, CONVERGED = 4, 1.0  # times that derivatives are taken anew, until the cost falls by less
+FRAMES, CONVERGED = 8, 1.0  # times that derivatives are taken anew, until the cost falls by less
 TRIED_STARTS = 3  # of each candidate
 LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # cost that a start must promise to take away, and number tried in any case
 KEPT_SHAPES = 3
@@ -175,7 +175,7 @@ def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[F
 
 def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     """Fits with derivatives of their own, gone on with from where they are until they gain no more."""
-    current, going = list(fits), list(range(len(fits)))
+    current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
     for _ in range(FRAMES):
         framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
         better = bench.solve(framed, None, 3)

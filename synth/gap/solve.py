@@ -62,8 +62,9 @@ class Frame:
 class Fit:
     """A hypothesis at one point.
 
-    ``unknowns`` (p + n_effect,); ``states`` a trial (2 n,); ``residuals`` a trial (M,) whitened, the rates' prior
-    below; ``columns`` a trial (M, n_effect), whitened derivatives by the effect's unknowns; ``cost`` a log-likelihood.
+    ``unknowns`` (p + n_effect,); ``states`` a trial (2 n,), or with those of links that give, see ``Block``;
+    ``residuals`` a trial (M,) whitened, the states' prior below; ``columns`` a trial (M, n_effect), whitened
+    derivatives by the effect's unknowns; ``cost`` a log-likelihood.
     """
 
     hypothesis: Hypothesis
@@ -132,8 +133,9 @@ class Workbench:
         rate, deviation = trial.recording.initial_rate
         n = len(rate)
         free = trial.free
-        prior = np.zeros(2 * len(free))
-        prior[len(free) :] = (state[n:][free] - rate[free]) / deviation[free]
+        prior = np.zeros(2 * len(free) + len(state) - 2 * n)
+        prior[len(free) : 2 * len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
+        prior[2 * len(free) :] = state[2 * n :]
         return np.concatenate([np.where(np.isfinite(away), away, np.inf), prior])
 
     def frame(self, fit: Fit) -> Frame:
@@ -143,7 +145,7 @@ class Workbench:
     def _part(self, trial: GapTrial, fit: Fit, state: Array) -> Part:
         alive = np.flatnonzero(self.predictor.tolerances.width.reshape(-1) > 0.0)
         _, slopes = self.slopes(trial, fit, state, alive.tolist())
-        below = self.rate_prior(trial)
+        below = self.state_prior(trial, state)
         count, extra = len(slopes), len(below)
         tolerance = np.zeros((count + extra, self.n_tolerance))
         tolerance[:count, alive] = slopes[:, : len(alive)]
@@ -151,13 +153,13 @@ class Workbench:
         return Part(tolerance, q, r)
 
     def slopes(self, trial: GapTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
-        """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + 2 n_free).
+        """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
 
-        By these ``unknowns``, then by the free joints' initial rotations and rates.
+        By these ``unknowns``, then by the ``state_rows``.
         """
-        free, n = trial.free, len(state) // 2
+        n = trial.measured.shape[1]
         moves = [(True, k, STEP) for k in unknowns]
-        moves += [(False, j, STEP) for j in free] + [(False, n + j, STEP * RATE_STEP) for j in free]
+        moves += [(False, k, STEP * (RATE_STEP if n <= k < 2 * n else 1.0)) for k in state_rows(trial, state)]
         blocks = []
         for first in range(0, len(moves), LANES - 1):
             chunk = moves[first : first + LANES - 1]
@@ -172,10 +174,19 @@ class Workbench:
         return found[0][:, :, 0], (change / self.sigma(trial)[..., None])[trial.counts]
 
     @staticmethod
-    def rate_prior(trial: GapTrial) -> Array:
-        """(2 n_free, 2 n_free) rows of the weak prior of the initial rates, below the derivatives by the state."""
+    def state_prior(trial: GapTrial, state: Array) -> Array:
+        """(n_state, n_state) rows of the prior of initial rates and of links that give, below the derivatives."""
         free, deviation = trial.free, trial.recording.initial_rate[1]
-        return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free]]))
+        links = np.ones(len(state) - 2 * len(deviation))
+        return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free], links]))
+
+    def awake(self, fit: Fit) -> Fit:
+        """The fit with the initial states of the links that its candidates add, as far as it has none."""
+        size = 2 * (len(self.noise) + sum(candidate.links for candidate in fit.hypothesis))
+        if all(len(state) == size for state in fit.states):
+            return fit
+        states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
+        return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
 
     def evaluate(self, fits: Sequence[Fit]) -> list[Fit]:
         """Residuals and the effects' columns of many fits at their points, packed into common lanes."""
@@ -275,9 +286,8 @@ class Workbench:
 
     @staticmethod
     def _state(trial: GapTrial, state: Array, change: Array) -> Array:
-        free, n = trial.free, len(state) // 2
         moved = state.copy()
-        moved[[*free, *[n + j for j in free]]] += change
+        moved[state_rows(trial, state)] += change
         return moved
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
@@ -288,6 +298,12 @@ class Workbench:
             lows.append(low)
             highs.append(high)
         return np.concatenate(lows), np.concatenate(highs)
+
+
+def state_rows(trial: GapTrial, state: Array) -> list[int]:
+    """Rows of a trial's initial state that are free: rotations and rates of joints not locked, and links that give."""
+    n = trial.measured.shape[1]
+    return [*trial.free, *[n + j for j in trial.free], *range(2 * n, len(state))]
 
 
 def _dampings(fit: Fit) -> tuple[float, ...]:

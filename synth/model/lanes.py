@@ -17,6 +17,7 @@ from synth.model.curves import compiled_rows
 from synth.model.layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
 from synth.model.leg import Array, Leg
 
+UNSETTLED = 0.3  # of the weight of what a link carries, as an acceleration that it may have when a recording begins
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate")
 
 
@@ -119,10 +120,24 @@ class LegLanes:
 
     def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
         """Rotations (n_link, n_lane) with those of the links that a structure effect has just put in, as it starts."""
-        new = slice(self.newest, self.newest + self.n - len(rotation))
-        full = np.insert(rotation, [self.newest] * (new.stop - new.start), 0.0, axis=0)
-        full[new] = effect.function("start")(self, self.own[joint], full)
+        full = np.insert(rotation, [self.newest] * (self.n - len(rotation)), 0.0, axis=0)
+        full[self.newest : self.newest + self.n - len(rotation)] = effect.function("start")(self, self.own[joint], full)
         return full
+
+    def unsettled(self, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
+        """How far (n_lane,) rad and how fast, rad/s, a link that gives may be from where it starts if held.
+
+        Where a recording begins after the release the mount, or the bend, moves already: by what ``UNSETTLED`` of the
+        weight that it carries bends it and what the joint's spring does; at its own frequency. ``link``, ``joint`` : of
+        this chain.
+        """
+        ends = np.cumsum(self.length[link:], axis=0)
+        reach = ends - self.length[link:] + self.com[link:]
+        moment = np.abs((self.mass[link:] * reach).sum(axis=0))
+        moving = (self.inertia[link:] + self.mass[link:] * reach**2).sum(axis=0)
+        spring = np.abs(self.spring_rate[joint] * (rotation[joint] - self.rest[joint]))
+        far = (UNSETTLED * self.gravity * moment + spring) / self.spring_rate[link]
+        return far, far * np.sqrt(self.spring_rate[link] / moving)
 
     def put(self, effect: Effect, joint: int, values: Array | list[float]) -> None:
         """Give one joint a torque effect: parameters (n_parameter,) or (n_parameter, n_lane), in the sense of q."""
