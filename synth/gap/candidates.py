@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from synth.effects import Effect, Parameter, registered
+from synth.effects import Parameter, registered
 from synth.gap.data import GapTrial
 from synth.gap.hypotheses import Key
 from synth.gap.shaped import ShapedEffect
-from synth.model.lanes import has_direction, in_rotation
+from synth.model.lanes import has_direction, turned_to_rotation
 from synth.model.layout import MOST_LINKS
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import coefficients
@@ -126,14 +125,8 @@ class Candidate(ShapedEffect):
         if not has_direction(self.effect):
             return values
         joint = self.leg.joints[self.joint]
-        turned = [in_lane_order(self.effect, joint.sign, joint.zero, values[:, lane]) for lane in range(x.shape[1])]
+        turned = [turned_to_rotation(self.effect, joint.sign, joint.zero, lane) for lane in values.T.tolist()]
         return np.array(turned).T
-
-
-def in_lane_order(effect: Effect, sign: int, zero: float, values: Array) -> Array:
-    """One lane's parameters turned to the sense of q."""
-    given: Mapping[str, Any] = {p.name: float(v) for p, v in zip(effect.parameters, values, strict=True)}
-    return np.array(in_rotation(effect, sign, zero, given))
 
 
 def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Candidate]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.gap.candidates import Candidate
 from synth.gap.data import GapTrial
@@ -17,6 +19,8 @@ from synth.model.layout import LANES
 from synth.model.leg import Array, Leg
 
 Hypothesis = tuple[Candidate, ...]
+Places = NDArray[np.intp]
+_Placed = tuple[Candidate, Array, Places]  # with its unknowns, or what they stand for, in these lanes
 TOLERANCE = 1e-6
 STEPS = 12_000
 
@@ -69,57 +73,73 @@ class Predictor:
         """Readings of blocks of one structure that fill at most one group of lanes."""
         n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
         total, ends = sum(widths), np.cumsum([0, *widths])
-        legs = LegLanes.of(self.leg, total)
+        legs = self._designed.first(total)
         self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
         state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
-        departures: dict[tuple[str, int], Array] = {}
-        pending: list[tuple[Candidate, Array, slice]] = []
-        readings: list[tuple[Candidate, Array, slice]] = []
-        for block, (first, last) in zip(blocks, pairwise(ends), strict=True):
-            part = slice(int(first), int(last))
-            below = 2 * n
-            for candidate, x in _split(block, self.tolerances.size):
-                way = candidate.effect.way
-                if way == "torque":
-                    _put(legs, candidate, candidate.in_rotation(x), part)
-                elif way == "leg":
-                    _change(legs, candidate, candidate.values(x), part)
-                elif way == "reading":
-                    readings.append((candidate, candidate.values(x), part))
-                else:
-                    pending.append((candidate, candidate.values(x), part))
-                    given = block.state[below : below + 2 * candidate.links]
-                    wide = departures.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
-                    wide[: len(given), part] = given
-                    below += 2 * candidate.links
+        pending: list[_Placed] = []
+        readings: list[_Placed] = []
+        for candidate, x, lanes in self._gathered(blocks):
+            way = candidate.effect.way
+            if way == "torque":
+                _put(legs, candidate, candidate.in_rotation(x), lanes)
+            elif way == "leg":
+                _change(legs, candidate, candidate.values(x), lanes)
+            elif way == "reading":
+                readings.append((candidate, candidate.values(x), lanes))
+            else:
+                pending.append((candidate, candidate.values(x), lanes))
         for j in trial.recording.conditions.locked:  # the joint was held where its reading was that of the trial
             read = trial.recording.rotation[0, j]
             held = np.full(total, read)
-            for _ in range(3):
+            for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
                 held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, total)))[0]
             state[j], state[n + j] = held, 0.0
+        departures = _departures(blocks, n, total) if pending else {}
         legs, rotation, rates = _extended(legs, pending, departures, state)
         chain = compiled_chain(legs.n)
-        lanes = chain.lanes(legs, trial.recording.conditions)
+        workspace = chain.lanes(legs, trial.recording.conditions)
         own = list(legs.own)
-        lanes[chain.layout.rows("rotation")], lanes[chain.layout.rows("rate")] = rotation, rates
-        wants_rates = any(candidate.effect.way == "reading" for candidate, _, _ in readings)
+        workspace[chain.layout.rows("rotation")], workspace[chain.layout.rows("rate")] = rotation, rates
         known = trial.recording.known_torque
         if known is not None and legs.n > n:
             wide = np.zeros((len(known[0]), legs.n))
             wide[:, own] = known[1]
             known = (known[0], wide)
-        out = chain.run(lanes, trial.time, self.tolerance, rates=wants_rates, known_torque=known, max_steps=STEPS)
-        found = out[:, own]
+        out = chain.run(
+            workspace, trial.time, self.tolerance, rates=bool(readings), known_torque=known, max_steps=STEPS
+        )
+        found = out if out.shape[1] == n else out[:, own]
         if readings:
             turning = out[:, [legs.n + j for j in own]]
             for j in sorted({candidate.joint for candidate, _, _ in readings}):
                 found[:, j] = self._as_read(readings, j, trial, found[:, j], turning[:, j])
         return [found[:, :, first:last] for first, last in pairwise(ends)]
 
+    @cached_property
+    def _designed(self) -> LegLanes:
+        """The leg as designed in every lane; copied, since what is made of it is changed in place."""
+        return LegLanes.of(self.leg, LANES)
+
+    def _gathered(self, blocks: Sequence[Block]) -> list[_Placed]:
+        """Every candidate once, with its unknowns (size, n_lane) in all the lanes that it is in.
+
+        Once for each place that it takes in a hypothesis, in the order of these: a reading is shifted, then scaled.
+        """
+        found: dict[tuple[int, int], tuple[Candidate, list[Array], list[Places]]] = {}
+        first = 0
+        for block in blocks:
+            lanes = np.arange(first, first + block.unknowns.shape[1])
+            first += len(lanes)
+            for place, (candidate, x) in enumerate(_split(block, self.tolerances.size)):
+                _, unknowns, places = found.setdefault((place, id(candidate)), (candidate, [], []))
+                unknowns.append(x)
+                places.append(lanes)
+        ordered = [found[key] for key in sorted(found, key=lambda key: key[0])]
+        return [(c, np.concatenate(x, axis=1), np.concatenate(lanes)) for c, x, lanes in ordered]
+
     def _as_read(
         self,
-        readings: Sequence[tuple[Candidate, Array, slice]],
+        readings: Sequence[_Placed],
         joint: int,
         trial: GapTrial,
         rotation: Array,
@@ -129,10 +149,10 @@ class Predictor:
         told = rotation.copy()
         hinge = self.leg.joints[joint]
         time = trial.time if len(rotation) == len(trial.time) else np.array([0.0, 1.0])
-        for candidate, values, part in readings:
+        for candidate, values, lanes in readings:
             if candidate.joint == joint:
                 read = candidate.effect.function()
-                told[:, part] = read(time, told[:, part], rate[:, part], hinge.sign, hinge.zero, *values)
+                told[:, lanes] = read(time, told[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
         return told
 
 
@@ -189,19 +209,19 @@ def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
     return found
 
 
-def _put(legs: LegLanes, candidate: Candidate, values: Array, part: slice) -> None:
+def _put(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
     """Switch a torque effect on in some of the lanes."""
     name = candidate.effect.name
     if name not in legs.torques:
         off = np.array([parameter.off for parameter in candidate.effect.parameters])
         legs.torques[name] = np.tile(off[:, None, None], (1, legs.n, legs.n_lane))
-    legs.torques[name][:, candidate.joint, part] = values
+    legs.torques[name][:, candidate.joint, lanes] = values
 
 
-def _change(legs: LegLanes, candidate: Candidate, values: Array, part: slice) -> None:
+def _change(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
     """Change the leg's numbers in some of the lanes; elsewhere by nothing."""
     wide = np.zeros((len(values), legs.n_lane))
-    wide[:, part] = values
+    wide[:, lanes] = values
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
 
 
@@ -209,9 +229,25 @@ def _place(candidate: Candidate) -> tuple[str, int]:
     return candidate.effect.name, candidate.joint
 
 
+def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, int], Array]:
+    """Of each structure, how far its links are from where they would start if held (2 m, n_lane), see ``Block``."""
+    found: dict[tuple[str, int], Array] = {}
+    first = 0
+    for block in blocks:
+        below, last = 2 * n, first + block.unknowns.shape[1]
+        for candidate in block.hypothesis:
+            if candidate.effect.way == "structure":
+                given = block.state[below : below + 2 * candidate.links]
+                wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
+                wide[: len(given), first:last] = given
+                below += 2 * candidate.links
+        first = last
+    return found
+
+
 def _extended(
     legs: LegLanes,
-    pending: Sequence[tuple[Candidate, Array, slice]],
+    pending: Sequence[_Placed],
     departures: Mapping[tuple[str, int], Array],
     state: Array,
 ) -> tuple[LegLanes, Array, Array]:
@@ -222,8 +258,8 @@ def _extended(
         items = [item for item in pending if _place(item[0]) == place]
         candidate = items[0][0]
         wide = np.empty((len(candidate.effect.parameters), total))
-        for _, values, part in items:
-            wide[:, part] = values
+        for _, values, lanes in items:
+            wide[:, lanes] = values
         made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
         new = range(made.newest, made.newest + made.n - legs.n)
         rotation = made.started(candidate.effect, candidate.joint, rotation)

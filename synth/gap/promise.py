@@ -39,21 +39,19 @@ class Ground:
         return cls(bench, at, tuple(slopes), sum((s.T @ s for s in slopes), np.zeros((p, p))))
 
     def project(self, trial: int, residual: Array) -> Array:
-        """A trial's residual less what its initial state can explain."""
+        """A trial's residual (M,), or several (n_fit, M), less what its initial state can explain."""
         assert self.at.frame is not None
         q = self.at.frame.parts[trial].q
-        return np.asarray(residual - q @ (q.T @ residual))
+        return np.asarray(residual - (residual @ q) @ q.T)
 
-    def residuals(self, trial: int, fits: Sequence[Fit]) -> list[Array]:
-        """(M,) projected residuals of fits whose states are those of the ground."""
+    def residuals(self, trial: int, fits: Sequence[Fit]) -> Array:
+        """(n_fit, M) projected residuals of fits whose states are those of the ground."""
         data = self.bench.trials[trial]
         blocks = [Block(fit.hypothesis, fit.unknowns[:, None], fit.states[trial][:, None]) for fit in fits]
-        found = []
-        for fit, out in zip(fits, self.bench.predictor.predict(data, blocks), strict=True):
-            residual = self.bench.residual(data, out[:, :, 0], fit.states[trial])
-            whole = residual if np.all(np.isfinite(residual)) else np.full(len(residual), DIVERGED)
-            found.append(self.project(trial, whole))
-        return found
+        predicted = self.bench.predictor.predict(data, blocks)
+        found = np.array(self.bench.residuals(data, predicted, [fit.states[trial] for fit in fits]))
+        found[~np.isfinite(found.sum(axis=1))] = DIVERGED
+        return self.project(trial, found)
 
 
 def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
@@ -64,18 +62,21 @@ def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
     """
     ground = Ground.of(bench, at)
 
-    def one(i: int) -> list[tuple[Array, float]]:
-        return [(ground.slopes[i].T @ left, float(left @ left)) for left in ground.residuals(i, fits)]
+    def one(i: int) -> tuple[Array, Array]:
+        left = ground.residuals(i, fits)
+        return left @ ground.slopes[i], _squares(left)
 
+    if not fits:
+        return []
     parts = by_trial(one, len(bench.trials))
     p = len(at.unknowns)
-    costs = []
-    for f, fit in enumerate(fits):
-        gradient = sum((part[f][0] for part in parts), np.zeros(p))
-        squares = sum(part[f][1] for part in parts)
-        left, step = _stepped(bench, ground.matrix, gradient, squares, fit.unknowns[:p])
-        costs.append(bench.cost(left, np.concatenate([fit.unknowns[:p] + step, fit.unknowns[p:]])))
-    return costs
+    begun = np.array([fit.unknowns[:p] for fit in fits])
+    gradients, squares = sum(part[0] for part in parts), sum(part[1] for part in parts)
+    left, steps = _stepped(bench, ground.matrix, np.asarray(gradients), np.asarray(squares), begun)
+    return [
+        bench.cost(float(rest), np.concatenate([here, fit.unknowns[p:]]))
+        for fit, here, rest in zip(fits, begun + steps, left, strict=True)
+    ]
 
 
 def leverage(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[tuple[float, float]]:
@@ -86,42 +87,49 @@ def leverage(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[tuple[float
     ground = Ground.of(bench, at)
     p = len(at.unknowns)
 
-    def one(i: int) -> list[tuple[Array, float, Array, float, float]]:
-        here = ground.project(i, at.residuals[i])
-        found = []
-        for there in ground.residuals(i, fits):
-            change = there - here
-            slopes = ground.slopes[i]
-            products = slopes.T @ change, float(change @ change), slopes.T @ here
-            found.append((*products, float(change @ here), float(here @ here)))
-        return found
+    def one(i: int) -> tuple[Array, Array, Array, Array, float]:
+        here, slopes = ground.project(i, at.residuals[i]), ground.slopes[i]
+        change = ground.residuals(i, fits) - here
+        return change @ slopes, _squares(change), slopes.T @ here, change @ here, float(here @ here)
 
+    if not fits:
+        return []
     parts = by_trial(one, len(bench.trials))
-    found = []
-    for f in range(len(fits)):
-        matrix, gradient = np.zeros((p + 1, p + 1)), np.zeros(p + 1)
-        matrix[:p, :p] = ground.matrix
-        squares = 0.0
-        for part in parts:
-            across, own, down, along, rest = part[f]
-            matrix[:p, p] += across
-            matrix[p, p] += own
-            gradient[:p] += down
-            gradient[p] += along
-            squares += rest
-        matrix[p, :p] = matrix[:p, p]
-        left, step = _stepped(bench, matrix, gradient, squares, np.concatenate([at.unknowns, [0.0]]))
-        found.append((bench.cost(left, at.unknowns + step[:p]), float(step[p])))
-    return found
+    matrices, gradients = np.zeros((len(fits), p + 1, p + 1)), np.zeros((len(fits), p + 1))
+    matrices[:, :p, :p] = ground.matrix
+    squares = np.zeros(len(fits))
+    for across, own, down, along, rest in parts:
+        matrices[:, :p, p] += across
+        matrices[:, p, p] += own
+        gradients[:, :p] += down
+        gradients[:, p] += along
+        squares += rest
+    matrices[:, p, :p] = matrices[:, :p, p]
+    begun = np.tile(np.append(at.unknowns, 0.0), (len(fits), 1))
+    left, steps = _stepped(bench, matrices, gradients, squares, begun)
+    return [
+        (bench.cost(float(rest), at.unknowns + step[:p]), float(step[p]))
+        for rest, step in zip(left, steps, strict=True)
+    ]
 
 
-def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: float, at: Array) -> tuple[float, Array]:
-    """Squares left after one undamped step, and the step; unknowns beyond the prior's (the secant's) have none."""
-    prior = np.eye(len(at))
-    left = squares
-    step: Array = np.zeros(len(at))
+def _squares(rows: Array) -> Array:
+    """Sum of squares of each row."""
+    return np.asarray(np.einsum("fm,fm->f", rows, rows))
+
+
+def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array) -> tuple[Array, Array]:
+    """Squares left after one undamped step of each fit, and the steps; an unknown beyond the prior's has none.
+
+    ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,).
+    """
+    prior = np.eye(at.shape[1])
+    left: Array = squares
+    step: Array = np.zeros_like(at)
     for _ in range(WEIGHINGS):
-        weight = 2.0 / (1.0 + left / bench.total)
-        step = -np.asarray(np.linalg.solve(weight * matrix + prior, weight * gradient + at))
-        left = max(squares + 2.0 * float(gradient @ step) + float(step @ matrix @ step), 0.0)
+        weight = (2.0 / (1.0 + left / bench.total))[:, None]
+        right = (weight * gradient + at)[:, :, None]
+        step = -np.asarray(np.linalg.solve(weight[:, :, None] * matrix + prior, right))[:, :, 0]
+        bent = np.einsum("fp,fp->f", step, (matrix @ step[:, :, None])[:, :, 0])
+        left = np.maximum(squares + 2.0 * np.einsum("fp,fp->f", gradient, step) + bent, 0.0)
     return left, step

@@ -15,6 +15,7 @@ from functools import cached_property, lru_cache
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from synth.gap.data import GapTrial
 from synth.gap.predict import Block, Hypothesis, Predictor
@@ -50,12 +51,56 @@ class Part:
     q: Array
     r: Array
 
+    @cached_property
+    def along(self) -> Array:
+        """(l, p) what of the tolerances' derivatives the states can do."""
+        return np.asarray(self.q.T @ self.tolerance)
+
+    @cached_property
+    def bare(self) -> Array:
+        """(M, p) what of them the states cannot do."""
+        return np.asarray(self.tolerance - self.q @ self.along)
+
+    @cached_property
+    def products(self) -> Array:
+        """(p, p) of those with one another."""
+        return np.asarray(self.bare.T @ self.bare)
+
 
 @dataclass(frozen=True)
 class Frame:
     """Derivatives by tolerances and initial states of all trials at one point."""
 
     parts: tuple[Part, ...]
+
+    @cached_property
+    def alike(self) -> list[tuple[list[int], Array]]:
+        """Trials of as many states: their places, and their ``r`` (n_trial, l, l)."""
+        places: dict[int, list[int]] = {}
+        for i, part in enumerate(self.parts):
+            places.setdefault(len(part.r), []).append(i)
+        return [(group, np.array([self.parts[i].r for i in group])) for group in places.values()]
+
+    def changes(
+        self, explained: Sequence[tuple[Array, Array]], steps: Array, dampings: Array
+    ) -> list[tuple[Array, ...]]:
+        """Damped steps of the states, a trial each (l,), that go with ``steps`` (n_step, n_unknown) of the unknowns.
+
+        ``explained`` : of each trial, as ``Normal`` has it; ``dampings`` (n_step,).
+        """
+        found: list[list[Array]] = [[np.zeros(0)] * len(self.parts) for _ in steps]
+        for places, r in self.alike:
+            here = np.array([explained[i][0] for i in places])[:, :, None]
+            along = np.array([explained[i][1] for i in places])
+            right = r.transpose(0, 2, 1) @ (here + along @ steps.T)
+            square = r.transpose(0, 2, 1) @ r
+            diagonal = np.eye(square.shape[1]) * square
+            damped = square + dampings[:, None, None, None] * diagonal
+            change = -np.linalg.solve(damped, right.transpose(2, 0, 1)[..., None])[..., 0]
+            for made, step in zip(found, change, strict=True):
+                for place, i in enumerate(places):
+                    made[i] = step[place]
+        return [tuple(made) for made in found]
 
 
 @dataclass(frozen=True)
@@ -82,6 +127,38 @@ class Fit:
     def keys(self) -> tuple[tuple[str, str], ...]:
         """Effect and place of each candidate."""
         return tuple(candidate.key for candidate in self.hypothesis)
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """What turns a trial's predictions into whitened misses of the samples that count, a row a lane.
+
+    ``index`` places of these samples in a flat (m n,) array; ``measured`` and ``scale`` (count,) theirs.
+    """
+
+    index: NDArray[np.intp] | slice
+    measured: Array
+    scale: Array
+
+    @classmethod
+    def of(cls, trial: GapTrial, sigma: Array) -> Whitener:
+        """``sigma`` (n,) or (m, n) rad."""
+        index = slice(None) if trial.counts.all() else np.flatnonzero(trial.counts)
+        scale = 1.0 / np.broadcast_to(sigma, trial.measured.shape)
+        return cls(index, trial.measured.reshape(-1)[index], scale.reshape(-1)[index])
+
+    @property
+    def count(self) -> int:
+        """Number of samples that count."""
+        return len(self.measured)
+
+    def lanes(self, prediction: Array, out: Array | None = None) -> Array:
+        """(n_lane, count) from predictions (m, n, n_lane) rad."""
+        taken = prediction.reshape(-1, prediction.shape[2])[self.index].T
+        found = np.empty(taken.shape) if out is None else out
+        np.subtract(taken, self.measured, out=found)
+        found *= self.scale
+        return found
 
 
 @dataclass(frozen=True)
@@ -128,15 +205,22 @@ class Workbench:
 
     def residual(self, trial: GapTrial, prediction: Array, state: Array) -> Array:
         """(M,) whitened residual of one trial; inf where the motion diverged."""
-        sigma = self.sigma(trial)
-        away = ((prediction - trial.measured) / sigma)[trial.counts]
+        (found,) = self.residuals(trial, [prediction[:, :, None]], [state])
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def residuals(self, trial: GapTrial, predictions: Sequence[Array], states: Sequence[Array]) -> list[Array]:
+        """(M,) whitened residuals of each prediction's first lane; not finite where it diverged."""
+        white, free = Whitener.of(trial, self.sigma(trial)), trial.free
         rate, deviation = trial.recording.initial_rate
-        n = len(rate)
-        free = trial.free
-        prior = np.zeros(2 * len(free) + len(state) - 2 * n)
-        prior[len(free) : 2 * len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
-        prior[2 * len(free) :] = state[2 * n :]
-        return np.concatenate([np.where(np.isfinite(away), away, np.inf), prior])
+        n, found = len(rate), []
+        for prediction, state in zip(predictions, states, strict=True):
+            residual = np.zeros(white.count + 2 * len(free) + len(state) - 2 * n)
+            white.lanes(prediction[:, :, :1], residual[None, : white.count])
+            prior = residual[white.count + len(free) :]  # none of the rotations
+            prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
+            prior[len(free) :] = state[2 * n :]
+            found.append(residual)
+        return found
 
     def frame(self, fit: Fit) -> Frame:
         """Derivatives at a fit's point."""
@@ -169,9 +253,14 @@ class Workbench:
                 (values if common else states)[index, column] += step
             blocks.append(Block(fit.hypothesis, values, states))
         found = self.predictor.predict(trial, blocks)
-        widths = np.array([step for _, _, step in moves])
-        change = np.concatenate([out[:, :, 1:] - out[:, :, :1] for out in found], axis=2) / widths
-        return found[0][:, :, 0], (change / self.sigma(trial)[..., None])[trial.counts]
+        white = Whitener.of(trial, self.sigma(trial))
+        change, first = np.empty((len(moves), white.count)), 0
+        for out in found:
+            lanes = white.lanes(out)
+            change[first : first + len(lanes) - 1] = lanes[1:] - lanes[0]
+            first += len(lanes) - 1
+        change /= np.array([step for _, _, step in moves])[:, None]
+        return found[0][:, :, 0], change.T
 
     @staticmethod
     def state_prior(trial: GapTrial, state: Array) -> Array:
@@ -199,15 +288,18 @@ class Workbench:
                 for k in range(size):
                     unknowns[self.n_tolerance + k, k + 1] += STEP
                 blocks.append(Block(fit.hypothesis, unknowns, np.repeat(fit.states[i][:, None], size + 1, axis=1)))
+            predicted = self.predictor.predict(trial, blocks)
+            white = Whitener.of(trial, self.sigma(trial))
+            residuals = self.residuals(trial, predicted, [fit.states[i] for fit in fits])
             found = []
-            for fit, out in zip(fits, self.predictor.predict(trial, blocks), strict=True):
-                residual = self.residual(trial, out[:, :, 0], fit.states[i])
-                slopes = (out[:, :, 1:] - out[:, :, :1]) / STEP / self.sigma(trial)[..., None]
-                below = np.zeros((len(residual) - int(trial.counts.sum()), slopes.shape[2]))
-                found.append((residual, np.concatenate([slopes[trial.counts], below])))
+            for residual, out in zip(residuals, predicted, strict=True):
+                slopes = np.zeros((out.shape[2] - 1, len(residual)))
+                lanes = white.lanes(out)
+                slopes[:, : white.count] = (lanes[1:] - lanes[0]) / STEP
+                found.append((residual, slopes.T))
             return found
 
-        parts = by_trial(one, len(self.trials))
+        parts = by_trial(one, len(self.trials)) if fits else []
         made = []
         for f, fit in enumerate(fits):
             residuals = tuple(part[f][0] for part in parts)
@@ -250,13 +342,22 @@ class Workbench:
     def _steps(self, fit: Fit, frame: Frame | None) -> list[Fit]:
         """The fit moved by a step with less and with more damping; lanes are cheaper than a step tried in vain."""
         assert frame is not None
-        normal = Normal.of(self, fit, frame)
-        return [self._stepped(fit, frame, normal, fit.damping * factor) for factor in _dampings(fit)]
+        normal, bounds = Normal.of(self, fit, frame), self.bounds(fit.hypothesis)
+        dampings = fit.damping * np.array(_dampings(fit))
+        moved = np.array([self._moved(fit, normal, damping, bounds) for damping in dampings])
+        made = []
+        changes = frame.changes(normal.explained, moved - fit.unknowns, dampings)
+        for unknowns, change, damping in zip(moved, changes, dampings.tolist(), strict=True):
+            states = tuple(map(self._state, self.trials, fit.states, change))
+            made.append(
+                replace(fit, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf, damping=damping)
+            )
+        return made
 
-    def _stepped(self, fit: Fit, frame: Frame, normal: Normal, damping: float) -> Fit:
-        """The fit moved by one damped step; residuals not yet computed."""
+    def _moved(self, fit: Fit, normal: Normal, damping: float, bounds: tuple[Array, Array]) -> Array:
+        """A fit's unknowns (n_unknown,) after one damped step that stays within bounds."""
         matrix = normal.matrix + damping * np.diag(np.diag(normal.matrix))
-        low, high = self.bounds(fit.hypothesis)
+        low, high = bounds
         held = np.zeros(len(fit.unknowns), dtype=bool)
         step = np.zeros(len(fit.unknowns))
         for _ in range(6):
@@ -270,19 +371,7 @@ class Workbench:
         most = np.max(np.abs(step[self.n_tolerance :]), initial=0.0)
         if most > 3.0:
             step *= 3.0 / most
-        unknowns = np.clip(fit.unknowns + step, low, high)
-        step = unknowns - fit.unknowns
-        states = []
-        for i, (part, trial) in enumerate(zip(frame.parts, self.trials, strict=True)):
-            ahead = fit.residuals[i] + part.tolerance @ step[: self.n_tolerance]
-            ahead = ahead + fit.columns[i] @ step[self.n_tolerance :]
-            square = part.r.T @ part.r
-            damped = square + damping * np.diag(np.diag(square))
-            change: Array = -np.asarray(np.linalg.solve(damped, part.r.T @ (part.q.T @ ahead)))
-            states.append(self._state(trial, fit.states[i], change))
-        return replace(
-            fit, unknowns=unknowns, states=tuple(states), residuals=(), columns=(), cost=np.inf, damping=damping
-        )
+        return np.asarray(np.minimum(np.maximum(fit.unknowns + step, low), high))
 
     @staticmethod
     def _state(trial: GapTrial, state: Array, change: Array) -> Array:
@@ -316,28 +405,35 @@ def _dampings(fit: Fit) -> tuple[float, ...]:
 class Normal:
     """Normal equations in the unknowns once the states are eliminated.
 
-    ``parts`` : each trial's matrix, gradient and sum of squares, without prior and ``weight``.
+    ``parts`` : each trial's matrix, gradient and sum of squares, without prior and ``weight``. ``explained`` : of each
+    trial's residuals what its states can do (l,), and of a step in the unknowns (l, n_unknown).
     """
 
     matrix: Array
     gradient: Array
     weight: float
     parts: tuple[tuple[Array, Array, float], ...]
+    explained: tuple[tuple[Array, Array], ...]
 
     @classmethod
     def of(cls, bench: Workbench, fit: Fit, frame: Frame) -> Normal:
         """At a fit's point, with the derivatives of a frame."""
-        made = []
+        made, explained = [], []
+        size, p = len(fit.unknowns), bench.n_tolerance
         for part, residual, columns in zip(frame.parts, fit.residuals, fit.columns, strict=True):
-            slopes = np.concatenate([part.tolerance, columns], axis=1)
-            slopes = slopes - part.q @ (part.q.T @ slopes)
-            left = residual - part.q @ (part.q.T @ residual)
-            made.append((slopes.T @ slopes, slopes.T @ left, float(left @ left)))
-        size = len(fit.unknowns)
+            wide = np.concatenate([columns.T, residual[None]])
+            along = wide @ part.q
+            bare = wide - along @ part.q.T
+            across, own = bare @ part.bare, bare @ bare.T
+            matrix = np.empty((size, size))
+            matrix[:p, :p], matrix[p:, p:] = part.products, own[:-1, :-1]
+            matrix[p:, :p], matrix[:p, p:] = across[:-1], across[:-1].T
+            made.append((matrix, np.concatenate([across[-1], own[:-1, -1]]), float(own[-1, -1])))
+            explained.append((along[-1], np.concatenate([part.along, along[:-1].T], axis=1)))
         weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / bench.total)
         matrix = np.eye(size) + weight * sum((m for m, _, _ in made), np.zeros((size, size)))
         gradient = fit.unknowns + weight * sum((g for _, g, _ in made), np.zeros(size))
-        return cls(matrix, gradient, weight, tuple(made))
+        return cls(matrix, gradient, weight, tuple(made), tuple(explained))
 
     def without(self, trial: int) -> Array:
         """Step (n_unknown,) to the fit of all trials but one: Gauss-Newton from the common fit, in closed form."""

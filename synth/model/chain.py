@@ -77,8 +77,13 @@ class Chain:
 
     @cached_property
     def bearing_forces(self) -> Any:
-        """Forces that the hinges carry."""
+        """Joint accelerations, and forces that the hinges carry."""
         return self.sources["bearing"].load().bearing_forces
+
+    @cached_property
+    def again(self) -> Any:
+        """Joint accelerations where ``bearing_forces`` has been, for other extra torques."""
+        return self.sources["bearing"].load().again
 
     @cached_property
     def integrate(self) -> Any:
@@ -119,12 +124,12 @@ class Chain:
 
     @cached_property
     def _whole(self) -> tuple[Any, ...]:
-        called = (self.right_hand_side, self.extra_torques, self.bearing_forces)
+        called = (self.right_hand_side, self.extra_torques, self.bearing_forces, self.again)
         return _entry(self.integrate), *(Compiled(function) for function in called)
 
     @cached_property
     def _plain(self) -> tuple[Any, ...]:
-        return _entry(self.integrate_plain), Compiled(self.right_hand_side), 0, 0
+        return _entry(self.integrate_plain), Compiled(self.right_hand_side), 0, 0, 0
 
     @cached_property
     def _off(self) -> Array:
@@ -344,7 +349,7 @@ def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
         "chain": Source(f"chain{n}", generate.right_hand_side(layout), files[:1]),
         "plain": Source("plain", plain, called[:1]),
         "torques": Source("torques", generate.extra_torques(layout, imports), files),
-        "bearing": Source("bearing", generate.bearing_forces(layout), files[:1]),
+        "bearing": Source(f"bearing{n}", generate.bearing_forces(layout), files[:1]),
         "integrator": Source("integrator", integrator, called),
     }
     return Chain(layout, effects, sources)

@@ -143,13 +143,25 @@ def right_hand_side(layout: Layout) -> str:
     *Matrix Computations*, 4th ed., algorithm 4.1.2). The workspace is taken as one row (n_row * 16,): every place in
     it is then a constant, and no loop has to ask whether what it stores overlaps what it loads.
     """
-    n = layout.n
+    return HEADER + _lane_loop("right_hand_side", _accelerations(layout))
+
+
+def _lane_loop(name: str, lines: list[str]) -> str:
+    """A function of the workspace that runs these lines for each lane ``l``."""
+    decorator = DECORATOR.format(signature="void(float64[::1])")
+    body = "\n".join(f"        {line}" for line in lines)
+    return f"\n\n{decorator}\ndef {name}(Z):\n    for l in range({LANES}):\n{body}\n"
+
+
+def _at(row: int) -> str:
+    return f"Z[{row * LANES} + l]"
+
+
+def _accelerations(layout: Layout) -> list[str]:
+    """Lines of ``right_hand_side``."""
+    n, at = layout.n, _at
     lines: list[str] = []
     put = lines.append
-
-    def at(row: int) -> str:
-        return f"Z[{row * LANES} + l]"
-
     for i in range(n):
         put(f"q{i} = {at(layout.row('rotation', i))}")
         put(f"w{i} = {at(layout.row('rate', i))}")
@@ -172,16 +184,15 @@ def right_hand_side(layout: Layout) -> str:
         spring = f"{at(layout.row('spring_rate', i))} * (q{i} - {at(layout.row('rest', i))})"
         damper = f"{at(layout.row('damper_rate', i))} * w{i}"
         put(f"free{i} = {at(layout.row('free', i))}")
-        put(f"r{i} = free{i} * ({at(layout.row('extra_torque', i))} - {spring} - {damper} - bias{i})")
+        put(f"known{i} = {spring} + {damper} + bias{i}")
+        put(f"r{i} = free{i} * ({at(layout.row('extra_torque', i))} - known{i})")
     for i in range(n):
         for j in range(i, n):
             masked = f"J{i}{i} * free{i} + (1.0 - free{i})" if i == j else f"J{i}{j} * free{i} * free{j}"
             put(f"J{i}{j} = {masked}")
     lines += factorise(n) + substitute(n, "x", [f"r{i}" for i in range(n)])
     lines += [f"{at(layout.row('acceleration', i))} = x{i}" for i in range(n)]
-    decorator = DECORATOR.format(signature="void(float64[::1])")
-    body = "\n".join(f"        {line}" for line in lines)
-    return f"{HEADER}\n\n{decorator}\ndef right_hand_side(Z):\n    for l in range({LANES}):\n{body}\n"
+    return lines
 
 
 def _joint_coordinates(n: int) -> list[str]:
@@ -249,55 +260,42 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
 
 
 def bearing_forces(layout: Layout) -> str:
-    """Source of ``bearing_forces(workspace, n)``: force (N) that each hinge carries, from the accelerations there.
+    """Source of ``bearing_forces(workspace)`` and of ``again(workspace)``.
+
+    The first does what the right-hand side does, and finds the force (N) that each hinge carries, from the
+    accelerations there; the second gives the accelerations for other extra torques at the same place, with what the
+    first has factorised.
 
     Newton's second law for all that hangs from a joint. With ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2,
     sin phi_k ddphi_k + cos phi_k dphi_k^2)`` the acceleration that link k adds a unit of length, the force on joint j
     is ``sum_{k<j} length_k carried_j p_k + sum_{k>=j} moment_k p_k + carried_j g (0, 1)``.
     """
-
-    def at(block: str, link: str = "e") -> str:
-        return f"Z[{layout.row(block) * LANES} + {link}]"
-
-    links = f"n & {MOST_LINKS}"  # masked, so that no place can be negative
-    each, following = f"for e in range(({links}) * {LANES}):", f"for e in range({LANES}, ({links}) * {LANES}):"
-    here, outboard = f"e - {LANES}", f"k * {LANES} + l"
-    lines = [
-        # absolute rotation, rate and acceleration, in rows that are still free
-        f"for l in range({LANES}):",
-        f"    {at('force_x', 'l')} = {at('tilt', 'l')} + {at('rotation', 'l')}",
-        f"    {at('force_z', 'l')} = {at('rate', 'l')}",
-        f"    {at('bearing_force', 'l')} = {at('acceleration', 'l')}",
-        following,
-        f"    {at('force_x')} = {at('force_x', here)} + {at('rotation')}",
-        f"    {at('force_z')} = {at('force_z', here)} + {at('rate')}",
-        f"    {at('bearing_force')} = {at('bearing_force', here)} + {at('acceleration')}",
-        each,
-        f"    s, c = sine_cosine({at('force_x')})",
-        f"    omega, alpha = {at('force_z')}, {at('bearing_force')}",
-        f"    {at('link_x')} = c * alpha - s * omega * omega",
-        f"    {at('link_z')} = s * alpha + c * omega * omega",
-        # what accelerates with the links inboard of a joint: summed from the base on, with gravity
-        f"for l in range({LANES}):",
-        f"    {at('force_x', 'l')} = 0.0",
-        f"    {at('force_z', 'l')} = {at('weight', 'l')}",
-        following,
-        f"    {at('force_x')} = {at('force_x', here)} + {at('length', here)} * {at('link_x', here)}",
-        f"    {at('force_z')} = {at('force_z', here)} + {at('length', here)} * {at('link_z', here)}",
-        # and with those outboard of it: summed from the tip on
-        f"for i in range({links}):",
-        f"    k = (({links}) - 1 - i) & {MOST_LINKS}",
-        f"    for l in range({LANES}):",
-        f"        e = {outboard}",
-        f"        beyond_x = {at('link_x', f'e + {LANES}')} if i > 0 else 0.0",
-        f"        beyond_z = {at('link_z', f'e + {LANES}')} if i > 0 else 0.0",
-        f"        {at('link_x')} = {at('first_moment')} * {at('link_x')} + beyond_x",
-        f"        {at('link_z')} = {at('first_moment')} * {at('link_z')} + beyond_z",
-        each,
-        f"    force_x = {at('carried_mass')} * {at('force_x')} + {at('link_x')}",
-        f"    force_z = {at('carried_mass')} * {at('force_z')} + {at('link_z')}",
-        f"    {at('bearing_force')} = sqrt(force_x * force_x + force_z * force_z)",
-    ]
-    decorator = DECORATOR.format(signature="void(float64[::1], int64)")
-    body = "\n".join(f"    {line}" for line in lines)
-    return f"{HEADER}\nimport numpy as np\n\n\n{decorator}\ndef bearing_forces(Z, n):\n{body}\n"
+    n, row = layout.n, layout.row
+    first = _accelerations(layout)
+    kept = [f"known{i}" for i in range(n)] + [f"inverse{i}" for i in range(n)]
+    kept += [f"l{j}{i}" for i in range(n) for j in range(i + 1, n)]
+    places = {name: _at(row("factors", k)) for k, name in enumerate(kept)}
+    first += [f"{place} = {name}" for name, place in places.items()]
+    for i in range(n):
+        first += [
+            f"alpha{i} = x{i}" + (f" + alpha{i - 1}" if i else ""),
+            f"px{i} = c{i} * alpha{i} - s{i} * square{i}",
+            f"pz{i} = s{i} * alpha{i} + c{i} * square{i}",
+        ]
+    for i in range(n - 1, -1, -1):  # what hangs from the joint, and gravity
+        moment = _at(row("first_moment", i))
+        first += [f"out{d}{i} = {moment} * p{d}{i}" + (f" + out{d}{i + 1}" if i < n - 1 else "") for d in "xz"]
+    first += ["inx = 0.0", f"inz = {_at(row('weight'))}"]  # what the links before it do
+    for i in range(n):
+        first += [
+            f"carried = {_at(row('carried_mass', i))}",
+            f"fx = carried * inx + outx{i}",
+            f"fz = carried * inz + outz{i}",
+            f"{_at(row('bearing_force', i))} = sqrt(fx * fx + fz * fz)",
+        ]
+        first += [f"in{d} = in{d} + {_at(row('length', i))} * p{d}{i}" for d in "xz"]
+    second = [f"{name} = {place}" for name, place in places.items()]
+    torque = [f"{_at(row('free', i))} * ({_at(row('extra_torque', i))} - known{i})" for i in range(n)]
+    second += substitute(n, "x", torque)
+    second += [f"{_at(row('acceleration', i))} = x{i}" for i in range(n)]
+    return HEADER + _lane_loop("bearing_forces", first) + _lane_loop("again", second)

@@ -46,11 +46,11 @@ REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
 _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if WHOLE else int64
-_bearing = types.FunctionType(types.void(float64[::1], int64)) if WHOLE else int64
+_loaded = _chain if WHOLE else int64
 _known = types.Tuple((float64[::1], float64[:, ::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
-    _chain, _extra, _bearing, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
+    _chain, _extra, _loaded, _loaded, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
     types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3), float64[::1],
 )  # fmt: skip
 # Nothing is allocated here, so arrays need not be counted: counts are locked operations, a tenth of a step's time.
@@ -80,7 +80,7 @@ def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untype
 
 
 @njit(**_often)
-def _derivative(chain, extra, bearing, Z, flat, n, given, t, cursor, S, K):  # type: ignore[no-untyped-def]
+def _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, K):  # type: ignore[no-untyped-def]
     """Fill ``S`` from ``K`` on with the time derivative of the state that lies in Z; returns the new cursor.
 
     Friction that grows with the bearing force needs the accelerations that it changes itself: these are found without
@@ -92,11 +92,12 @@ def _derivative(chain, extra, bearing, Z, flat, n, given, t, cursor, S, K):  # t
         if any_active:
             extra(flat, n, active[0])
         cursor = _known_torque(flat, n, any_active, known, t, cursor)
-        chain(flat)
         if any_load:
-            bearing(flat, n)
+            bearing(flat)
             extra(flat, n, active[1])
             cursor = _known_torque(flat, n, any_active, known, t, cursor)
+            again(flat)
+        else:
             chain(flat)
     else:
         chain(flat)
@@ -207,14 +208,14 @@ def _samples(h, t, S, times, i, out, where):  # type: ignore[no-untyped-def]
 
 @njit(_signature, cache=True, **_called)
 def integrate(  # type: ignore[no-untyped-def]
-    chain, extra, bearing, Z, flat, n, states, active, known, times, limits, max_steps, out, where, S
+    chain, extra, bearing, again, Z, flat, n, states, active, known, times, limits, max_steps, out, where, S
 ):
     """Integrate from ``times[0]`` and write the state at ``times`` into ``out``.
 
     Parameters
     ----------
-    chain, extra, bearing : the compiled right-hand side, the extra torques and the bearing forces; only the first where
-        this is not the whole.
+    chain, extra, bearing, again : the compiled right-hand side, the extra torques, and what takes the right-hand side's
+        place where some of these need the bearing forces; only the first where this is not the whole.
     Z, flat : (n_row, 16) workspace with initial state and parameters filled in, and the same memory as one row; its
         state rows are overwritten.
     states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, what bends
@@ -274,11 +275,11 @@ def integrate(  # type: ignore[no-untyped-def]
     reason = REACHED_END
     given = (derivative, active, modes, known)
     cursor, k1 = int64(0), int64(_K1)  # not the numbers as such, for each of which numba would compile anew
-    cursor = _derivative(chain, extra, bearing, Z, flat, n, given, t, cursor, S, k1)
+    cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     if WHOLE and any_bristle:
         turning.slide_from_start(n, bends, Z, x, K)
         _put(S, int64(_X), n, state, Z, flat)
-        cursor = _derivative(chain, extra, bearing, Z, flat, n, given, t, cursor, S, k1)
+        cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     any_event = any_bristle or any_play
     fresh, uncut = any_event, 0.0  # at a new place; the step that was cut at a joint's turn
     while i < len(times):
@@ -293,7 +294,7 @@ def integrate(  # type: ignore[no-untyped-def]
                         for lane in range(LANES):
                             if back[lane] != 0.0:
                                 Z[state[j], lane] = target[lane]
-                    cursor = _derivative(chain, extra, bearing, Z, flat, n, given, t, cursor, S, _K1 + k * _ROOM)
+                    cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, _K1 + k * _ROOM)
                     if k == 1:
                         turning.take_hold(bends, j, x, K, back, target)
                 if turns:
@@ -310,7 +311,7 @@ def integrate(  # type: ignore[no-untyped-def]
             now = t
             if WHOLE:
                 now = t + h * (_C2 if s == 1 else _C3 if s == 2 else _C4 if s == 3 else _C5 if s == 4 else 1.0)
-            cursor = _derivative(chain, extra, bearing, Z, flat, n, given, now, cursor, S, _K1 + s * _ROOM)
+            cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, now, cursor, S, _K1 + s * _ROOM)
             if WHOLE and any_bristle:
                 turning.keep_sliding(n, slides, K[s])
         steps += 1

@@ -6,7 +6,6 @@ more than their simulation, so each quantity is one array with a column a leg.
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -93,6 +92,17 @@ class LegLanes:
                 if effect.way == "torque":
                     made.put(effect, index, in_rotation(effect, joint.sign, joint.zero, given))
         return made
+
+    def first(self, n_lane: int) -> LegLanes:
+        """A copy of the first columns."""
+        return replace(
+            self,
+            **{name: getattr(self, name)[:, :n_lane].copy() for name in _PER_LINK},
+            torques={name: values[:, :, :n_lane].copy() for name, values in self.torques.items()},
+            tilt=self.tilt[:n_lane].copy(),
+            weightless=self.weightless.copy(),
+            curves=list(self.curves),
+        )
 
     @classmethod
     def whole(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
@@ -215,14 +225,17 @@ class LegLanes:
 
 def has_direction(effect: Effect) -> bool:
     """Whether some parameter is meant in measured angle and must be turned to the sense of q."""
-    return hasattr(importlib.import_module(effect.module), "to_rotation")
+    return hasattr(effect.loaded, "to_rotation")
 
 
 def in_rotation(effect: Effect, sign: int, zero: float, given: Mapping[str, float]) -> list[float]:
     """Parameters of a torque effect in order, defaults filled in, turned to the sense of q where direction matters."""
     values = [given.get(p.name, effect.defaults[p.name]) for p in effect.parameters]
-    if not has_direction(effect):
-        return values
+    return turned_to_rotation(effect, sign, zero, values) if has_direction(effect) else values
+
+
+def turned_to_rotation(effect: Effect, sign: int, zero: float, values: list[float]) -> list[float]:
+    """All parameters in order of an effect of which some are meant in measured angle, turned to the sense of q."""
     turn = effect.function("to_rotation")
     taken = turn.__code__.co_argcount - 2
     return [*turn(sign, zero, *values[:taken]), *values[taken:]]

@@ -26,7 +26,7 @@ _FOR_EFFECTS = (
     "damper_torque",  # resisting, of rate and curve together
     "length", "carried_mass",  # of all that hangs from the joint
     "first_moment",  # of the link and of what hangs from it, about the joint
-    "bearing_force", "force_x", "force_z", "link_x", "link_z",
+    "bearing_force",
 )  # fmt: skip
 
 
@@ -51,7 +51,7 @@ class Layout:
         """Block name -> (first row, number of rows), in the order in which they lie."""
         sizes = dict.fromkeys(_ONE_A_JOINT, MOST_LINKS)
         sizes |= {"inertia": MOST_LINKS * (MOST_LINKS + 1) // 2, "gravity": MOST_LINKS, "tilt": 1, "weight": 1}
-        sizes |= dict.fromkeys(_FOR_EFFECTS, MOST_LINKS)
+        sizes |= dict.fromkeys(_FOR_EFFECTS, MOST_LINKS) | {"factors": MOST_LINKS * (MOST_LINKS + 3) // 2}
         for law in self.laws:
             sizes[law.name] = law.n_parameter * MOST_LINKS
             if law.memory:

@@ -152,7 +152,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     put(Chain, "lanes", "writing lanes")
     put(predict.Predictor, "_together", "legs, effects and readings around a lane group")
     put(predict.Predictor, "predict", "packing lane groups")
-    put(solve.Workbench, "residual", "residuals")
+    put(solve.Workbench, "residuals", "residuals")
     put(solve.Workbench, "evaluate", "derivatives from lanes, whitening")
     put(solve.Workbench, "_steps", "steps of Levenberg-Marquardt")
     put(solve.Workbench, "_part", "frames: derivatives by tolerances and states")

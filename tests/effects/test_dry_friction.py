@@ -233,7 +233,7 @@ def test_the_bearing_carries_newtons_force() -> None:
     workspace[chain.layout.rows("rotation")] = states[at, :3].T
     workspace[chain.layout.rows("rate")] = states[at, 3:].T
     chain.right_hand_side(workspace.reshape(-1))
-    chain.bearing_forces(workspace.reshape(-1), 3)
+    chain.bearing_forces(workspace.reshape(-1))
     got = workspace[chain.layout.rows("bearing_force")].T
     assert np.ptp(expected[at - 1], axis=0).min() > 0.1
     np.testing.assert_allclose(got, expected[at - 1], rtol=3e-5)  # differences over 1e-4 s
