@@ -54,10 +54,10 @@ def _compile_jumps(progress: Progress) -> None:
     from synth.hopper.fold import fold
     from synth.hopper.jump import compiled_jump
     from synth.hopper.layout import LAYOUTS
-    from synth.hopper.leg import Contact, HopperLeg
     from synth.hopper.models import MODELS, columns
     from synth.hopper.motors import motor_of
     from synth.hopper.planar import planar_record
+    from synth.model.hopper_leg import Contact, HopperLeg
     from synth.parts.catalog import Catalogue
 
     with progress.stage("compiling jumping legs"):

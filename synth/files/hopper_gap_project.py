@@ -22,7 +22,7 @@ from synth.files.schema import Because, Default
 from synth.files.table import read_table
 from synth.files.validate import FileModel, Quantity, check_part, gathering
 from synth.files.yaml_lines import load
-from synth.hopper.leg import Array
+from synth.model.leg import Array
 
 PULL_UP = "hip torque"  # the column that makes a recording one
 JUMP_COLUMNS = {"time": "s", "upper link": "rad"}

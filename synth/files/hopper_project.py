@@ -17,10 +17,7 @@ from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default
 from synth.files.validate import Quantity, gathering
 from synth.files.yaml_lines import Document
-from synth.hopper.leg import Contact, Flexures, HopperLeg, Laminate
-from synth.hopper.models import in_reach
-from synth.hopper.motors import MotorOptions
-from synth.hopper.tolerance import Tolerances
+from synth.model.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions, Tolerances, in_reach
 
 LAB = "the lab's own simulation (idealabasu/code_pynamics)"
 MOST_DESIGNS = 20_000_000

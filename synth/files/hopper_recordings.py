@@ -18,7 +18,7 @@ from synth.files.schema import Because
 from synth.files.table import Table, read_table
 from synth.files.validate import Quantity, gathering
 from synth.files.yaml_lines import load
-from synth.hopper.leg import Array
+from synth.model.leg import Array
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")

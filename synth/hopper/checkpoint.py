@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.hopper.leg import Array
+from synth.model.leg import Array
 
 MANIFEST = "sweep.json"
 

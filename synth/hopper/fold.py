@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array
+from synth.model.leg import Array
 
 STEP = 1e-3  # s
 FASTEST = 300.0  # rad/s; a guess that runs away stays a number

@@ -12,10 +12,11 @@ import numpy as np
 
 from synth.hopper import generate, integrator
 from synth.hopper.layout import LANES, LAYOUTS, JumpLayout
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, lane
 from synth.hopper.outcomes import N_OUTCOME, Outcome, outcome_of
 from synth.model.generate import load
+from synth.model.hopper_leg import Contact, HopperLeg, Motor
+from synth.model.leg import Array
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
 DURATION = 1.0  # s, for the push; a leg that has not lifted by then does not

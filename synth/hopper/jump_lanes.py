@@ -1,6 +1,6 @@
 """Many jumping legs as columns of numbers: what effects and tolerances change, and the workspace made from them.
 
-Motor columns are the rotor's where ``synth.hopper.leg.Motor`` has them so. Without ``electric`` the motor is its
+Motor columns are the rotor's where ``synth.model.hopper_leg.Motor`` has them so. Without ``electric`` the motor is its
 maker's line; a winding that takes time is put on it as a lag of that line with the time constant L/R.
 """
 
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.hopper.layout import LAYOUTS, JumpLayout
-from synth.hopper.leg import PRB_GAMMA, PRB_STIFFNESS, Array, Contact, HopperLeg, Motor
+from synth.model.hopper_leg import PRB_GAMMA, PRB_STIFFNESS, Contact, HopperLeg, Motor
+from synth.model.leg import Array
 
 REVERSE_SPEED = 0.05  # rad/s at the output, over which friction and the gear's losses turn over
 

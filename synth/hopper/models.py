@@ -20,13 +20,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from synth.hopper.jump_lanes import JumpLanes, jump_lanes
 from synth.hopper.layout import LAYOUTS, JumpLayout
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor
-
-LOCKED = 80.0 * np.pi / 180.0  # lower links flatter than this in the crouch lock
+from synth.model.hopper_leg import Contact, HopperLeg, Motor
+from synth.model.leg import Array
 
 
 @dataclass(frozen=True)
@@ -71,13 +69,6 @@ def columns(leg: HopperLeg, motor: Motor, contact: Contact, model: Model, length
     """What ``lanes`` is made from, to be changed before."""
     switches = (model.electric, model.joint_damping, model.gear_loss, model.hunt_crossley)
     return jump_lanes(leg, motor, contact, *switches, length)
-
-
-def in_reach(leg: HopperLeg, length: Array) -> NDArray[np.bool_]:
-    """Lengths whose lower links reach the foot in the crouch and do not lock there."""
-    a = leg.crouch_angle(length)
-    share = (0.5 * leg.hip_spacing + length * np.sin(a)) / (length * leg.lower_ratio)
-    return np.asarray((share < np.sin(LOCKED)) & (a > leg.extended))
 
 
 def layout_of(leg: HopperLeg) -> JumpLayout:

@@ -13,37 +13,24 @@ from __future__ import annotations
 
 import fnmatch
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from synth.errors import UserError
-from synth.hopper.leg import Motor
+from synth.model.hopper_leg import Motor, MotorOptions
 from synth.parts.rows import GearMotorRow
 
 ROTOR_INERTIA, ROTOR_MASS = 1.5e-8, 0.0095
 ELECTRICAL_TIME = 0.25e-3  # s
 
 
-@dataclass(frozen=True)
-class MotorOptions:
-    """What a project says of all motors; None: as the row, else as estimated.
-
-    ``supply`` V; ``friction_share`` of the no-load torque that is constant in speed, the rest being viscous.
-    """
-
-    supply: float | None = None
-    rotor_inertia: float | None = None
-    inductance: float | None = None
-    resistance: float | None = None
-    friction_share: float = 1.0
-
-
-def motor_of(row: GearMotorRow, options: MotorOptions = MotorOptions()) -> Motor:
+def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
     """The motor of a complete row at its supply voltage.
 
     Raises
     ------
     ValueError : the row is not complete.
     """
+    options = options or MotorOptions()
     known = (row.gear_ratio, row.voltage, row.no_load_speed, row.stall_torque, row.stall_current, row.no_load_current,
              row.mass)  # fmt: skip
     if None in known or not row.complete:

@@ -18,7 +18,6 @@ import numpy as np
 
 from synth.errors import UserError
 from synth.hopper.jump import FALL
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor, segments
 from synth.hopper.models import Model, lane, layout_of
 from synth.hopper.outcomes import (
     COLLAPSED,
@@ -31,6 +30,8 @@ from synth.hopper.outcomes import (
     TOO_WEAK,
     Outcome,
 )  # fmt: skip
+from synth.model.hopper_leg import Contact, HopperLeg, Motor, segments
+from synth.model.leg import Array
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.hopper.leg import Array
+from synth.model.leg import Array
 
 # How a jump ended.
 RUNNING, LANDED_AGAIN, TOO_WEAK, COLLAPSED, TOO_STIFF = 0, 1, 2, 3, 4

@@ -9,10 +9,11 @@ import numpy as np
 
 from synth.hopper.jump import DURATION, FALL, TOLERANCE
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor
 from synth.hopper.models import Model, columns
 from synth.hopper.outcomes import LANDED_AGAIN, LIFTED, LIMITS, Outcome
 from synth.hopper.planar_engine import SCALARS, com_speed, integrate
+from synth.model.hopper_leg import Contact, HopperLeg, Motor
+from synth.model.leg import Array
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.hopper.leg import Array, HopperLeg, Motor
 from synth.hopper.outcomes import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
+from synth.model.hopper_leg import HopperLeg, Motor
+from synth.model.leg import Array
 
 STEP = 2e-4  # s, of Runge and Kutta's fourth order
 LONGEST = 0.6  # s, longer than any push that lifts

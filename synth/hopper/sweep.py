@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.jump import compiled_jump
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor
-from synth.hopper.models import Model, in_reach, lanes
+from synth.hopper.models import Model, lanes
 from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
 from synth.hopper.point_mass import point_mass_outcomes
-from synth.hopper.tolerance import Tolerances, groups, intervals
+from synth.hopper.tolerance import groups, intervals
+from synth.model.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
+from synth.model.leg import Array
 from synth.threads import thread_count
 
 if TYPE_CHECKING:

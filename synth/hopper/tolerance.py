@@ -7,14 +7,15 @@ The interval is the nominal clearance less and plus the root of the sum of squar
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from synth.hopper.layout import LANES
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor
-from synth.hopper.models import Model, in_reach, lanes
+from synth.hopper.models import Model, lanes
 from synth.hopper.motors import with_speed, with_torque
+from synth.model.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
+from synth.model.leg import Array
 
 UNIFORM = 0.9
 QUANTITIES = (
@@ -26,19 +27,6 @@ QUANTITIES = (
     "joint damping",
     "crouch",
 )
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """90 % half widths as shares of the value, ``crouch`` in rad; ``speed`` and ``current`` where the row has none."""
-
-    speed: float = 0.2
-    current: float = 0.5
-    torque: float = 0.1
-    rotor_inertia: float = 0.5
-    mass: float = 0.05
-    joint_damping: float = 0.5
-    crouch: float = 0.035
 
 
 def copies(leg: HopperLeg, motor: Motor, tolerances: Tolerances) -> list[tuple[HopperLeg, Motor]]:

@@ -20,12 +20,13 @@ import numpy as np
 
 import synth
 from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.leg import Array, Contact, HopperLeg, Motor
-from synth.hopper.models import MODELS, in_reach, lanes
-from synth.hopper.motors import MotorOptions, chosen_rows, motor_of
+from synth.hopper.models import MODELS, lanes
+from synth.hopper.motors import chosen_rows, motor_of
 from synth.hopper.outcomes import APEX, CLEARANCE, heights
 from synth.hopper.point_mass import point_mass_outcomes
-from synth.hopper.tolerance import Tolerances, groups, intervals
+from synth.hopper.tolerance import groups, intervals
+from synth.model.hopper_leg import Contact, HopperLeg, Motor, MotorOptions, Tolerances, in_reach
+from synth.model.leg import Array
 from synth.parts.catalog import Catalogue
 from synth.units import quantity
 

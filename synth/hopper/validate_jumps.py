@@ -15,10 +15,10 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PlateJumps
 from synth.hopper.jump import compiled_jump
 from synth.hopper.layout import LAYOUTS
-from synth.hopper.leg import Array
 from synth.hopper.models import MODELS, lane
 from synth.hopper.motors import motor_of
 from synth.hopper.outcomes import Outcome, outcome_of
+from synth.model.leg import Array
 from synth.parts.catalog import Catalogue
 
 MODELS_HELD = ("A", "B", "D", "full")

@@ -12,10 +12,11 @@ import numpy as np
 import synth
 from synth.files.output import sha256_file, write_csv
 from synth.hopper.layout import LAYOUTS
-from synth.hopper.leg import Array, Motor
 from synth.hopper.models import MODELS
 from synth.hopper.outcomes import LANDED_AGAIN, Outcome
 from synth.hopper.study import Study, warnings_of
+from synth.model.hopper_leg import Motor
+from synth.model.leg import Array
 from synth.units import quantity
 
 FORMAT = "synth/hopper/1"

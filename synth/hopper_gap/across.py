@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from synth.fit.result import Estimate
-from synth.hopper.leg import Array
 from synth.hopper_gap.figures import JumpGaps
+from synth.model.leg import Array
 
 STAGES = ("as_designed", "before", "after")
 UNITS = {"length": "1/cm", "gear_ratio": "1"}

@@ -10,8 +10,8 @@ from synth.effects.motor_leg import MotorEffect, motor_effects
 from synth.gap.hypotheses import Key
 from synth.gap.shaped import ShapedEffect
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array
 from synth.hopper_gap.data import Jump
+from synth.model.leg import Array
 
 
 @dataclass(frozen=True)

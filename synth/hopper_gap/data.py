@@ -11,10 +11,11 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array, HopperLeg, Motor
 from synth.hopper.models import MODELS, columns
 from synth.hopper.motors import motor_of
 from synth.hopper.validate_jumps import MeasuredJump, measure
+from synth.model.hopper_leg import HopperLeg, Motor
+from synth.model.leg import Array
 from synth.parts.catalog import Catalogue
 
 EFFECTIVE = 50.0  # samples of a trial and channel that count as independent

@@ -14,7 +14,6 @@ from synth.gap.misses import label
 from synth.gap.result import Cause, Ranked, Verdict
 from synth.gap.verdict import open_explanations
 from synth.gap.words import what_is_open
-from synth.hopper.leg import Array
 from synth.hopper_gap.across import across
 from synth.hopper_gap.candidates import JumpCandidate, candidates
 from synth.hopper_gap.data import ANGLE, Jump, pooled, prepared
@@ -28,6 +27,7 @@ from synth.hopper_gap.tolerances import OF_MOTOR, SHARED, JumpTolerances
 from synth.hopper_gap.verdict import judge_jumps
 from synth.hopper_gap.where import missing, where
 from synth.hopper_gap.words import sentence
+from synth.model.leg import Array
 from synth.parts.catalog import Catalogue
 
 SHOWN = {"H": "mH", "N/m": "N/m"}  # units that people read better

@@ -14,12 +14,12 @@ import numpy as np
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.gap.information import expected_information, rivals_of, would_tell
 from synth.gap.result import Experiment
-from synth.hopper.leg import Array
 from synth.hopper.models import MODELS, columns
 from synth.hopper.motors import motor_of
 from synth.hopper_gap.data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
 from synth.hopper_gap.predict import N_OWN
 from synth.hopper_gap.solve import JumpBench, JumpFit, Normal
+from synth.model.leg import Array
 from synth.parts.catalog import Catalogue
 from synth.threads import in_parallel
 from synth.units import write

@@ -9,12 +9,12 @@ import numpy as np
 
 from synth.gap.misses import BLOCKS, Misses, label
 from synth.hopper.jump import compiled_jump
-from synth.hopper.leg import Array
 from synth.hopper.outcomes import APEX, LANDED_AGAIN, STATUS
 from synth.hopper_gap.data import ANGLE, Jump, pooled
 from synth.hopper_gap.score import Scored, score, score_in_turn
 from synth.hopper_gap.search import JumpAssessed, JumpSearch, as_designed
 from synth.hopper_gap.solve import JumpBench, JumpFit
+from synth.model.leg import Array
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@ from synth.hopper.fold import fold
 from synth.hopper.jump import FIRST_STEP, MAX_STEPS, compiled_jump
 from synth.hopper.jump_lanes import JumpLanes
 from synth.hopper.layout import LANES
-from synth.hopper.leg import PRB_GAMMA, PRB_STIFFNESS, Array
 from synth.hopper.planar import planar_record
 from synth.hopper.recorder import record
 from synth.hopper_gap.candidates import JumpCandidate
 from synth.hopper_gap.data import ANGLE, CURRENT, FORCE, Jump
 from synth.hopper_gap.tolerances import JumpTolerances
+from synth.model.hopper_leg import PRB_GAMMA, PRB_STIFFNESS
+from synth.model.leg import Array
 
 TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a hundredfold finer run
 PLANAR_TOLERANCE = 1e-4

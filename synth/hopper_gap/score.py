@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.hopper.leg import Array
 from synth.hopper_gap.data import Jump
 from synth.hopper_gap.predict import N_OWN
 from synth.hopper_gap.solve import STEP, JumpBench, JumpFit, Normal
+from synth.model.leg import Array
 from synth.threads import in_parallel
 
 ROUNDS = 6

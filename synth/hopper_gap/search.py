@@ -9,10 +9,10 @@ from itertools import combinations
 import numpy as np
 
 from synth.gap.hypotheses import Assessed, Hypotheses, Key
-from synth.hopper.leg import Array
 from synth.hopper_gap.candidates import JumpCandidate
 from synth.hopper_gap.score import score
 from synth.hopper_gap.solve import JumpBench, JumpFit
+from synth.model.leg import Array
 
 LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # times a start's strengths
 SHAPES_LADDER = (1.0, 0.5, 2.0)  # of log-normal ones

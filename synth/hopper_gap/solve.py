@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.hopper.leg import Array
 from synth.hopper_gap.candidates import JumpCandidate
 from synth.hopper_gap.data import Jump
 from synth.hopper_gap.predict import N_OWN, JumpPredictor
+from synth.model.leg import Array
 from synth.threads import in_parallel
 
 STEP = 0.05  # whitened, of differences

@@ -8,7 +8,7 @@ import numpy as np
 
 from synth.files.hopper_gap_project import JumpTolerance
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array
+from synth.model.leg import Array
 
 SHARED = ("length", "mass", "spring", "damper", "supply", "ground", "stop", "bumper", "angle", "force")
 OF_MOTOR = ("motor", "resistance", "inductance", "friction", "rotor_inertia", "efficiency")

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.gap.result import PHASES, Where
-from synth.hopper.leg import Array
 from synth.hopper_gap.data import ANGLE, CURRENT, FORCE, Jump
 from synth.hopper_gap.score import Scored
+from synth.model.leg import Array
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
 THIRDS = ("low", "middle", "high")

@@ -15,10 +15,10 @@ from synth.files.hopper_gap_project import HopperGapProject
 from synth.files.output import stems, write_csv, write_json
 from synth.gap.result import PHASES
 from synth.gap.write import LIBRARIES, STAGES, described, rms, tolerance_settings
-from synth.hopper.leg import Array
 from synth.hopper_gap.data import ANGLE, Jump
 from synth.hopper_gap.result import JumpGapResult
 from synth.hopper_gap.score import Scored
+from synth.model.leg import Array
 from synth.units import factor, quantity
 
 NAMES = {ANGLE: "hip"}  # the encoder sits there; other channels keep their name

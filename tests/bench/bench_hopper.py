@@ -20,13 +20,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from hopper.hoppers import catalogue, motor
 from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.leg import Contact, HopperLeg
 from synth.hopper.models import MODELS, lanes
 from synth.hopper.motors import chosen_rows, motor_of
 from synth.hopper.mujoco_model import mjcf, mujoco_jump
 from synth.hopper.planar import planar_jump
 from synth.hopper.sweep import Problem, run_sweep
-from synth.hopper.tolerance import Tolerances
+from synth.model.hopper_leg import Contact, HopperLeg, Tolerances
 
 LENGTHS = (0.08, 0.16)
 

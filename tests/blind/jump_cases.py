@@ -14,8 +14,8 @@ import numpy as np
 from blind.jump_engine import Array, JumpConditions, JumpTruth, jump, pull_up
 from blind.jump_sizes import absorber
 from synth.files.hopper_gap_project import JumpTolerance
-from synth.hopper.leg import Contact, HopperLeg
 from synth.hopper.motors import motor_of
+from synth.model.hopper_leg import Contact, HopperLeg
 from synth.parts.catalog import Catalogue
 
 PLACES = {

@@ -17,9 +17,9 @@ from blind.jump_engine import JumpConditions, JumpTruth, jump
 from blind.jumps import kind_of
 from hopper.hoppers import catalogue, motor
 from synth.cli import main
-from synth.hopper.leg import Contact, HopperLeg
 from synth.hopper.models import MODELS, columns
 from synth.hopper.planar import planar_record
+from synth.model.hopper_leg import Contact, HopperLeg
 
 BASE = Asked("base", 150, 0.12)
 TRIALS = (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from synth.hopper.leg import Motor
 from synth.hopper.motors import motor_of
+from synth.model.hopper_leg import Motor
 from synth.parts.catalog import Catalogue
 
 

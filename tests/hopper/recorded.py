@@ -11,8 +11,9 @@ from synth.effects.motor_leg import motor_effect_named
 from synth.hopper.fold import fold
 from synth.hopper.jump import compiled_jump
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array, Contact, HopperLeg
 from synth.hopper.models import MODELS, columns
+from synth.model.hopper_leg import Contact, HopperLeg
+from synth.model.leg import Array
 
 DESIGN = 'kind: hopper-design\nmotors: {use: ["N20 HP 6V 150:1"]}\n'
 PART = "N20 HP 6V {}:1"

@@ -12,9 +12,9 @@ from hopper.hoppers import motor
 from synth.hopper import outcomes
 from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.layout import LAYOUTS
-from synth.hopper.leg import Contact, Flexures, HopperLeg, Laminate, segments
 from synth.hopper.models import MODELS, lane
 from synth.hopper.planar import planar_jump
+from synth.model.hopper_leg import Contact, Flexures, HopperLeg, Laminate, segments
 
 GROUND = Contact()
 LOOSE = Flexures(rate=0.0, damping=0.0)

@@ -15,10 +15,11 @@ from synth.hopper.fold import fold
 from synth.hopper.identify_damping import folding, simulate_fold
 from synth.hopper.jump import compiled_jump
 from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.leg import Array, Contact, HopperLeg
 from synth.hopper.models import MODELS, columns, lane
 from synth.hopper.outcomes import outcome_of
 from synth.hopper.planar import planar_record
+from synth.model.hopper_leg import Contact, HopperLeg
+from synth.model.leg import Array
 
 NAMES = {  # and places, as the file formats have them
     "winding_inductance": "hip", "voltage_sag": "hip", "torque_constant": "hip", "gear_friction": "hip",

@@ -13,10 +13,10 @@ from synth.errors import UserError
 from synth.hopper import mujoco_model
 from synth.hopper.jump import compiled_jump, simulate
 from synth.hopper.layout import LAYOUTS
-from synth.hopper.leg import Contact, Flexures, HopperLeg
 from synth.hopper.models import MODELS, lane
 from synth.hopper.mujoco_model import mujoco_jump
 from synth.hopper.outcomes import outcome_of
+from synth.model.hopper_leg import Contact, Flexures, HopperLeg
 
 GROUND = Contact()
 

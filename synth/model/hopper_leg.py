@@ -1,4 +1,4 @@
-"""The five-bar jumping leg, its motor and its ground as plain values in SI; no file and no simulation here.
+"""The five-bar jumping leg, its motor, its ground and their tolerances as plain values in SI.
 
 Angles of links are measured from straight down, outward positive: the upper link stands at ``a``, the lower one at
 ``-b`` (it points inward). Left and right mirror each other. With hips ``spacing`` apart the feet of both sides are one
@@ -14,13 +14,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from synth.model.leg import Array
 
 Bending = Literal["none", "upper", "all"]
 
 # Pseudo-rigid-body constants of a cantilever with an end force: Howell, Compliant Mechanisms, 2001, table 5.1; the lab
 # uses the same (idealabasu/curating-legs, leg/model.py).
 PRB_GAMMA, PRB_STIFFNESS = 0.85, 2.65
+LOCKED = 80.0 * pi / 180.0  # lower links flatter than this in the crouch lock
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,20 @@ class Motor:
 
 
 @dataclass(frozen=True)
+class MotorOptions:
+    """What a project says of all motors; None: as the row, else as estimated.
+
+    ``supply`` V; ``friction_share`` of the no-load torque that is constant in speed, the rest being viscous.
+    """
+
+    supply: float | None = None
+    rotor_inertia: float | None = None
+    inductance: float | None = None
+    resistance: float | None = None
+    friction_share: float = 1.0
+
+
+@dataclass(frozen=True)
 class HopperLeg:
     """The leg without its motors. ``length``: of an upper link; a lower one is ``lower_ratio`` times that."""
 
@@ -238,6 +253,13 @@ class HopperLeg:
         return found
 
 
+def in_reach(leg: HopperLeg, length: Array) -> NDArray[np.bool_]:
+    """Lengths whose lower links reach the foot in the crouch and do not lock there."""
+    a = leg.crouch_angle(length)
+    share = (0.5 * leg.hip_spacing + length * np.sin(a)) / (length * leg.lower_ratio)
+    return np.asarray((share < np.sin(LOCKED)) & (a > leg.extended))
+
+
 def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
     """Lengths and masses of one side's rigid pieces from hip to foot, and which one begins the lower link."""
     upper, lower = leg.link_mass
@@ -245,3 +267,16 @@ def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
     lengths = [leg.length / halves[0]] * halves[0] + [leg.lower_length / halves[1]] * halves[1]
     masses = [upper / halves[0]] * halves[0] + [lower / halves[1]] * halves[1]
     return lengths, masses, halves[0]
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """90 % half widths as shares of the value, ``crouch`` in rad; ``speed`` and ``current`` where the row has none."""
+
+    speed: float = 0.2
+    current: float = 0.5
+    torque: float = 0.1
+    rotor_inertia: float = 0.5
+    mass: float = 0.05
+    joint_damping: float = 0.5
+    crouch: float = 0.035
