@@ -19,28 +19,31 @@ COUNTS = 0.95  # probability of coarse counts that show; not tuned
 
 @dataclass(frozen=True)
 class Calibration:
-    """What turns costs into probabilities; tuned on simulated cases (``tests/blind``, seed 1000).
+    """What turns costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001 and 2000).
 
     ``temperature`` : of the softmax over costs, for forms that do not get their cause quite right. ``per_parameter`` :
     what an unknown more must earn. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that nothing, one
     cause, two or three are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the
-    best explanation may leave for an unknown cause to be as likely as not, ``misfit`` how fast that probability grows
-    with its logarithm, ``doubt`` its least where something is missing: now and then what is in no list does the same as
-    what is in it; ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` :
+    best explanation may leave for an unknown cause to be as likely as not, ``left_by_several`` that of several causes,
+    ``misfit`` how fast that probability grows with its logarithm, ``doubt`` its least where something is missing: now
+    and then what is in no list does the same as what is in it; ``doubt_of_several`` where it takes several causes to do
+    the same, of which one may be any other's; ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` :
     odds below which explanations are said to be tied. ``pays`` : share of what fewer causes leave of the squared gap
     that one more must take away; form errors of a cause that is right are taken up by others by a tenth.
     """
 
-    temperature: float = 5.0
+    temperature: float = 2.5
     per_parameter: float = 3.0
     none: float = 0.3
     single: float = 0.5
     pair: float = 0.19
     triple: float = 0.01
-    misfit: float = 3.0
-    left: float = 0.15
+    misfit: float = 2.0
+    left: float = 0.2
+    left_by_several: float = 0.07
     pays: float = 0.4
-    doubt: float = 0.06
+    doubt: float = 0.05
+    doubt_of_several: float = 0.25
     clean: float = 1.25
     tie_odds: float = 6.0
 
@@ -110,7 +113,8 @@ def judge(found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: 
     best = hypotheses[heaviest]
     unknown = _unknown(found.none, best, calibration)
     if best.keys:
-        unknown = 1.0 - (1.0 - unknown) * (1.0 - calibration.doubt)
+        doubt = calibration.doubt if len(best.keys) < 2 else calibration.doubt_of_several
+        unknown = 1.0 - (1.0 - unknown) * (1.0 - doubt)
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
     for hypothesis, weight in zip(hypotheses[1:], weights[1:], strict=True):
@@ -165,7 +169,8 @@ def _unknown(none: Assessed[F], best: Assessed[F], calibration: Calibration) -> 
     left = max(best.ratio**2 - calibration.clean**2, 0.0) / gap
     if left <= 0.0 or none.ratio < calibration.clean:
         return 0.0
-    return float(1.0 / (1.0 + np.exp(-calibration.misfit * np.log(left / calibration.left))))
+    allowed = calibration.left if len(best.keys) < 2 else calibration.left_by_several
+    return float(1.0 / (1.0 + np.exp(-calibration.misfit * np.log(left / allowed))))
 
 
 def _verdict(

@@ -47,8 +47,8 @@ def test_two_causes_of_which_each_is_certain() -> None:
     judged = judge(Search(NONE, SINGLES, (assessed(100.0, 1.01, FRICTION, OFFSET),)))
     assert set(judged.accepted.keys) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
     odds = {item.keys[0]: probability for item, probability in judged.singles}
-    assert odds["coulomb_friction", "hip"] == pytest.approx(1.0 - CALIBRATED.doubt, abs=1e-3)
-    assert odds["encoder_offset", "knee"] == pytest.approx(1.0 - CALIBRATED.doubt, abs=1e-3)
+    assert odds["coulomb_friction", "hip"] == pytest.approx(1.0 - CALIBRATED.doubt_of_several, abs=1e-3)
+    assert odds["encoder_offset", "knee"] == pytest.approx(1.0 - CALIBRATED.doubt_of_several, abs=1e-3)
     assert odds["quadratic_damping", "knee"] < 1e-3
 
 
@@ -85,7 +85,15 @@ def test_more_is_left_the_likelier_an_unknown() -> None:
     odds = [judge(Search(NONE, (assessed(400.0, r, FRICTION), *SINGLES[1:]), ())).unknown for r in (1.2, 1.6, 2.2, 3.0)]
     assert odds[0] == pytest.approx(CALIBRATED.doubt)
     assert odds == sorted(odds)
-    assert odds[-1] > 0.8
+    assert odds[-1] > 0.7
+
+
+def test_what_several_causes_leave_is_sooner_an_unknowns() -> None:
+    """Two of the library's causes imitate much; where they leave what one may, something else is at work."""
+    alone = judge(Search(NONE, (assessed(300.0, 1.9, FRICTION), *SINGLES[1:]), ()))
+    both = judge(Search(NONE, SINGLES, (assessed(200.0, 1.9, FRICTION, OFFSET),)))
+    assert alone.unknown < 0.5 < both.unknown
+    assert (alone.verdict, both.verdict) == ("effect", "unknown")
 
 
 def test_explanations_as_good_are_tied() -> None:
@@ -101,7 +109,7 @@ def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
     assert judged.verdict == "none"
     assert judged.none > 0.5
     assert judged.unknown == 0.0
-    weights = weigh([still, *found.singles], replace(CALIBRATED, none=0.3, single=0.5, pair=0.2))
+    weights = weigh([still, *found.singles], replace(CALIBRATED, temperature=5.0, none=0.3, single=0.5, pair=0.2))
     asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
-    odds = [0.25 * np.exp(-(cost - 100.0) / 5.0) for cost in asked]  # temperature 5
+    odds = [0.25 * np.exp(-(cost - 100.0) / 5.0) for cost in asked]
     assert weights[0] == pytest.approx(0.3 / (0.3 + sum(odds)))
