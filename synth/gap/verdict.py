@@ -27,9 +27,10 @@ class Calibration:
     best explanation may leave for an unknown cause to be as likely as not, ``left_by_several`` that of several causes,
     ``misfit`` how fast that probability grows with its logarithm, ``doubt`` its least where something is missing: now
     and then what is in no list does the same as what is in it; ``doubt_of_several`` where it takes several causes to do
-    the same, of which one may be any other's; ``clean`` : RMS over the noise floor up to which nothing is taken to be left. ``tie_odds`` :
-    odds below which explanations are said to be tied. ``pays`` : share of what fewer causes leave of the squared gap
-    that one more must take away; form errors of a cause that is right are taken up by others by a tenth.
+    the same, of which one may be any other's; ``clean`` : RMS over the noise floor up to which nothing is taken to be
+    left. ``tie_odds`` : odds below which explanations are said to be tied. ``pays`` : share of what fewer causes leave
+    of the squared gap that one more must take away; form errors of a cause that is right are taken up by others by a
+    tenth.
     """
 
     temperature: float = 2.5
