@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check blind blind-jumps bench robustness universal fuzz format example lock clean
+.PHONY: help setup demo test check blind blind-jumps tune bench robustness universal fuzz format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -35,6 +35,9 @@ blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED
 
 blind-jumps: $(READY)  ## the same on jumps of a driven leg: 48 cases of seed SEED, build/blind-jumps
 	PYTHONPATH=tests $(BIN)/python -m blind.jumps --seed $(SEED) --count 48 --to build/blind-jumps --workers $(WORKERS)
+
+tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied one by one on COUNT cases of seed SEED
+	PYTHONPATH=tests $(BIN)/python -m blind.tune --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
 
 bench: $(READY)  ## speed, beside other engines in the same run: build/bench/bench.html (BENCH=--hopper: the jumping leg too)
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)

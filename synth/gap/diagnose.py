@@ -39,8 +39,8 @@ RANKED = 8  # causes that are listed
 
 
 @dataclass(frozen=True)
-class _Scene:
-    """Everything that the stages share."""
+class Scene:
+    """Everything that the stages of a diagnosis share."""
 
     leg: Leg
     bench: Workbench
@@ -78,7 +78,7 @@ def diagnose(
     UserError : every trial is held out, or a trial cannot be used.
     """
     say = progress or (lambda text: None)
-    scene, warnings = _scene(leg, trials, tolerance, seed)
+    scene, warnings = scene_of(leg, trials, tolerance, seed)
     bench, held_out = scene.bench, bool(scene.held)
     found = search(bench, candidates(leg, scene.given, scales(leg, scene.given)), say)
     weighed = judge(found)
@@ -126,7 +126,7 @@ def diagnose(
     )
 
 
-def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[_Scene, tuple[str, ...]]:
+def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[Scene, tuple[str, ...]]:
     """Trials prepared, copies struck out, noise and counts estimated."""
     made = recordings(leg, trials, ())
     warnings = []
@@ -145,7 +145,7 @@ def _scene(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -
     predictor = Predictor(leg, Tolerances.of(leg, tolerance))
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
-    return _Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
+    return Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
 def _turning(turned: Sequence[tuple[str, str]]) -> tuple[str, ...]:
@@ -205,7 +205,7 @@ def _cause(candidate: Candidate, x: Array, deviation: Array) -> Cause:
     return Cause(effect, joint, found)
 
 
-def _counts(scene: _Scene) -> tuple[Cause, ...]:
+def _counts(scene: Scene) -> tuple[Cause, ...]:
     """Coarse counts as causes."""
     names = scene.leg.joint_names
     return tuple(
@@ -213,7 +213,7 @@ def _counts(scene: _Scene) -> tuple[Cause, ...]:
     )
 
 
-def _ranked(scene: _Scene, judged: Judged[Fit], gap: Gap) -> tuple[Ranked, ...]:
+def _ranked(scene: Scene, judged: Judged[Fit], gap: Gap) -> tuple[Ranked, ...]:
     made = [
         Ranked(_causes(scene.bench, item)[0], probability, gap.shrink(label(item.keys)))
         for item, probability in judged.singles[:RANKED]

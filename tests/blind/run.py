@@ -64,12 +64,12 @@ def snapshot(to: Path, apart: Sequence[str] = APART) -> Program:
 def source_hash(apart: Sequence[str] = APART) -> str:
     """Hash of the source: outputs of another program are not to be mixed in.
 
-    ``apart`` : rooms of ``synth`` that no diagnosis of these cases rests on.
+    ``apart`` : rooms and files of ``synth`` that these outputs do not rest on.
     """
     total = hashlib.sha256()
     for path in sorted((ROOT / "synth").rglob("*.py")):
         place = path.relative_to(ROOT / "synth")
-        if place.parts[0] not in apart:
+        if not {place.parts[0], str(place)} & {*apart}:
             total.update(str(place).encode() + path.read_bytes())
     return total.hexdigest()
 
