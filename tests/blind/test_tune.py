@@ -1,0 +1,43 @@
+"""The table behind the odds: what it makes of a search is what the program says of the case."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import log
+from pathlib import Path
+
+import pytest
+
+from blind import tune
+from blind.cases import make_case
+from blind.views import from_gap
+from blind.writing import write_case
+from synth.files.gap_project import read_gap_project
+from synth.gap.diagnose import diagnose
+from synth.gap.verdict import CALIBRATED
+
+
+@pytest.mark.parametrize("effect", ["coulomb_friction", "encoder_quantisation"])
+def test_a_case_searched_is_told_as_when_diagnosed(effect: str, tmp_path: Path) -> None:
+    case = make_case(31, 0, "single", effect, 6.0, 1)
+    write_case(case, tmp_path / "case", "case")
+    project = read_gap_project(tmp_path / "case" / "gap.yaml")
+    wanted = from_gap(diagnose(project.leg, project.trials, project.tolerance, seed=project.seed).as_json())
+    tune._search(tmp_path / "case", tmp_path)
+    searched = tune._read(tmp_path / "case.json")
+    got = tune.view(searched, CALIBRATED)
+    assert (got.verdict, got.explanation) == (wanted.verdict, wanted.explanation)
+    assert got.none == pytest.approx(wanted.none, abs=1e-6)
+    assert got.unknown == pytest.approx(wanted.unknown, abs=1e-6)
+    for (key, probability), (other, told) in zip(got.ranked[:3], wanted.ranked[:3], strict=True):
+        assert key == other
+        assert probability == pytest.approx(told, abs=1e-6)
+
+    answers, cases = {"case": case.answer}, {"case": searched}
+    values = dict(zip(["log p", *tune.SHOWN], tune.line(answers, cases, CALIBRATED), strict=True))
+    if effect == "coulomb_friction":
+        assert values["log p"] == pytest.approx(log(dict(got.ranked)[effect, "hip"]))
+        assert tune.view(searched, replace(CALIBRATED, doubt=0.6)).unknown >= 0.6
+    assert values["top1"] == float(got.first[0][0] == effect)
+    written = tune.table(answers, cases).splitlines()
+    assert len(written) == 2 + len(tune.FACTORS) * len(vars(CALIBRATED))
