@@ -55,19 +55,18 @@ class Predictor:
         it, since it diverges or turns over without end, each goes alone.
         """
         result: list[Array | None] = [None] * len(blocks)
-        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
-        for index, block in enumerate(blocks):
-            kinds.setdefault(_kind(block.hypothesis), []).append(index)
-        for indices in kinds.values():
-            indices.sort(key=lambda i: _cost(blocks[i].hypothesis))
-            for group in _packed([blocks[i].unknowns.shape[1] for i in indices]):
-                chosen = [indices[k] for k in group]
-                together = self._together(trial, [blocks[i] for i in chosen])
-                if len(chosen) > 1 and not np.all(np.isfinite(together[0][-1])):
-                    together = [self._together(trial, [blocks[i]])[0] for i in chosen]
-                for i, found in zip(chosen, together, strict=True):
-                    result[i] = found
+        hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
+        for group in groups(hypotheses, widths):
+            for i, found in zip(group, self.together(trial, [blocks[i] for i in group]), strict=True):
+                result[i] = found
         return [found for found in result if found is not None]
+
+    def together(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
+        """As ``predict``, for one of the ``groups``."""
+        found = self._together(trial, blocks)
+        if len(blocks) > 1 and not np.all(np.isfinite(found[0][-1])):
+            found = [self._together(trial, [block])[0] for block in blocks]
+        return found
 
     def _together(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
         """Readings of blocks of one structure that fill at most one group of lanes."""
@@ -154,6 +153,18 @@ class Predictor:
                 read = candidate.effect.function()
                 told[:, lanes] = read(time, told[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
         return told
+
+
+def groups(hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
+    """Places of the blocks that step together: of one structure, and at most sixteen lanes."""
+    kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
+    for index, hypothesis in enumerate(hypotheses):
+        kinds.setdefault(_kind(hypothesis), []).append(index)
+    made = []
+    for indices in kinds.values():
+        indices.sort(key=lambda i: _cost(hypotheses[i]))
+        made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
+    return made
 
 
 def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:

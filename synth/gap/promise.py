@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.gap.predict import Block
 from synth.gap.solve import Fit, Workbench, by_trial
 from synth.model.leg import Array
 
@@ -44,12 +43,9 @@ class Ground:
         q = self.at.frame.parts[trial].q
         return np.asarray(residual - (residual @ q) @ q.T)
 
-    def residuals(self, trial: int, fits: Sequence[Fit]) -> Array:
+    def left(self, trial: int, residuals: Sequence[Array]) -> Array:
         """(n_fit, M) projected residuals of fits whose states are those of the ground."""
-        data = self.bench.trials[trial]
-        blocks = [Block(fit.hypothesis, fit.unknowns[:, None], fit.states[trial][:, None]) for fit in fits]
-        predicted = self.bench.predictor.predict(data, blocks)
-        found = np.array(self.bench.residuals(data, predicted, [fit.states[trial] for fit in fits]))
+        found = np.array(residuals)
         found[~np.isfinite(found.sum(axis=1))] = DIVERGED
         return self.project(trial, found)
 
@@ -63,11 +59,12 @@ def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
     ground = Ground.of(bench, at)
 
     def one(i: int) -> tuple[Array, Array]:
-        left = ground.residuals(i, fits)
+        left = ground.left(i, residuals[i])
         return left @ ground.slopes[i], _squares(left)
 
     if not fits:
         return []
+    residuals = bench.residuals(fits)
     parts = by_trial(one, len(bench.trials))
     p = len(at.unknowns)
     begun = np.array([fit.unknowns[:p] for fit in fits])
@@ -89,11 +86,12 @@ def leverage(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[tuple[float
 
     def one(i: int) -> tuple[Array, Array, Array, Array, float]:
         here, slopes = ground.project(i, at.residuals[i]), ground.slopes[i]
-        change = ground.residuals(i, fits) - here
+        change = ground.left(i, residuals[i]) - here
         return change @ slopes, _squares(change), slopes.T @ here, change @ here, float(here @ here)
 
     if not fits:
         return []
+    residuals = bench.residuals(fits)
     parts = by_trial(one, len(bench.trials))
     matrices, gradients = np.zeros((len(fits), p + 1, p + 1)), np.zeros((len(fits), p + 1))
     matrices[:, :p, :p] = ground.matrix

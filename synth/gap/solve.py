@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.gap.data import GapTrial
-from synth.gap.predict import Block, Hypothesis, Predictor
+from synth.gap.predict import Block, Hypothesis, Predictor, groups
 from synth.model.layout import LANES
 from synth.model.leg import Array
 from synth.threads import thread_count
@@ -205,22 +205,56 @@ class Workbench:
 
     def residual(self, trial: GapTrial, prediction: Array, state: Array) -> Array:
         """(M,) whitened residual of one trial; inf where the motion diverged."""
-        (found,) = self.residuals(trial, [prediction[:, :, None]], [state])
+        found = self._residual(trial, self.whitener(trial), prediction[:, :, None], state)
         return np.where(np.isfinite(found), found, np.inf)
 
-    def residuals(self, trial: GapTrial, predictions: Sequence[Array], states: Sequence[Array]) -> list[Array]:
-        """(M,) whitened residuals of each prediction's first lane; not finite where it diverged."""
-        white, free = Whitener.of(trial, self.sigma(trial)), trial.free
+    def whitener(self, trial: GapTrial) -> Whitener:
+        """Of a trial's predictions."""
+        return Whitener.of(trial, self.sigma(trial))
+
+    @staticmethod
+    def _residual(trial: GapTrial, white: Whitener, prediction: Array, state: Array) -> Array:
+        """(M,) of a prediction's first lane; not finite where it diverged."""
         rate, deviation = trial.recording.initial_rate
-        n, found = len(rate), []
-        for prediction, state in zip(predictions, states, strict=True):
-            residual = np.zeros(white.count + 2 * len(free) + len(state) - 2 * n)
-            white.lanes(prediction[:, :, :1], residual[None, : white.count])
-            prior = residual[white.count + len(free) :]  # none of the rotations
-            prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
-            prior[len(free) :] = state[2 * n :]
-            found.append(residual)
+        free, n = trial.free, len(rate)
+        found = np.zeros(white.count + 2 * len(free) + len(state) - 2 * n)
+        white.lanes(prediction[:, :, :1], found[None, : white.count])
+        prior = found[white.count + len(free) :]  # none of the rotations
+        prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
+        prior[len(free) :] = state[2 * n :]
         return found
+
+    def residuals(self, fits: Sequence[Fit]) -> list[list[Array]]:
+        """(M,) whitened residuals of every fit, a list a trial; not finite where a motion diverged."""
+        whites = [self.whitener(trial) for trial in self.trials]
+
+        def used(i: int, fit: Fit, out: Array) -> Array:
+            return self._residual(self.trials[i], whites[i], out, fit.states[i])
+
+        return self._predicted(fits, None, used)
+
+    def _predicted(self, fits: Sequence[Fit], first: int | None, use: Callable[[int, Fit, Array], T]) -> list[list[T]]:
+        """``use`` of every fit's prediction in every trial, a list a trial; each group of lanes is a piece of work.
+
+        A fit's lanes: itself, and for each unknown from ``first`` on a copy with that a step further; None for no copy.
+        A trial with all its groups would be too long a piece: of five, one core does three while the other waits.
+        """
+        moved = [range(len(fit.unknowns) if first is None else first, len(fit.unknowns)) for fit in fits]
+        packed = groups([fit.hypothesis for fit in fits], [1 + len(unknowns) for unknowns in moved])
+
+        def one(job: int) -> list[T]:
+            i, group = divmod(job, len(packed))
+            blocks = [_lanes_of(fits[f], i, moved[f]) for f in packed[group]]
+            found = self.predictor.together(self.trials[i], blocks)
+            return [use(i, fits[f], out) for f, out in zip(packed[group], found, strict=True)]
+
+        done = by_trial(one, len(packed) * len(self.trials))
+        order = np.argsort([f for group in packed for f in group])
+        result = []
+        for i in range(len(self.trials)):
+            flat = [item for made in done[i * len(packed) : (i + 1) * len(packed)] for item in made]
+            result.append([flat[k] for k in order])
+        return result
 
     def frame(self, fit: Fit) -> Frame:
         """Derivatives at a fit's point."""
@@ -253,7 +287,7 @@ class Workbench:
                 (values if common else states)[index, column] += step
             blocks.append(Block(fit.hypothesis, values, states))
         found = self.predictor.predict(trial, blocks)
-        white = Whitener.of(trial, self.sigma(trial))
+        white = self.whitener(trial)
         change, first = np.empty((len(moves), white.count)), 0
         for out in found:
             lanes = white.lanes(out)
@@ -279,27 +313,16 @@ class Workbench:
 
     def evaluate(self, fits: Sequence[Fit]) -> list[Fit]:
         """Residuals and the effects' columns of many fits at their points, packed into common lanes."""
+        p, whites = self.n_tolerance, [self.whitener(trial) for trial in self.trials]
 
-        def one(i: int) -> list[tuple[Array, Array]]:
-            trial, blocks = self.trials[i], []
-            for fit in fits:
-                size = len(fit.unknowns) - self.n_tolerance
-                unknowns = np.repeat(fit.unknowns[:, None], size + 1, axis=1)
-                for k in range(size):
-                    unknowns[self.n_tolerance + k, k + 1] += STEP
-                blocks.append(Block(fit.hypothesis, unknowns, np.repeat(fit.states[i][:, None], size + 1, axis=1)))
-            predicted = self.predictor.predict(trial, blocks)
-            white = Whitener.of(trial, self.sigma(trial))
-            residuals = self.residuals(trial, predicted, [fit.states[i] for fit in fits])
-            found = []
-            for residual, out in zip(residuals, predicted, strict=True):
-                slopes = np.zeros((out.shape[2] - 1, len(residual)))
-                lanes = white.lanes(out)
-                slopes[:, : white.count] = (lanes[1:] - lanes[0]) / STEP
-                found.append((residual, slopes.T))
-            return found
+        def used(i: int, fit: Fit, out: Array) -> tuple[Array, Array]:
+            residual = self._residual(self.trials[i], whites[i], out, fit.states[i])
+            slopes = np.zeros((out.shape[2] - 1, len(residual)))
+            lanes = whites[i].lanes(out)
+            slopes[:, : whites[i].count] = (lanes[1:] - lanes[0]) / STEP
+            return residual, slopes.T
 
-        parts = by_trial(one, len(self.trials)) if fits else []
+        parts = self._predicted(fits, p, used)
         made = []
         for f, fit in enumerate(fits):
             residuals = tuple(part[f][0] for part in parts)
@@ -387,6 +410,14 @@ class Workbench:
             lows.append(low)
             highs.append(high)
         return np.concatenate(lows), np.concatenate(highs)
+
+
+def _lanes_of(fit: Fit, trial: int, moved: Sequence[int]) -> Block:
+    """A fit as it is in a trial, and with each of the ``moved`` unknowns a step further."""
+    count = len(moved)
+    unknowns = np.repeat(fit.unknowns[:, None], count + 1, axis=1)
+    unknowns[moved, np.arange(1, count + 1)] += STEP
+    return Block(fit.hypothesis, unknowns, np.repeat(fit.states[trial][:, None], count + 1, axis=1))
 
 
 def state_rows(trial: GapTrial, state: Array) -> list[int]:

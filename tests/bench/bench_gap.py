@@ -156,7 +156,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     put(solve.Workbench, "evaluate", "derivatives from lanes, whitening")
     put(solve.Workbench, "_steps", "steps of Levenberg-Marquardt")
     put(solve.Workbench, "_part", "frames: derivatives by tolerances and states")
-    put(promise.Ground, "residuals", "promises of starts")
+    put(promise.Ground, "left", "promises of starts")
     whole = shares.timed(diagnose, "everything else")
     try:
         whole(project.leg, project.trials, project.tolerance, seed=project.seed)
