@@ -30,12 +30,14 @@ check: $(READY)  ## style and types
 test: check  ## style, types and all tests
 	$(BIN)/python -m pytest -n $(WORKERS)
 
+blind: SEED = 3000
 blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED; stopped, it goes on from where it was
 	PYTHONPATH=tests $(BIN)/python -m blind --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
 
 blind-jumps: $(READY)  ## the same on jumps of a driven leg: 48 cases of seed SEED, build/blind-jumps
 	PYTHONPATH=tests $(BIN)/python -m blind.jumps --seed $(SEED) --count 48 --to build/blind-jumps --workers $(WORKERS)
 
+tune: SEED = 1000
 tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied one by one on COUNT cases of seed SEED
 	PYTHONPATH=tests $(BIN)/python -m blind.tune --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
 
