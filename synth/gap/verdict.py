@@ -33,8 +33,8 @@ class Calibration:
     tenth.
     """
 
-    temperature: float = 2.5
-    per_parameter: float = 3.0
+    temperature: float = 3.0
+    per_parameter: float = 4.0
     none: float = 0.3
     single: float = 0.5
     pair: float = 0.19

@@ -9,7 +9,13 @@ from synth.hopper_gap.solve import JumpFit
 # A push's end leaves more of a cause that has another form than the library's; by 14 cases of ``tests/blind/jumps.py``
 # (seed 1000), too few to tune more than a cautious temperature and that.
 CALIBRATED = Calibration(
-    temperature=5.0, misfit=3.0, left=0.25, left_by_several=0.25, doubt=0.06, doubt_of_several=0.06
+    temperature=5.0,
+    per_parameter=3.0,
+    misfit=3.0,
+    left=0.25,
+    left_by_several=0.25,
+    doubt=0.06,
+    doubt_of_several=0.06,
 )
 
 

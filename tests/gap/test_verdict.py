@@ -109,7 +109,9 @@ def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
     assert judged.verdict == "none"
     assert judged.none > 0.5
     assert judged.unknown == 0.0
-    weights = weigh([still, *found.singles], replace(CALIBRATED, temperature=5.0, none=0.3, single=0.5, pair=0.2))
+    weights = weigh(
+        [still, *found.singles], replace(CALIBRATED, temperature=5.0, per_parameter=3.0, none=0.3, single=0.5, pair=0.2)
+    )
     asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
     odds = [0.25 * np.exp(-(cost - 100.0) / 5.0) for cost in asked]
     assert weights[0] == pytest.approx(0.3 / (0.3 + sum(odds)))
