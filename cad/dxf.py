@@ -29,6 +29,8 @@ def drawing(path: Path) -> Iterator[tuple[Any, Any]]:
         document = ezdxf.new("R2010", units=ezdxf.units.MM)
         document.layers.add("CUT", color=1)
         yield document, document.modelspace()
+        for name in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would go through a set
+            document.classes.add_class(name)
         document.saveas(path)
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = fixed
