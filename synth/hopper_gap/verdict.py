@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from synth.gap.verdict import Calibration, Judged, judge
 from synth.hopper_gap.search import JumpSearch
 from synth.hopper_gap.solve import JumpFit
@@ -12,6 +14,7 @@ CALIBRATED = Calibration(
     temperature=5.0,
     per_parameter=3.0,
     misfit=3.0,
+    far=np.inf,
     left=0.25,
     left_by_several=0.25,
     doubt=0.06,

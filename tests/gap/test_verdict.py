@@ -96,6 +96,17 @@ def test_what_several_causes_leave_is_sooner_an_unknowns() -> None:
     assert (alone.verdict, both.verdict) == ("effect", "unknown")
 
 
+def test_what_a_good_sensor_still_sees_far_above_its_noise_is_sooner_an_unknowns() -> None:
+    """The same share of a gap left: of one of five noise floors, and of one of five hundred."""
+    near = judge(Search(assessed(1000.0, 5.0), (assessed(400.0, 1.9, FRICTION),), ()))
+    far = judge(Search(assessed(1000.0, 500.0), (assessed(400.0, 150.0, FRICTION),), ()))
+    little = judge(Search(assessed(1000.0, 500.0), (assessed(400.0, 15.0, FRICTION),), ()))
+    assert near.verdict == "effect"
+    assert far.verdict == "unknown"
+    assert far.unknown > 0.99
+    assert little.verdict == "effect"  # a thousandth of the squared gap
+
+
 def test_explanations_as_good_are_tied() -> None:
     judged = judge(Search(NONE, (assessed(100.0, 1.0, OFFSET), assessed(101.0, 1.0, SCALE), SINGLES[0]), ()))
     assert judged.verdict == "tie"
