@@ -28,8 +28,8 @@ class Calibration:
     ``misfit`` how fast that probability grows with its logarithm, ``doubt`` its least where something is missing: now
     and then what is in no list does the same as what is in it; ``doubt_of_several`` where it takes several causes to do
     the same, of which one may be any other's; ``clean`` : RMS over the noise floor up to which nothing is taken to be
-    left; ``far`` : RMS over the floor beyond which less may be left, as its square: what is right leaves little that a
-    good sensor still sees far above its noise. ``tie_odds`` : odds below which explanations are said to be tied.
+    left; ``far`` : RMS over the floor beyond which less may be left, by the root of it: what is right leaves little
+    that a good sensor still sees far above its noise. ``tie_odds`` : odds below which explanations are said to be tied.
     ``pays`` : share of what fewer causes leave of the squared gap that one more must take away; form errors of a cause
     that is right are taken up by others by a tenth.
     """
@@ -173,7 +173,7 @@ def _unknown(none: Assessed[F], best: Assessed[F], calibration: Calibration) -> 
     if left <= 0.0 or none.ratio < calibration.clean:
         return 0.0
     allowed = calibration.left if len(best.keys) < 2 else calibration.left_by_several
-    allowed *= min(1.0, (calibration.far / best.ratio) ** 2)
+    allowed *= min(1.0, calibration.far / best.ratio) ** 0.5
     return float(1.0 / (1.0 + np.exp(-calibration.misfit * np.log(left / allowed))))
 
 
