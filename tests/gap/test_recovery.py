@@ -15,6 +15,7 @@ from synth.fit.recordings import recordings
 from synth.gap.data import gap_trial
 from synth.gap.diagnose import diagnose
 from synth.gap.result import GapResult
+from synth.gap.verdict import CALIBRATED
 from synth.gap.where import missing_torque
 from synth.model.chain import simulate
 from synth.model.leg import Leg
@@ -154,7 +155,8 @@ def test_two_causes_at_two_joints() -> None:
     assert one_of(result, "quadratic_damping", "hip")
     assert one_of(result, "coulomb_friction", "knee") or one_of(result, "stribeck_friction", "knee")
     assert result.shrink.value > 0.85
-    assert all(0.8 < entry.probability <= 1.0 for entry in result.ranked[:2])  # both at once: each is all but certain
+    most = 1.0 - CALIBRATED.doubt_of_several  # both at once: each has all that doubt leaves to several
+    assert all(0.9 * most < entry.probability <= most for entry in result.ranked[:2])
     assert {j.name for j in result.diagnosed.joints if j.effects} == {"hip", "knee"}
     assert not [text for text in result.warnings if "hangs on" in text]
 
