@@ -137,14 +137,13 @@ def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckRe
     for plan in plans:
         part = next(part for part in joint.parts if part.name == plan.part)
         wall = float(np.percentile(wall_thickness(part.mesh)[1], PERCENTILE))
-        text = f"{PERCENTILE:g} % of the surface is thinner"
+        text = f"{PERCENTILE:g} % of the surface is thinner; a larger wall thickens it"
         results.append(at_least("print: wall", part.name, wall, printing.thinnest - CHORDS, "mm", text))
         long, wide, high = plan.size
         room = " x ".join(f"{size:g}" for size in printing.bed)
-        results.append(
-            CheckResult("print: bed", part.name, plan.fits, max(plan.size), max(printing.bed), "mm",
-                        f"{long:.1f} x {wide:.1f} x {high:.1f} mm with {plan.up} up, bed {room} mm")
-        )  # fmt: skip
+        text = f"{long:.1f} x {wide:.1f} x {high:.1f} mm with {plan.up} up, bed {room} mm"
+        text += "; a smaller spring or plate, or a larger printing.bed"
+        results.append(CheckResult("print: bed", part.name, plan.fits, max(plan.size), max(printing.bed), "mm", text))
         text = f"of the surface ({plan.overhang:.0f} mm^2) needs support with {plan.up} up"
         results.append(at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))
     layers = {plan.part: WAYS_UP[plan.up] for plan in plans}

@@ -23,6 +23,7 @@ from cad.joint import BuiltJoint, build_joint, orient
 from cad.leg import build_leg
 from cad.parts import mesh_of
 from cad.pose import pose_spring
+from cad.printing import check_printing
 
 ANKLE_SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
 
@@ -212,3 +213,17 @@ def test_rest_pose_follows_the_leg_file(leg):
 def test_out_of_range_leg_is_refused_before_anything_is_built():
     with pytest.raises(DimensionError, match="joints = 0"):
         build_leg(LegDimensions("none", ()))
+
+
+def test_what_cannot_be_printed_is_told_with_the_dimension_that_would_help(leg):
+    joint = leg.joints[2]
+    printing = replace(leg.dimensions.printing, thinnest=4.0, bed=(60.0, 60.0, 60.0))
+    told = {check.name: str(check) for check in check_printing(joint, printing) if not check.passed}
+    assert "a larger wall" in told["print: wall"]
+    assert "printing.bed" in told["print: bed"]
+    # A larger wall does thicken what is thin.
+    (thin, thick) = (
+        min(check.value for check in check_printing(made, printing) if check.name == "print: wall")
+        for made in (joint, build_joint(replace(joint.dimensions, wall=1.5 * joint.dimensions.wall)))
+    )
+    assert thick > thin
