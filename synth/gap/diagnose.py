@@ -219,6 +219,11 @@ def _ranked(scene: Scene, judged: Judged[Fit], gap: Gap) -> tuple[Ranked, ...]:
         for item, probability in judged.singles[:RANKED]
     ]
     made += [Ranked(cause, judged.counts, gap.shrink()) for cause in _counts(scene)]
+    # A cause that no fit found alone may still be one of several that are accepted.
+    alone = {item.keys[0] for item, _ in judged.singles[:RANKED]}
+    for cause, key in zip(_causes(scene.bench, judged.accepted), judged.accepted.keys, strict=True):
+        if key not in alone:
+            made.append(Ranked(cause, judged.share(key), gap.shrink()))
     return tuple(sorted(made, key=lambda entry: -entry.probability))
 
 

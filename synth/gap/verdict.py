@@ -71,6 +71,10 @@ class Judged(Generic[F]):
     weighed: tuple[tuple[Assessed[F], float], ...] = ()  # every hypothesis with its weight, heaviest first
     counts: float = 0.0  # probability that coarse counts are a cause
 
+    def share(self, key: Key) -> float:
+        """Probability that a cause is there, alone or as one of several."""
+        return (1.0 - self.unknown) * sum(weight for item, weight in self.weighed if key in item.keys)
+
     @property
     def probability(self) -> float:
         """Of the first cause."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from synth.fit.recordings import recordings
 from synth.gap.data import gap_trial
 from synth.gap.diagnose import diagnose
 from synth.gap.result import GapResult
+from synth.gap.search import Search, search
 from synth.gap.verdict import CALIBRATED
 from synth.gap.where import missing_torque
 from synth.model.chain import simulate
@@ -200,3 +202,22 @@ def test_a_tolerance_decides_what_is_a_cause() -> None:
     trials = recorded(built, seed=4)
     assert diagnose(ONE, trials, replace(Tolerance(), spring=0.1)).verdict == "none"
     assert diagnose(ONE, trials, Tolerance(0.001, 0.002, 0.002, 0.002, 0.005, 0.05, 0.002)).verdict != "none"
+
+
+def test_a_cause_that_no_fit_found_alone_is_ranked_where_it_is_one_of_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    effects = {
+        "knee": {"coulomb_friction": {"torque": 0.04}},
+        "hip": {"quadratic_damping": {"coefficient": 0.04}},
+    }
+
+    def without(*given: Any) -> Search:
+        found = search(*given)
+        return replace(found, singles=tuple(s for s in found.singles if s.keys[0] != ("quadratic_damping", "hip")))
+
+    monkeypatch.setattr("synth.gap.diagnose.search", without)
+    result = diagnose(TWO, recorded(with_effects(off(TWO, 4), effects), seed=2), Tolerance())
+    ranked = [(entry.cause.effect, entry.cause.joint) for entry in result.ranked]
+    assert set(causes(result)) <= set(ranked)
+    entry = result.ranked[ranked.index(("quadratic_damping", "hip"))]
+    assert 0.5 < entry.probability <= 1.0
+    assert entry.shrink.value == result.shrink.value
