@@ -11,10 +11,11 @@ from synth.fit.recordings import Recording
 from synth.gap.data import GapTrial
 from synth.gap.information import expected_information, rivals_of, would_tell
 from synth.gap.result import Experiment
-from synth.gap.solve import Fit, Normal, Workbench, by_trial
+from synth.gap.solve import Fit, Normal, Workbench
 from synth.model.chain import Conditions
 from synth.model.leg import Array, Leg
 from synth.motion.smoothing import Smoothed
+from synth.threads import in_parallel
 from synth.units import write
 
 LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
@@ -111,7 +112,7 @@ def next_experiment(
             weights, lambda a, b, at: _distance(predicted[a], predicted[b], predicted[at], covariances[at])
         )
 
-    bits = by_trial(information, len(choices))
+    bits = in_parallel(information, len(choices))
     order = sorted(range(len(choices)), key=lambda i: -bits[i])
     best = choices[order[0]]
     release = leg.to_measured(best.release)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.gap.solve import Fit, Workbench, by_trial
+from synth.gap.solve import Fit, Workbench
 from synth.model.leg import Array
+from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a motion that diverged
 WEIGHINGS = 3  # less left weighs more: times that the weight is taken anew
@@ -65,7 +66,7 @@ def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
     if not fits:
         return []
     residuals = bench.residuals(fits)
-    parts = by_trial(one, len(bench.trials))
+    parts = in_parallel(one, len(bench.trials))
     p = len(at.unknowns)
     begun = np.array([fit.unknowns[:p] for fit in fits])
     gradients, squares = sum(part[0] for part in parts), sum(part[1] for part in parts)
@@ -92,7 +93,7 @@ def leverage(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[tuple[float
     if not fits:
         return []
     residuals = bench.residuals(fits)
-    parts = by_trial(one, len(bench.trials))
+    parts = in_parallel(one, len(bench.trials))
     matrices, gradients = np.zeros((len(fits), p + 1, p + 1)), np.zeros((len(fits), p + 1))
     matrices[:, :p, :p] = ground.matrix
     squares = np.zeros(len(fits))

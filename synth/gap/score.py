@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.gap.data import GapTrial
-from synth.gap.solve import Fit, Workbench, by_trial, state_rows
+from synth.gap.solve import Fit, Workbench, state_rows
 from synth.model.leg import Array
+from synth.threads import in_parallel
 
 ROUNDS = 8
 
@@ -30,7 +31,7 @@ def first_state(trial: GapTrial) -> Array:
 
 def score(bench: Workbench, fit: Fit, trials: Sequence[GapTrial]) -> Scored:
     """Predict trials with a hypothesis held fixed."""
-    found = by_trial(lambda i: _one(bench, fit, trials[i]), len(trials))
+    found = in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials))
     return Scored(tuple(p for p, _ in found), tuple(s for _, s in found))
 
 

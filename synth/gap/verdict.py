@@ -112,7 +112,7 @@ def judge(found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: 
 
     Where one cause explains the trials, a cause's probability is the weight of itself alone and its share of every set
     that it is part of, by what it does there: they sum to at most 1. Where it takes several, it is the weight of all
-    sets that it is part of: each of two may be all but certain.
+    sets that it is part of: each of two may have all that the doubt of several leaves.
     """
     hypotheses = paying([found.none, *found.singles, *found.several], calibration.pays)
     weights = weigh(hypotheses, calibration, singles)

@@ -125,9 +125,9 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
         return [function(i) for i in range(count)]
 
     for module in (solve, promise, score, experiment, figures):
-        if hasattr(module, "by_trial"):
-            put_back.append((module, "by_trial", module.by_trial))
-            module.by_trial = one_thread  # type: ignore[attr-defined]
+        if hasattr(module, "in_parallel"):
+            put_back.append((module, "in_parallel", module.in_parallel))
+            module.in_parallel = one_thread  # type: ignore[attr-defined]
     label = ["integrator"]
     run = Chain.run
 

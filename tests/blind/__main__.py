@@ -7,7 +7,6 @@ beside three baselines. Stopped, it goes on from where it was.
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 
 from blind import baselines, make, next_trial, run, score
@@ -18,10 +17,7 @@ from blind.views import read_views
 
 def main(words: list[str] | None = None) -> int:
     asked = Asked.of(words, "blind", __doc__)
-    if not asked.answers.exists():
-        shutil.rmtree(asked.folder, ignore_errors=True)
-        options = ["--seed", asked.seed, "--count", asked.count, "--workers", asked.workers]
-        make.main([*map(str, options), "--out", str(asked.cases), "--answers", str(asked.answers)])
+    make.once(asked)
     program = run.snapshot(asked.folder)
     run.diagnose_all(asked.cases, asked.folder / "diagnosed", asked.answers, asked.workers, program)
     baselines.run_all(asked.cases, asked.folder / "baselines", asked.workers)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from blind.asked import Asked
 from blind.cases import KINDS, make_case
 from blind.effects import EFFECTS
 from blind.forms import Unfit
@@ -59,6 +61,14 @@ def one(task: tuple[int, str, str | None], seed: int, out: Path) -> tuple[str, d
     name = folder_name(seed, number)
     write_case(case, out / name, name)
     return name, case.answer
+
+
+def once(asked: Asked) -> None:
+    """Make the cases that are asked for, if they are not there."""
+    if not asked.answers.exists():
+        shutil.rmtree(asked.folder, ignore_errors=True)
+        options = ["--seed", asked.seed, "--count", asked.count, "--workers", asked.workers]
+        main([*map(str, options), "--out", str(asked.cases), "--answers", str(asked.answers)])
 
 
 def main(arguments: list[str] | None = None) -> int:

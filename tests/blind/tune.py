@@ -7,7 +7,6 @@ changed at a time: a better one would show. Searching takes the time of a check;
 from __future__ import annotations
 
 import json
-import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -59,10 +58,7 @@ class Searched:
 
 def main(words: list[str] | None = None) -> int:
     asked = Asked.of(words, "blind.tune", __doc__)
-    if not asked.answers.exists():
-        shutil.rmtree(asked.folder, ignore_errors=True)
-        options = ["--seed", asked.seed, "--count", asked.count, "--workers", asked.workers]
-        make.main([*map(str, options), "--out", str(asked.cases), "--answers", str(asked.answers)])
+    make.once(asked)
     answers = json.loads(asked.answers.read_text())
     out = asked.folder / f"searched-{run.source_hash(APART)[:12]}"
     out.mkdir(exist_ok=True)
