@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from synth.batch.ended import versions
+from synth.batch.task_outcome import versions
 from synth.errors import Problem, UserError
 from synth.files.projects import FitProject
 from synth.files.yaml_lines import load

@@ -11,14 +11,14 @@ import numpy as np
 from pydantic import Field
 
 from synth.errors import Problem, UserError
+from synth.files.csv_table import Table, read_table
 from synth.files.hopper_project import HopperProject, design_named
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because
-from synth.files.table import Table, read_table
 from synth.files.validate import Quantity, gathering
 from synth.files.yaml_lines import load
-from synth.model.leg import Array
+from synth.swing.leg_model import Array
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")

@@ -24,8 +24,8 @@ from synth.files.joint_curves import (
     spring_terms,
     without_held,
 )
-from synth.model.leg import Array, Joint, Leg, Link
-from synth.model.mechanics import coefficients, mass_matrix
+from synth.swing.leg_model import Array, Joint, Leg, Link
+from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
 SHARP = 'solreffriction="0.002 1" solimpfriction="0.99 0.99 1"'  # dry friction that holds nearly as hard as ours

@@ -15,7 +15,7 @@ from xml.sax.saxutils import quoteattr
 
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.mjcf import inertias
-from synth.model.leg import Array, Joint, Leg, Link
+from synth.swing.leg_model import Array, Joint, Leg, Link
 
 SDF_VERSION = "1.9"
 WORTH_SAYING = 0.02  # of the largest torque, that a straight line may be off without a word

@@ -24,7 +24,7 @@ from synth.fit.least_squares import HUBER, Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals
-from synth.model.leg import Array
+from synth.swing.leg_model import Array
 from synth.threads import shared_out
 
 REFITS = 200

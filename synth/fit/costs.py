@@ -22,8 +22,8 @@ from functools import cached_property
 import numpy as np
 
 from synth.fit.recordings import Recording, relative_amplitudes
-from synth.model.leg import Array
 from synth.motion.characteristics import Characteristics, characteristics
+from synth.swing.leg_model import Array
 
 TRANSIENT = 0.2  # s, of the first swing
 LATER = 10  # one sample of so many counts after that

@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.fit.bootstrap import Bootstrap
 from synth.fit.unknowns import SpringsAndDampers
-from synth.model.leg import Array, Leg
+from synth.swing.leg_model import Array, Leg
 
 DRAWS = 64
 

@@ -19,7 +19,7 @@ from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
 from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
 from synth.fit.unknowns import Unknowns
-from synth.model.leg import Array
+from synth.swing.leg_model import Array
 from synth.threads import shared_out
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly

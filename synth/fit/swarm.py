@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.fit.simplex import Found
-from synth.model.leg import Array
+from synth.swing.leg_model import Array
 
 PARTICLES = 20
 ITERATIONS = 100

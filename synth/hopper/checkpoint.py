@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.model.leg import Array
+from synth.swing.leg_model import Array
 
 MANIFEST = "sweep.json"
 

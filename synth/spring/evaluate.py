@@ -10,7 +10,7 @@ from synth.errors import UserError
 from synth.parts.wire import WireMaterial
 from synth.spring import arms, fatigue, geometry, space, stress, winding
 from synth.spring.rate import active_coils, energy, rate
-from synth.spring.result import SpringDesign, SpringLimits, SpringTask, Violation
+from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
 
 SLACK = 1e-9  # relative: a limit reached exactly is kept
 

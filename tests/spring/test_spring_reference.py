@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.spring import arms, fatigue, space, stress
 from synth.spring.rate import active_coils, energy, rate
 

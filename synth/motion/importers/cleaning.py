@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.model.leg import Array, Leg
 from synth.motion.smoothing import lost_samples
+from synth.swing.leg_model import Array, Leg
 
 TURN = 2.0 * np.pi
 OUTSIDE = np.radians(5.0)  # beyond a joint's range, that is worth saying

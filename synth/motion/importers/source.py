@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from synth.errors import Problem, UserError
 from synth.files.validate import near
-from synth.model.leg import Array
+from synth.swing.leg_model import Array
 
 SHOWN = 40  # names in a message
 
