@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.fit_result import FitResult
 from synth.parts.response import WantedResponse
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 HANGS = 0.5  # of the draws that the chosen set must be the best in, or the choice is said to hang on the fit

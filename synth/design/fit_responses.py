@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.output import stems, write_csv
 from synth.fit.fit_result import FitResult
-from synth.swing.leg_model import Array
 
 
 def write_fit_responses(result: FitResult, folder: Path) -> None:

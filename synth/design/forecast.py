@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.part_lanes import ROWS, PartLanes, column
@@ -22,7 +23,6 @@ from synth.files.project_options import ToleranceOptions
 from synth.parts.damper_law import CONCAVE_EXPONENT
 from synth.parts.part_tolerance import DamperTolerance, SpringTolerance, bought_damper, bought_spring, measured_damper
 from synth.swing.lane_layout import CURVE_POINTS
-from synth.swing.leg_model import Array
 from synth.units import quantity
 
 CAUSES = ("spring rate", "free angle", "damper torque", "law of the damper")  # of each joint

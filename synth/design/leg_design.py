@@ -9,6 +9,7 @@ from math import degrees, pi, remainder
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.design.choice_robustness import Told, told
 from synth.design.choose_dampers import (
     DamperChoiceMade,
@@ -27,7 +28,7 @@ from synth.fit.fit_result import FitResult, JointFit, TrialFit
 from synth.fit.methods import fit_by
 from synth.parts.catalogs import Catalogue
 from synth.parts.response import WantedResponse
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 Stage = Callable[[str], AbstractContextManager[object]]
 

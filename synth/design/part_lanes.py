@@ -15,10 +15,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.parts.response import Release, WantedResponse
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.lane_layout import CURVE_POINTS, LANES
-from synth.swing.leg_model import Array, Damper, Leg
+from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 Index = NDArray[np.int64]

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.design.part_lanes import Index, PartLanes
-from synth.swing.leg_model import Array
 
 EXHAUSTIVE = 20_000  # trajectories (sets times releases) that are simulated without screening: some seconds
 SAMPLES = 6_000  # of the motions that the screen looks at

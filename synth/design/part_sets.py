@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
 from synth.design.choose_springs import (
     SpringChoiceMade,
@@ -30,7 +31,7 @@ from synth.design.part_search import Found, best_sets
 from synth.errors import UserError
 from synth.files.project_options import PartsOptions
 from synth.parts.response import WantedResponse
-from synth.swing.leg_model import Array, Damper, Leg, Spring
+from synth.swing.leg_model import Damper, Leg, Spring
 from synth.units import quantity
 
 DAMPERS = 8  # a joint that take part, the best by themselves first

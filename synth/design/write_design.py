@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import synth
+from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.fit_responses import write_fit_responses as write_fit_responses
@@ -20,7 +21,6 @@ from synth.files.leg_file import write_leg
 from synth.files.mjcf import write_mjcf
 from synth.files.output import sha256_file, stems, write_csv
 from synth.fit.fit_result import TrialFit
-from synth.swing.leg_model import Array
 from synth.units import quantity
 
 FORMAT = "synth/leg-design/1"

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.hypotheses import Key
 from synth.swing.effects import Parameter, registered
 from synth.swing.lane_layout import MOST_LINKS
 from synth.swing.leg_lanes import has_direction, turned_to_rotation
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients
 
 

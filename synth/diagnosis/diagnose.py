@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate, candidates, scales
 from synth.diagnosis.diagnosed_leg import SHOWN, diagnosed_leg, parts
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, usual_noise
@@ -29,7 +30,7 @@ from synth.errors import UserError
 from synth.fit.fit_result import Estimate
 from synth.fit.recordings import recordings
 from synth.fit.unknowns import NORMAL90
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial

@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.solve import Fit
 from synth.diagnosis.tolerances import Tolerances
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units that people read better
 

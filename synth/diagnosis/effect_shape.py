@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.swing.effects import Effect, Parameter, Prior, Shape
-from synth.swing.leg_model import Array
 
 SMALL = 0.05  # of its prior's width: where a strength starts
 STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a strength, a shape may go

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial, Sensor
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 COARSER = 2.5  # times the other channels' counts, or noise, from which on a count is a cause of its own
 ALONE = np.radians(0.36)  # rad: a leg of one joint has no other channel to compare with; 1000 counts a turn

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.information import expected_information, rivals_of, would_tell
 from synth.diagnosis.result import Experiment
@@ -14,7 +15,7 @@ from synth.diagnosis.solve import Fit, Normal, Workbench
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.threads import in_parallel
 from synth.units import write
 

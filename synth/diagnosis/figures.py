@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse, rounded
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.gap_trials import GapTrial
@@ -16,7 +17,7 @@ from synth.diagnosis.score import score
 from synth.diagnosis.search import Assessed, Search
 from synth.diagnosis.solve import Fit, Normal, Workbench
 from synth.diagnosis.where import Missing, phases
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from math import comb
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
-from synth.swing.leg_model import Array
 
 SAMPLES = 700  # a trial: enough for the fastest joint, few enough to be fast
 ORDER = 6  # of the differences that leave noise alone: a sixth difference of a smooth motion is next to nothing

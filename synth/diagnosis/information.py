@@ -11,7 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from synth.swing.leg_model import Array
+from synth.arrays import Array
 
 RIVALS = 4  # explanations that a trial is to separate
 LEAST_WEIGHT = 0.02  # of a rival, however unlikely it is

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
-from synth.swing.leg_model import Array
 
 
 @dataclass(frozen=True)

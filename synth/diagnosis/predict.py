@@ -10,13 +10,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.tolerances import Tolerances
 from synth.swing.chain import compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 Hypothesis = tuple[Candidate, ...]
 Places = NDArray[np.intp]

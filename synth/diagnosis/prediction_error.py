@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
 from synth.fit.fit_result import Estimate
-from synth.swing.leg_model import Array
 
 BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
 RESAMPLES = 500

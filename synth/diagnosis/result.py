@@ -9,8 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.fit.fit_result import Estimate
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/gap/1"

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.solve import Fit, Workbench, state_rows
-from synth.swing.leg_model import Array
 from synth.threads import in_parallel
 
 ROUNDS = 8

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis import hypotheses
 from synth.diagnosis.additional_causes import WORTH, Sifting, further
 from synth.diagnosis.candidates import Candidate
@@ -15,7 +16,6 @@ from synth.diagnosis.screening import prospects
 from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.start_sizes import rungs
 from synth.swing.chain import Conditions
-from synth.swing.leg_model import Array
 
 BASE_ROUNDS = 5
 SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something

@@ -15,11 +15,11 @@ from typing import TypeVar
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.linearisation import Frame, Part, Whitener
 from synth.diagnosis.predict import Block, Hypothesis, Predictor, groups
 from synth.swing.lane_layout import LANES
-from synth.swing.leg_model import Array
 from synth.threads import in_parallel
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.gap_project import Tolerance as Tolerance
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 QUANTITIES = ("length", "mass", "com", "inertia", "spring_rate", "damper_rate", "rest")
 

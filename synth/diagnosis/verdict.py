@@ -9,10 +9,10 @@ from typing import Generic
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key
 from synth.diagnosis.result import Verdict
-from synth.swing.leg_model import Array
 
 COUNTS = 0.95  # probability of coarse counts that show; not tuned
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.result import PHASES, Where
 from synth.motion.smoothing import smooth
 from synth.swing.damper_curves import torque_at
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
 WINDOW = 0.08  # s, of the bumps that stand in for the second derivative

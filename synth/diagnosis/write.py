@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 import synth
+from synth.arrays import Array
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.result import PHASES, Cause, GapResult, TrialGap
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
 from synth.files.output import stems, write_csv, write_json
 from synth.swing.effects import Effect, effect_named
-from synth.swing.leg_model import Array
 from synth.units import quantity
 
 LIBRARIES = ("numpy", "scipy", "numba")

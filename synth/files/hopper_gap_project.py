@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.files.csv_table import read_table
 from synth.files.hopper_project import HopperProject, design_named
@@ -22,7 +23,6 @@ from synth.files.paths import inside, matching
 from synth.files.schema import Because, Default
 from synth.files.validate import FileModel, Quantity, check_part, gathering
 from synth.files.yaml_lines import load
-from synth.swing.leg_model import Array
 
 PULL_UP = "hip torque"  # the column that makes a recording one
 JUMP_COLUMNS = {"time": "s", "upper link": "rad"}

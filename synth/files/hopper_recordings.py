@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import Table, read_table
 from synth.files.hopper_project import HopperProject, design_named
@@ -18,7 +19,6 @@ from synth.files.paths import inside, matching
 from synth.files.schema import Because
 from synth.files.validate import Quantity, gathering
 from synth.files.yaml_lines import load
-from synth.swing.leg_model import Array
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")

@@ -16,6 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.joint_curves import (
     IN_DAMPING,
     IN_SPRING,
@@ -24,7 +25,7 @@ from synth.files.joint_curves import (
     spring_terms,
     without_held,
 )
-from synth.swing.leg_model import Array, Joint, Leg, Link
+from synth.swing.leg_model import Joint, Leg, Link
 from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration

@@ -27,10 +27,11 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from synth.arrays import Array
 from synth.errors import Problem
 from synth.files.validate import FileModel, Quantity, check_part, near
 from synth.files.yaml_lines import Document, Key
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 POINT_LIMIT = 1000
 ANGLE_ERROR = radians(0.5)

@@ -10,12 +10,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 TRIAL_LIMIT = 5_000
 

@@ -21,9 +21,9 @@ from functools import cached_property
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.motion.characteristics import Characteristics, characteristics
-from synth.swing.leg_model import Array
 
 TRANSIENT = 0.2  # s, of the first swing
 LATER = 10  # one sample of so many counts after that

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
@@ -20,7 +21,7 @@ from synth.fit.ridge import soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import root_mean_square, sample_scatter, shift_variances
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | None = None) -> FitResult:

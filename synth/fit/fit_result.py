@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from synth.arrays import Array
 from synth.fit.proposal import Proposal
 from synth.fit.static_points import Judged
 from synth.motion.characteristics import Characteristics
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/fit/1"

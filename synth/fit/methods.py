@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.project_options import FitOptions as Choice
 from synth.fit.costs import Cost, emphasised
@@ -24,7 +25,7 @@ from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import Treatment, result_of
 from synth.fit.uncertainty import correlation_times, root_mean_square
-from synth.swing.leg_model import Array, DamperCurve, Leg
+from synth.swing.leg_model import DamperCurve, Leg
 
 WORSE = 1.05  # times the RMS of least squares, from which a search is said to have missed
 

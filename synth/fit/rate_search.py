@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.fit_problem import sought_by
 from synth.fit.recordings import Recording
 from synth.fit.simplex import Found, simplex
@@ -20,7 +21,7 @@ from synth.fit.starts import Start, balanced_rests, starts
 from synth.fit.swarm import swarm
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.weak_form import weak_form
-from synth.swing.leg_model import Array, DamperCurve
+from synth.swing.leg_model import DamperCurve
 from synth.swing.mechanics import outboard_inertia
 from synth.threads import shared_out
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
 from synth.swing.chain import Conditions
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial

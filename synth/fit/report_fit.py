@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_problem import sought_by
@@ -20,7 +21,7 @@ from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
 from synth.motion.characteristics import characteristics
 from synth.swing.effects import effect_named
-from synth.swing.leg_model import Array, Damper, Leg, Spring
+from synth.swing.leg_model import Damper, Leg, Spring
 
 MISPLACED = 3.0  # standard deviations from which a static point is called into question
 LEAST_MISFIT = np.radians(0.3)  # that is worth a word

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.free_angle import WIDE
@@ -14,7 +15,7 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.weak_form import WeakForm
 from synth.motion.smoothing import initial_state
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.threads import shared_out
 

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 
 LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as not fixed (+-20 % at 90 %)

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.fit_problem import model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local
-from synth.swing.leg_model import Array
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.swing.damper_curves import torque_at
-from synth.swing.leg_model import Array, DamperCurve, Leg
+from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
 

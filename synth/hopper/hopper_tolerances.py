@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.hopper.motors import with_speed, with_torque
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_models import Model, lanes
-from synth.swing.leg_model import Array
 
 UNIFORM = 0.9
 QUANTITIES = (

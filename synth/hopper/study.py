@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.files.hopper_project import MOST_INTERVALS, HopperProject, model_problem, motor_problem
 from synth.hopper.checkpoint import Checkpoint
@@ -25,7 +26,6 @@ from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import GearMotorRow
-from synth.swing.leg_model import Array
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.hopper_tolerances import groups, intervals
@@ -19,7 +20,6 @@ from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
 from synth.jump.point_mass import point_mass_outcomes
-from synth.swing.leg_model import Array
 from synth.threads import thread_count
 
 if TYPE_CHECKING:

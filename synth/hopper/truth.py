@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 import synth
+from synth.arrays import Array
 from synth.hopper.hopper_tolerances import groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor, MotorOptions, Tolerances, in_reach
@@ -27,7 +28,6 @@ from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.outcomes import APEX, CLEARANCE, heights
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
-from synth.swing.leg_model import Array
 from synth.units import quantity
 
 FORMAT = "synth/hopper-truth/1"

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PlateJumps
 from synth.hopper.motors import motor_of
@@ -19,7 +20,6 @@ from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import Outcome, outcome_of
 from synth.parts.catalogs import Catalogue
-from synth.swing.leg_model import Array
 
 MODELS_HELD = ("A", "B", "D", "full")
 QUIET = 0.02  # s, a foot in the air leaves the plate quiet for so long at least

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 import synth
+from synth.arrays import Array
 from synth.files.output import sha256_file, write_csv
 from synth.hopper.study import Study, warnings_of
 from synth.jump.hopper_leg import Motor
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS
 from synth.jump.outcomes import LANDED_AGAIN, Outcome
-from synth.swing.leg_model import Array
 from synth.units import quantity
 
 FORMAT = "synth/hopper/1"

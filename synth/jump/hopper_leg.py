@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.swing.leg_model import Array
+from synth.arrays import Array
 
 Bending = Literal["none", "upper", "all"]
 

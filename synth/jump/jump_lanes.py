@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS, Contact, HopperLeg, Motor
 from synth.jump.jump_layout import LAYOUTS, JumpLayout
-from synth.swing.leg_model import Array
 
 REVERSE_SPEED = 0.05  # rad/s at the output, over which friction and the gear's losses turn over
 

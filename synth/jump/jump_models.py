@@ -21,10 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes, jump_lanes
 from synth.jump.jump_layout import LAYOUTS, JumpLayout
-from synth.swing.leg_model import Array
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.compiling.code_cache import load
 from synth.jump import jump_integrator, jump_source
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_layout import LANES, LAYOUTS, JumpLayout
 from synth.jump.jump_models import Model, lane
 from synth.jump.outcomes import N_OUTCOME, Outcome, outcome_of
-from synth.swing.leg_model import Array
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
 DURATION = 1.0  # s, for the push; a leg that has not lifted by then does not

@@ -16,6 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor, segments
 from synth.jump.jump_models import Model, lane, layout_of
@@ -31,7 +32,6 @@ from synth.jump.outcomes import (
     TOO_WEAK,
     Outcome,
 )  # fmt: skip
-from synth.swing.leg_model import Array
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm

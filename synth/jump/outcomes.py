@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.swing.leg_model import Array
+from synth.arrays import Array
 
 # How a jump ended.
 RUNNING, LANDED_AGAIN, TOO_WEAK, COLLAPSED, TOO_STIFF = 0, 1, 2, 3, 4

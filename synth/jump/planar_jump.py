@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
 from synth.jump.jump_runs import DURATION, FALL, TOLERANCE
 from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, Outcome
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
-from synth.swing.leg_model import Array
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.outcomes import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
-from synth.swing.leg_model import Array
 
 STEP = 2e-4  # s, of Runge and Kutta's fourth order
 LONGEST = 0.6  # s, longer than any push that lifts

@@ -17,8 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.motion.smoothing import Smoothed, savitzky_golay
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
 DEVIATIONS = 3.0  # of a prediction's own uncertainty, that a torque must miss it by

@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 from numba.core.types import WrapperAddressProtocol
 
+from synth.arrays import Array
 from synth.compiling import code_cache
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import LANES, MOST_MEMORIES, WORKING, Law, Layout
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 MAX_STEPS = 20_000
 FIRST_STEP = 1e-3  # s

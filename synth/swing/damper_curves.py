@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.swing.lane_layout import CURVE_POINTS
-from synth.swing.leg_model import Array, DamperCurve
+from synth.swing.leg_model import DamperCurve
 
 UNBOUNDED = 1e9  # rad/s, beyond any joint's speed
 

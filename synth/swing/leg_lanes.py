@@ -11,10 +11,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.lane_layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 UNSETTLED = 0.3  # of the weight of what a link carries, as an acceleration that it may have when a recording begins
 _PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate")

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.swing.leg_model import Array, Leg
+from synth.arrays import Array
+from synth.swing.leg_model import Leg
 
 
 @dataclass(frozen=True)

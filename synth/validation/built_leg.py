@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.project_options import Prior
 from synth.files.static_points_file import StaticPoint
 from synth.files.trial_list import read_trials
@@ -15,7 +16,7 @@ from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.recordings import Recording, recordings
 from synth.fit.starts import starts
-from synth.swing.leg_model import Array, Damper, Leg, Spring
+from synth.swing.leg_model import Damper, Leg, Spring
 from synth.validation.comparison_table import Row, Table, cell, listed, percent
 from synth.validation.explanations import inside, on_bounds, softened
 from synth.validation.ridge_scan import along

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.fit_result import Estimate, FitResult
-from synth.swing.leg_model import Array
 from synth.validation.comparison_table import percent
 from synth.validation.thesis_data import JOINTS
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
-from synth.swing.leg_model import Array
 from synth.validation.comparison_table import Row, Table, cell
 from synth.validation.explanations import apart, found_rates, median_text, on_bounds
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData

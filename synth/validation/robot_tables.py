@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import Estimate, FitResult, Variant
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics
-from synth.swing.leg_model import Array
 from synth.validation.comparison_table import Cell, Row, Table, cell, listed
 from synth.validation.explanations import apart, found_rates, inside, on_bounds
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData

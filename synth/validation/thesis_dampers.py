@@ -7,6 +7,7 @@ from math import pi
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
@@ -14,7 +15,7 @@ from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
-from synth.swing.leg_model import Array, DamperCurve
+from synth.swing.leg_model import DamperCurve
 from synth.validation.comparison_table import Cell, Row, Table, cell, percent
 from synth.validation.explanations import inside
 from synth.validation.thesis_data import JOINTS, LabData

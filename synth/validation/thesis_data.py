@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.leg_file import read_leg
 from synth.files.paths import read_bytes
 from synth.files.trial_list import read_trials
 from synth.fit.recordings import Recording, recordings
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 JOINTS = ("hip", "knee", "ankle")
 # The seven releases that the thesis used, in its order; of each muscle the first repeat, of the iliopsoas the fifth.

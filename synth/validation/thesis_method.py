@@ -18,13 +18,14 @@ from functools import cached_property
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.costs import DIVERGED
 from synth.fit.methods import search_of
 from synth.fit.rate_search import Search
 from synth.fit.recordings import Recording
 from synth.fit.starts import Start
 from synth.motion.characteristics import Characteristics, characteristics
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, static_torque
 
 GRID = 1e-3  # s, on which the thesis adds squares

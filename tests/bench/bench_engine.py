@@ -25,12 +25,12 @@ from scipy.integrate import solve_ivp
 from bench import engines
 from bench import thesis_leg as thesis
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say, seconds
+from synth.arrays import Array
 from synth.compiling import code_cache, trigonometry
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.effects import effect_named
 from synth.swing.lane_layout import Layout
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array
 
 ERROR = 1e-6  # rad
 TARGET, OFF_SHARE = 60_000.0, 0.7  # trajectories a second; share of it that is to be left with all effects compiled in

@@ -16,6 +16,7 @@ import pytest
 
 from diagnosis.swung import ONE, recorded, with_effects
 from peers.mujoco_leg import simulate as simulate_mujoco
+from synth.arrays import Array
 from synth.design.leg_design import LegDesign, design_leg
 from synth.design.target_effects import notes, target_of
 from synth.design.write_design import design_json
@@ -29,7 +30,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.recordings import recordings
 from synth.parts.catalogs import Catalogue
 from synth.swing.chain import simulate
-from synth.swing.leg_model import Array, Damper, Joint, Leg, Link, Spring
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "leg"
 FRICTION = 0.15  # N m, at the knee: a tenth of what its spring does at 1 rad

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import FREE_ANGLE, NAMES, robot
+from synth.arrays import Array
 from synth.diagnosis.trial_checks import check_trials
 from synth.errors import UserError
 from synth.files.trial_list import Trial
-from synth.swing.leg_model import Array
 
 TIME = np.arange(200) * 0.005
 LEG = robot()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
+from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate, candidates, scales
 from synth.diagnosis.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.gap_trials import GapTrial, gap_trial
@@ -18,7 +19,7 @@ from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.effects import registered
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array, Leg
+from synth.swing.leg_model import Leg
 
 TOLERANCES = Tolerances.of(TWO, Tolerance())
 CONDITIONS = (Conditions(), Conditions((0,)), Conditions((), 0.05), Conditions((), 0.0, 0.3))

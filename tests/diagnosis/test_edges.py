@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import TIME, TWO, off, recorded, with_effects
+from synth.arrays import Array
 from synth.diagnosis.diagnose import diagnose
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.gap_trials import GapTrial, gap_trial
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
-from synth.swing.leg_model import Array
 
 STEP, USUAL = 0.04, 1e-4  # rad
 

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from synth.arrays import Array
 from synth.diagnosis.diagnose import diagnose
 from synth.diagnosis.gap_trials import copies, gap_trial
 from synth.diagnosis.result import GapResult
 from synth.diagnosis.where import missing_torque
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
-from synth.swing.leg_model import Array
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 DOG, PENDULUM = SHARED / "aarl" / "dog", SHARED / "double_pendulum"

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from hopper.hoppers import motor
+from synth.arrays import Array
 from synth.hopper.fold import fold
 from synth.jump.effects import motor_effect_named
 from synth.jump.hopper_leg import Contact, HopperLeg
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.jump.jump_runs import compiled_jump
-from synth.swing.leg_model import Array
 
 DESIGN = 'kind: hopper-design\nmotors: {use: ["N20 HP 6V 150:1"]}\n'
 PART = "N20 HP 6V {}:1"

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hopper.hoppers import motor
+from synth.arrays import Array
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.fold import fold
 from synth.hopper.identify_damping import folding, simulate_fold
@@ -19,7 +20,6 @@ from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import outcome_of
 from synth.jump.planar_jump import planar_record
 from synth.swing.effects import registered
-from synth.swing.leg_model import Array
 
 NAMES = {  # and places, as the file formats have them
     "winding_inductance": "hip", "voltage_sag": "hip", "torque_constant": "hip", "gear_friction": "hip",

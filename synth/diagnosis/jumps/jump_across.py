@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_figures import JumpGaps
 from synth.fit.fit_result import Estimate
-from synth.swing.leg_model import Array
 
 STAGES = ("as_designed", "before", "after")
 UNITS = {"length": "1/cm", "gear_ratio": "1"}

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.jumps.jump_data import Jump
 from synth.jump.effects import MotorEffect, motor_effects
 from synth.jump.jump_lanes import JumpLanes
 from synth.swing.effects import Parameter
-from synth.swing.leg_model import Array
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
@@ -16,7 +17,6 @@ from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
-from synth.swing.leg_model import Array
 
 EFFECTIVE = 50.0  # samples of a trial and channel that count as independent
 DENSE = 1e-3  # s; finer recordings are averaged

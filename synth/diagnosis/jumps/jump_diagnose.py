@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_across import across
 from synth.diagnosis.jumps.jump_candidates import JumpCandidate, candidates
 from synth.diagnosis.jumps.jump_data import ANGLE, Jump, pooled, prepared
@@ -28,7 +29,6 @@ from synth.files.hopper_gap_project import HopperGapProject
 from synth.fit.fit_result import Estimate
 from synth.fit.unknowns import NORMAL90
 from synth.parts.catalogs import Catalogue
-from synth.swing.leg_model import Array
 
 SHOWN = {"H": "mH", "N/m": "N/m"}  # units that people read better
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.information import expected_information, rivals_of, would_tell
 from synth.diagnosis.jumps.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
 from synth.diagnosis.jumps.jump_predict import N_OWN
@@ -20,7 +21,6 @@ from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.hopper.motors import motor_of
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
-from synth.swing.leg_model import Array
 from synth.threads import in_parallel
 from synth.units import write
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_data import ANGLE, Jump, pooled
 from synth.diagnosis.jumps.jump_score import Scored, score, score_in_turn
 from synth.diagnosis.jumps.jump_search import JumpAssessed, JumpSearch, as_designed
@@ -14,7 +15,6 @@ from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit
 from synth.diagnosis.prediction_error import BLOCKS, Misses, label
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS
-from synth.swing.leg_model import Array
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_candidates import JumpCandidate
 from synth.diagnosis.jumps.jump_data import ANGLE, CURRENT, FORCE, Jump
 from synth.diagnosis.jumps.jump_tolerances import JumpTolerances
@@ -17,7 +18,6 @@ from synth.jump.jump_layout import LANES
 from synth.jump.jump_runs import FIRST_STEP, MAX_STEPS, compiled_jump
 from synth.jump.planar_jump import planar_record
 from synth.jump.recorder import record
-from synth.swing.leg_model import Array
 
 TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a hundredfold finer run
 PLANAR_TOLERANCE = 1e-4

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_data import Jump
 from synth.diagnosis.jumps.jump_predict import N_OWN
 from synth.diagnosis.jumps.jump_solve import STEP, JumpBench, JumpFit, Normal
-from synth.swing.leg_model import Array
 from synth.threads import in_parallel
 
 ROUNDS = 6

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_candidates import JumpCandidate
 from synth.diagnosis.jumps.jump_data import Jump
 from synth.diagnosis.jumps.jump_predict import N_OWN, JumpPredictor
-from synth.swing.leg_model import Array
 from synth.threads import in_parallel
 
 STEP = 0.05  # whitened, of differences

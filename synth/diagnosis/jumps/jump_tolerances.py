@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.hopper_gap_project import JumpTolerance
 from synth.jump.jump_lanes import JumpLanes
-from synth.swing.leg_model import Array
 
 SHARED = ("length", "mass", "spring", "damper", "supply", "ground", "stop", "bumper", "angle", "force")
 OF_MOTOR = ("motor", "resistance", "inductance", "friction", "rotor_inertia", "efficiency")

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_data import ANGLE, CURRENT, FORCE, Jump
 from synth.diagnosis.jumps.jump_score import Scored
 from synth.diagnosis.result import PHASES, Where
-from synth.swing.leg_model import Array
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
 THIRDS = ("low", "middle", "high")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import synth
+from synth.arrays import Array
 from synth.diagnosis.jumps.jump_data import ANGLE, Jump
 from synth.diagnosis.jumps.jump_result import JumpGapResult
 from synth.diagnosis.jumps.jump_score import Scored
@@ -18,7 +19,6 @@ from synth.diagnosis.write import LIBRARIES, STAGES, described, rms, tolerance_s
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.files.output import stems, write_csv, write_json
 from synth.jump.effects import motor_effect_named
-from synth.swing.leg_model import Array
 from synth.units import factor, quantity
 
 NAMES = {ANGLE: "hip"}  # the encoder sits there; other channels keep their name

@@ -10,8 +10,8 @@ from synth.jump.effects.jump_effect import MotorEffect
 from synth.swing.effects.definition import Parameter, Prior, Shape
 
 if TYPE_CHECKING:
+    from synth.arrays import Array
     from synth.jump.jump_lanes import JumpLanes
-    from synth.swing.leg_model import Array
 
 SOFT = Prior(np.inf, 3.0, lower=0.02, upper=200.0, inverse=True)  # of the contact's stiffness; usually a third
 

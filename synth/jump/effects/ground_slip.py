@@ -8,8 +8,8 @@ from synth.jump.effects.jump_effect import MotorEffect
 from synth.swing.effects.definition import Parameter, Shape, positive
 
 if TYPE_CHECKING:
+    from synth.arrays import Array
     from synth.jump.jump_lanes import JumpLanes
-    from synth.swing.leg_model import Array
 
 
 def change(jumps: JumpLanes, friction: Array) -> None:

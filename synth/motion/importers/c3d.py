@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.source import Markers
-from synth.swing.leg_model import Array
 
 SIZE_LIMIT = 1_000_000_000
 INSTALL = 'reading C3D needs the package ezc3d: pip install "limb-synth[c3d]", or pip install ezc3d'

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.source import Channels, listed
-from synth.swing.leg_model import Array
 
 SIZE_LIMIT = 500_000_000
 _EXPRESSION = re.compile(r"\s*([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)\s*(?:\(\s*(:|\d{1,6})\s*,\s*(:|\d{1,6})\s*\))?\s*")

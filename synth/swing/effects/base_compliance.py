@@ -14,8 +14,8 @@ import numpy as np
 from synth.swing.effects.definition import Effect, Parameter, Shape, positive, signed, stiff
 
 if TYPE_CHECKING:
+    from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
-    from synth.swing.leg_model import Array
 
 LEVER = 100.0  # leg lengths: a link so long turns by next to nothing when its end slides
 LEAST = 0.02  # of the leg's own mass or inertia, that a mount has in any case

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
 
 if TYPE_CHECKING:
-    from synth.swing.leg_model import Array
+    from synth.arrays import Array
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, offset: Array) -> Array:

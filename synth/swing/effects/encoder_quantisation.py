@@ -9,7 +9,7 @@ import numpy as np
 from synth.swing.effects.definition import Effect, Parameter, size
 
 if TYPE_CHECKING:
-    from synth.swing.leg_model import Array
+    from synth.arrays import Array
 
 
 def read(time: Array, rotation: Array, rate: Array, sign: int, zero: float, step: Array) -> Array:

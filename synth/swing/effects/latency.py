@@ -9,7 +9,7 @@ import numpy as np
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
 
 if TYPE_CHECKING:
-    from synth.swing.leg_model import Array
+    from synth.arrays import Array
 
 
 BLOCK = 24  # samples of a filter's recurrence that are summed at once

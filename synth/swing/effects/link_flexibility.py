@@ -9,8 +9,8 @@ import numpy as np
 from synth.swing.effects.definition import Effect, Parameter, Shape, stiff
 
 if TYPE_CHECKING:
+    from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
-    from synth.swing.leg_model import Array
 
 HUB = 0.1  # of the link's inertia about its joint stays with the joint where the coupling bends
 DAMPING_RATIO = 0.1

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
 
 if TYPE_CHECKING:
+    from synth.arrays import Array
     from synth.swing.leg_lanes import LegLanes
-    from synth.swing.leg_model import Array
 
 
 def change(legs: LegLanes, joint: int, sign: int, share: Array) -> None:

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.compiling import code_cache
 from synth.swing.chain import compiled_chain
 from synth.swing.effects.definition import Effect
 from synth.swing.lane_layout import LANES
-from synth.swing.leg_model import Array
 
 LONGEST_STEP = 2.5e-4  # s
 GIVEN = -1  # in place of the damper curves' switch: the damper's torque is given

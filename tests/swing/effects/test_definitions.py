@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import robot
+from synth.arrays import Array
 from synth.swing.effects import effect_named
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array
 
 SHARES = np.array([0.0, 0.1, -0.2])
 

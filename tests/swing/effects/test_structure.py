@@ -11,13 +11,14 @@ from scipy.linalg import eigh
 
 from fit.simulated_legs import robot
 from swing.effects.one_joint import INERTIA, LINK, RATE
+from synth.arrays import Array
 from synth.files.leg_file import read_leg, write_leg
 from synth.swing.chain import Conditions, simulate
 from synth.swing.effects import effect_named
 from synth.swing.effects.base_compliance import LEVER
 from synth.swing.effects.link_flexibility import DAMPING_RATIO, HUB
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Array, Damper, Joint, Leg, Link, Spring
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 START = [0.5, -1.8, 1.2]
 
