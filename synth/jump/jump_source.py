@@ -39,7 +39,7 @@ def right_hand_side(Z):
 {body}
 '''
 _PLACE = re.compile(r"Z\[(\d+), l\]")
-TRIGONOMETRY = Path(__file__).resolve().parent.parent / "model" / "trigonometry.py"
+TRIGONOMETRY = Path(__file__).resolve().parent.parent / "compiling" / "trigonometry.py"
 
 
 def right_hand_side(layout: JumpLayout) -> str:

@@ -25,6 +25,8 @@ from synth.swing.leg_model import Leg
 MAX_STEPS = 20_000
 FIRST_STEP = 1e-3  # s
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
+# Modules that the compiled integrator inlines: a change of one compiles it anew.
+CALLED = ("synth.swing.lane_layout", "synth.swing.turning_events", "synth.swing.effects.inlined")
 BEND_TOLERANCE = 1e3  # a bristle's bend, of one at most, may be wrong by a thousand times as much as an angle
 
 
@@ -345,7 +347,7 @@ def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
     files = tuple(_file_of(module) for module in modules)
     integrator = _file_of("synth.swing.chain_integrator").read_text(encoding="utf-8")
     plain = integrator.replace("\nWHOLE = True\n", "\nWHOLE = False\n")
-    called = tuple(_file_of(f"synth.{name}") for name in ("model.layout", "model.turning", "effects.compiled"))
+    called = tuple(map(_file_of, CALLED))
     sources = {
         "chain": Source(f"chain{n}", code_cache.right_hand_side(layout), files[:1]),
         "plain": Source("plain", plain, called[:1]),

@@ -139,5 +139,5 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
 
 
 def _loop() -> Any:
-    source = Path(__file__).with_name("along_loop.py")
+    source = Path(__file__).with_name("torque_along_motion_loop.py")
     return code_cache.load("along", source.read_text(encoding="utf-8")).along
