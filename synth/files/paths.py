@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from synth.errors import Problem, UserError
+from synth.files.names import require_printable_path
 
 GLOB_LIMIT = 5_000  # files that one pattern may match
 
@@ -79,6 +80,7 @@ def matching(folder: Path, pattern: str) -> list[Path]:
     try:
         for path in folder.glob(pattern):
             if path.is_file():
+                require_printable_path(path.relative_to(folder).as_posix())
                 _refuse_outside(folder, path, path.relative_to(folder).as_posix())
                 found.append(path)
             if len(found) > GLOB_LIMIT:
@@ -93,6 +95,7 @@ def matching(folder: Path, pattern: str) -> list[Path]:
 def _refuse_absolute(name: str) -> None:
     if not name.strip():
         raise UserError("a file name is needed here")
+    require_printable_path(name)
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or name.startswith(("~", "\\")):
         raise UserError(f'"{name}" is an absolute path; name the file relative to the folder of the file naming it')
 
