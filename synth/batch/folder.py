@@ -112,10 +112,9 @@ def _clashes(names: Sequence[str]) -> list[int]:
     for index, name in enumerate(names):
         places.setdefault(name, []).append(index)
     found = {index for same in places.values() if len(same) > 1 for index in same}
-    for index, name in enumerate(names):
+    for name in names:
         for parent in map(str, PurePosixPath(name).parents):
-            if parent in places:
-                found |= set(places[parent])
+            found |= set(places.get(parent, []))
     return sorted(found)
 
 
