@@ -44,7 +44,7 @@ def _without_rounding(text: str) -> str:
 
 
 def _encoded(text: str) -> str:
-    """Letters beyond ASCII as ISO 10303-21 has them, ``\\X2\\`` and UTF-16; the kernel takes each UTF-8 byte for one."""
+    """Letters beyond ASCII as ISO 10303-21 wants them, in UTF-16; the kernel takes each byte of UTF-8 for a letter."""
 
     def encode(match: re.Match[str]) -> str:
         letters = match.group()

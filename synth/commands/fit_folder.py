@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -108,6 +109,11 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
         failed.append(Failed(name, messages(problems)))
         told(name, "cannot be fitted")
 
+    def fault(name: str, crash: str) -> None:
+        sys.stderr.write(crash)
+        failed.append(Failed(name, (crash.strip().splitlines()[-1],), crash=True))
+        told(name, "a fault of this program's")
+
     def waiting() -> Iterator[tuple[str, Any]]:
         for item in found:
             if item.problems:
@@ -122,6 +128,9 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
             except UserError as error:
                 refuse(item.name, tuple(error.problems))
                 continue
+            except Exception:  # a fault of ours in one project is no reason to lose the others
+                fault(item.name, traceback.format_exc())
+                continue
             identities[item.name] = identity
             yield item.name, project
 
@@ -130,9 +139,7 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
             kept.save(name, identities.pop(name), ended.value)
             told(name, "fitted")
         elif ended.crash:
-            sys.stderr.write(ended.crash)
-            failed.append(Failed(name, (ended.crash.strip().splitlines()[-1],), crash=True))
-            told(name, "a fault of this program's")
+            fault(name, ended.crash)
         else:
             refuse(name, ended.problems)
     return sorted(failed, key=lambda item: item.name)

@@ -6,8 +6,6 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 
-from synth.errors import UserError
-
 NAME_LENGTH = 60
 TITLE_LENGTH = 200
 # \w: the letters and digits of every alphabet, and the underscore. The first character keeps out "..", hidden files,
@@ -36,7 +34,7 @@ def title_fault(title: str) -> str | None:
         return "is empty; write a name"
     if len(title) > TITLE_LENGTH:
         return f"has {len(title)} characters; at most {TITLE_LENGTH} are allowed"
-    bad = _unprinted(title)
+    bad = unprinted(title)
     return None if bad is None else f"holds the character {bad}, which cannot be printed; write it without"
 
 
@@ -70,18 +68,7 @@ def _is_part_of(name: str, whole: str) -> bool:
     return name.startswith(f"{whole}_") and name.removeprefix(f"{whole}_").partition("_")[0] in _PARTS
 
 
-def require_printable_path(name: str) -> None:
-    """Refuse a file's name with control characters, line breaks or bytes that are no text.
-
-    Raises
-    ------
-    UserError : without a place; the caller knows where the name stands.
-    """
-    bad = _unprinted(name)
-    if bad is not None:
-        raise UserError(f'"{name[:60]}" cannot be a file name: it holds the character {bad}; rename the file')
-
-
-def _unprinted(text: str) -> str | None:
+def unprinted(text: str) -> str | None:
+    """The first character of the text that cannot be printed, as ``U+0007``."""
     bad = next((sign for sign in text if unicodedata.category(sign) in _UNPRINTED), None)
     return None if bad is None else f"U+{ord(bad):04X}"
