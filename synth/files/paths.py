@@ -33,7 +33,9 @@ def refuse_unreadable_name(path: str | Path) -> None:
         raise UserError(Problem(f'the name "{shown}" is not UTF-8 text; rename the file', shown)) from None
     bad = unprinted(str(path))
     if bad is not None:
-        raise UserError(Problem(f'"{shown}" cannot be a file name: it holds the character {bad}; rename the file', shown))
+        raise UserError(
+            Problem(f'"{shown}" cannot be a file name: it holds the character {bad}; rename the file', shown)
+        )
 
 
 def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
@@ -146,7 +148,9 @@ def _is_meant(path: Path, name: str, pattern: str) -> bool:
 def _refuse_absolute(name: str) -> None:
     if not name.strip():
         raise UserError("a file name is needed here")
-    refuse_unreadable_name(name)
+    bad = unprinted(name)
+    if bad is not None:
+        raise UserError(f"{name[:60]!a} cannot be a file name: it holds the character {bad}; rename the file")
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or name.startswith(("~", "\\")):
         raise UserError(f'"{name}" is an absolute path; name the file relative to the folder of the file naming it')
 
