@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from synth.design.part_lanes import Acting
+from synth.design.response import Release, WantedResponse
 from synth.parts.damper_law import power_law_curve
-from synth.parts.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.design.response import WantedResponse
 from synth.fit.fit_result import FitResult
-from synth.parts.response import WantedResponse
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 

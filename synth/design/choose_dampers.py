@@ -8,12 +8,12 @@ from itertools import product
 
 import numpy as np
 
+from synth.design.response import WantedResponse
 from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
-from synth.parts.response import WantedResponse
 from synth.parts.rows import DamperRow
 from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring

@@ -20,6 +20,7 @@ from synth.design.choose_dampers import (
 )
 from synth.design.choose_springs import SpringChoiceMade, SpringSource, spring_warnings, travels
 from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.response import WantedResponse
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.target_effects import Target, TargetEffect, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
@@ -27,7 +28,6 @@ from synth.fit.damper_laws import DamperLaw
 from synth.fit.fit_result import FitResult, JointFit, TrialFit
 from synth.fit.methods import fit_by
 from synth.parts.catalogs import Catalogue
-from synth.parts.response import WantedResponse
 from synth.swing.leg_model import Leg
 
 Stage = Callable[[str], AbstractContextManager[object]]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.parts.response import Release, WantedResponse
+from synth.design.response import Release, WantedResponse
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.lane_layout import CURVE_POINTS, LANES
 from synth.swing.leg_model import Damper, Leg

@@ -28,9 +28,9 @@ from synth.design.choose_springs import (
 from synth.design.forecast import Forecast, Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, Index, PartLanes
 from synth.design.part_search import Found, best_sets
+from synth.design.response import WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import PartsOptions
-from synth.parts.response import WantedResponse
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.units import quantity
 

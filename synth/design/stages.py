@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.design.response import Release
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
@@ -16,7 +17,6 @@ from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
 from synth.fit.report_fit import trial_fits
 from synth.fit.unseen_score import score
-from synth.parts.response import Release
 from synth.swing.leg_model import DamperCurve
 
 

@@ -16,7 +16,7 @@ from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.result import PHASES, Cause, GapResult, TrialGap
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
-from synth.files.output import stems, write_csv, write_json
+from synth.files.output import place, stems, write_csv, write_json
 from synth.swing.effects import Effect, effect_named
 from synth.units import quantity
 
@@ -36,8 +36,8 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
     (folder / "where").mkdir()
     for trial, name in zip(result.trials, names, strict=True):
         if trial.scored:
-            write_csv(folder / "predicted" / f"{name}.csv", predicted_columns(trial, joints))
-        write_csv(folder / "where" / f"{name}.csv", where_columns(trial, joints))
+            write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, joints))
+        write_csv(place(folder / "where", f"{name}.csv"), where_columns(trial, joints))
     write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
     write_json(folder / "gap.json", gap_json(result, project, names))
 

@@ -14,8 +14,8 @@ from bench import thesis_leg as thesis
 from bench.results import Goal, Section, Table, load, run_alone, say
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.part_search import Found, best_sets
+from synth.design.response import Release, WantedResponse
 from synth.parts.damper_law import power_law_curve
-from synth.parts.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from synth.design.choose_dampers import MeasuredCurve, choose_dampers
+from synth.design.response import Release, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
-from synth.parts.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 

@@ -11,10 +11,10 @@ from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, PartLanes
+from synth.design.response import Release, WantedResponse
 from synth.files.project_options import ToleranceOptions
 from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
-from synth.parts.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 

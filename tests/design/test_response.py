@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.parts.response import Release, WantedResponse
+from synth.design.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.swing.mechanics import rest_pose

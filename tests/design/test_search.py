@@ -9,7 +9,7 @@ import pytest
 
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.part_search import Mistake, _Screen, best_sets
-from synth.parts.response import Release, WantedResponse
+from synth.design.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Spring
 from three_links import LEG, TIME, grid, wanted

@@ -11,10 +11,10 @@ import pytest
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
 from synth.design.choose_springs import SpringChoiceMade, SpringSource, Travel, sense_warning, spring_warnings, travels
 from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.response import Release, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
-from synth.parts.response import Release, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.swing.mechanics import rest_pose

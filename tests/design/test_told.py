@@ -10,12 +10,12 @@ import pytest
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED
 from synth.design.choice_robustness import Told, told
+from synth.design.response import WantedResponse
 from synth.design.stages import releases as released
 from synth.fit.draws import DRAWS
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult
-from synth.parts.response import WantedResponse
 from synth.swing.leg_model import Leg
 
 
