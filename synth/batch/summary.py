@@ -83,5 +83,6 @@ def _add(columns: dict[str, list[Any]], row: Sequence[Any]) -> None:
 
 
 def messages(problems: Sequence[Problem]) -> tuple[str, ...]:
-    """Problems as one line each."""
-    return tuple(" ".join(str(problem).split()) for problem in problems)
+    """Problems as one line each, of text that any file can hold."""
+    texts = (str(problem).encode("utf-8", "backslashreplace").decode("utf-8") for problem in problems)
+    return tuple(" ".join(text.split()) for text in texts)

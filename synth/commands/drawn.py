@@ -7,7 +7,7 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.commands.solids import Solids, dimensions_of
+from synth.design.joint_sizing import Solids, dimensions_of
 from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of

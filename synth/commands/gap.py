@@ -34,6 +34,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         from synth.commands.gap_jumps import run_jumps
 
         return run_jumps(arguments, progress)
+    from synth.effects.users_own import blamed_on
+
+    with blamed_on({str(Path(file).resolve()): file for file in arguments.effect}):
+        return _run_swings(arguments, progress)
+
+
+def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
 
     from synth.effects import load_file

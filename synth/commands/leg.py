@@ -32,8 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
-    from synth.commands.leg_parts import parts_text, with_options
-    from synth.commands.solids import require_known_joints
+    from synth.commands.leg_parts import parts_text, require_known_joints, with_options
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
     from synth.files.stage_cache import StageCache, key_of

@@ -71,6 +71,22 @@ def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: 
     return replace(project, parts=parts)
 
 
+def require_known_joints(project: LegProject) -> None:
+    """Raise UserError where ``cad.damper_shafts`` names a joint that the target does not have."""
+    names = project.target.joint_names
+    problems = [
+        Problem(
+            f'"{name}" is no joint of the target{near_miss(name, names)}; its joints are {", ".join(names)}',
+            str(project.path),
+            key="cad.damper_shafts",
+        )
+        for name in project.cad.damper_shafts
+        if name not in names
+    ]
+    if problems:
+        raise UserError(problems)
+
+
 def parts_text(design: Mapping[str, Any]) -> str:
     """Chosen parts, what their tolerances leave of the response, and what each could be replaced by at which cost."""
     response, joints = design["response"], design["joints"]

@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 
+from synth.design.response import WantedResponse
 from synth.files.options import DamperChoice, JointChoice, PartsOptions
 from synth.fit.damper_laws import DamperLaw
 from synth.model.curves import thinning_error, torque_at
@@ -15,7 +16,6 @@ from synth.model.leg import Damper, DamperCurve, Leg, Spring
 from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.candidates import ANY, damper_candidates, damper_reason, of_family
 from synth.parts.catalog import Catalogue
-from synth.parts.response import WantedResponse
 from synth.parts.rows import DamperRow
 
 KEPT = 2  # dampers a joint that take part in the choice for all joints together

@@ -17,6 +17,7 @@ from synth.design.dampers import (
     curve_warnings,
     measured_curves,
 )
+from synth.design.response import WantedResponse
 from synth.design.sets import SetsMade, choose_sets
 from synth.design.springs import SpringChoiceMade, SpringSource, spring_warnings, travels
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
@@ -27,7 +28,6 @@ from synth.fit.methods import fit_by
 from synth.fit.result import FitResult, JointFit, TrialFit
 from synth.model.leg import Array, Leg
 from synth.parts.catalog import Catalogue
-from synth.parts.response import WantedResponse
 
 Stage = Callable[[str], AbstractContextManager[object]]
 

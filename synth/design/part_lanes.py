@@ -15,11 +15,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.design.response import Release, WantedResponse
 from synth.model.curves import compiled_rows
 from synth.model.layout import CURVE_POINTS, LANES
 from synth.model.leg import Array, Damper, Leg
 from synth.model.mechanics import coefficients, rest_pose, static_torque
-from synth.parts.response import Release, WantedResponse
 
 Index = NDArray[np.int64]
 

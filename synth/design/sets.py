@@ -18,6 +18,7 @@ import numpy as np
 from synth.design.dampers import DamperChoiceMade, DamperOption
 from synth.design.forecast import Forecast, Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, Index, PartLanes
+from synth.design.response import WantedResponse
 from synth.design.search import Found, best_sets
 from synth.design.springs import (
     SpringChoiceMade,
@@ -30,7 +31,6 @@ from synth.design.springs import (
 from synth.errors import UserError
 from synth.files.options import PartsOptions
 from synth.model.leg import Array, Damper, Leg, Spring
-from synth.parts.response import WantedResponse
 from synth.units import quantity
 
 DAMPERS = 8  # a joint that take part, the best by themselves first

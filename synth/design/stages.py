@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.design.response import Release
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
@@ -17,7 +18,6 @@ from synth.fit.report_fit import trial_fits
 from synth.fit.result import FitResult, TrialFit
 from synth.fit.score import score
 from synth.model.leg import DamperCurve
-from synth.parts.response import Release
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from synth.design.response import WantedResponse
 from synth.fit.result import FitResult
 from synth.model.leg import Array, Leg
-from synth.parts.response import WantedResponse
 from synth.units import quantity
 
 HANGS = 0.5  # of the draws that the chosen set must be the best in, or the choice is said to hang on the fit

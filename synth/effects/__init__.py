@@ -9,22 +9,21 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-import keyword
 import pkgutil
 import sys
-import traceback
 from dataclasses import replace
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
-from synth.effects.effect import ARGUMENTS, FUNCTIONS, Effect, Parameter, Prior, Shape
+from synth.effects.effect import Effect, Parameter, Prior, Shape
+from synth.effects.users_own import WrongEffect, line_of, require, said_by, source_of
 from synth.errors import Problem, UserError
 
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "effect_named", "load_file", "registered"]
 
-_NOT_EFFECTS = ("effect", "compiled", "along", "along_loop")
+_NOT_EFFECTS = ("effect", "users_own", "compiled", "along", "along_loop")
 _from_files: dict[str, Effect] = {}
 
 
@@ -63,59 +62,38 @@ def load_file(path: str | Path) -> Effect:
     ------
     UserError : no such file, it cannot be run, it holds no EFFECT that works, or its name is taken.
     """
-    path = Path(path).resolve()
-    if not path.is_file():
-        raise UserError(Problem("no such file; name a Python file that holds an EFFECT", file=str(path)))
-    text = path.read_bytes()
+    given, path = Path(path), Path(path).resolve()
+    text = source_of(path, str(given))
     name = f"synth_user_effect_{hashlib.sha256(text).hexdigest()[:16]}"  # the same text is compiled once
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module
     try:
         exec(compile(text, str(path), "exec"), module.__dict__)
+        effect = getattr(module, "EFFECT", None)
+        if not isinstance(effect, Effect):
+            raise UserError(Problem("holds no EFFECT = Effect(...) (from synth.effects)", file=str(given)))
+        _require_free_name(effect, path)
+        require(effect, module)
+    except WrongEffect as error:
+        raise UserError(Problem(str(error), file=str(given), key=str(getattr(effect, "name", "")))) from error
+    except SystemExit as error:
+        text_ = "calls exit; an effect's file only defines it"
+        raise UserError(Problem(text_, file=str(given), line=line_of(error, path))) from error
+    except UserError:
+        raise
     except Exception as error:
-        line = error.lineno if isinstance(error, SyntaxError) else _line_of(error, path)
-        said = f"cannot be run: {type(error).__name__}: {error.args[0] if error.args else error}"
-        raise UserError(Problem(said, file=str(path), line=line)) from error
-    effect = getattr(module, "EFFECT", None)
-    if not isinstance(effect, Effect):
-        raise UserError(Problem("holds no EFFECT = Effect(...) (from synth.effects)", file=str(path)))
-    wrong = _wrong_with(effect, module)
-    if wrong:
-        raise UserError(Problem(wrong, file=str(path), key=effect.name))
+        said = f"cannot be run: {said_by(error)}"
+        raise UserError(Problem(said, file=str(given), line=line_of(error, path))) from error
     _from_files[effect.name] = replace(effect, module=name)
     return _from_files[effect.name]
 
 
-def _line_of(error: Exception, path: Path) -> int | None:
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
-    return frames[-1].lineno if frames else None
-
-
-def _wrong_with(effect: Effect, module: ModuleType) -> str:
-    """What keeps a user's effect from taking part, empty if nothing does."""
+def _require_free_name(effect: Effect, path: Path) -> None:
+    """Refuse the name of another effect."""
     if effect.name in _installed():
-        return "is the name of a built-in effect; choose another"
+        raise WrongEffect("is the name of a built-in effect; choose another")
     if effect.name in _from_files:
         other = sys.modules[_from_files[effect.name].module].__file__
-        if other != module.__file__:
-            return f"is the name of an effect in {other}; choose another"
-    if not effect.name.isidentifier() or keyword.iskeyword(effect.name):
-        return "cannot be an effect's name: write letters, digits and underscores"
-    names = [parameter.name for parameter in effect.parameters]
-    missing = [name for name in effect.strengths if name not in names]
-    if missing or not effect.strengths:
-        return f"strengths must name some of its parameters ({', '.join(names)})" + "".join(
-            f", not {m}" for m in missing
-        )
-    needed = {FUNCTIONS[effect.way]: ARGUMENTS[effect.way]} | ({"start": 1} if effect.memory else {})
-    for name, before in needed.items():
-        function = getattr(module, name, None)
-        if not callable(function):
-            return f"the file holds no function {name}"
-        if name == "torque" and not hasattr(function, "py_func"):
-            return "torque must be compiled: write @inlined above it (from synth.effects.compiled)"
-        taken = getattr(function, "py_func", function).__code__.co_argcount
-        if taken != before + len(names):
-            return f"{name} takes {taken} arguments, not {before} and then {', '.join(names)}"
-    return ""
+        if other != str(path):
+            raise WrongEffect(f"is the name of an effect in {other}; choose another")

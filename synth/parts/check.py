@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
+from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
+from synth.parts.coil_rate import rate
 from synth.parts.rows import CurvePointRow, DamperRow, GearMotorRow, MaterialRow, Row, TorsionSpringRow, WireRow
-from synth.spring.geometry import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
-from synth.spring.rate import rate
 
 DISAGREEMENT = 0.25  # published values this far apart cannot both be right: vendors' own tolerance is 10 %
 

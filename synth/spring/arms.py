@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from synth.spring.geometry import Convention
+from synth.parts.coil_angle import Convention
 
 
 def bend_factor(bend_radius: float, wire_diameter: float) -> float:

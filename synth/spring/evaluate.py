@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from synth.errors import UserError
+from synth.parts import coil_angle
+from synth.parts.coil_rate import active_coils, energy, rate
 from synth.parts.wire import WireMaterial
-from synth.spring import arms, fatigue, geometry, space, stress, winding
-from synth.spring.rate import active_coils, energy, rate
+from synth.spring import arms, fatigue, space, stress, winding
 from synth.spring.result import SpringDesign, SpringLimits, SpringTask, Violation
 
 SLACK = 1e-9  # relative: a limit reached exactly is kept
@@ -63,7 +64,7 @@ def check_spring(
     moment = used * max(travel, task.opening_travel)
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
-    angle = geometry.included_angle(body_coils, task.convention) if included_angle is None else included_angle
+    angle = coil_angle.included_angle(body_coils, task.convention) if included_angle is None else included_angle
     opened = space.wound_mean_diameter(mean, body_coils, -min(task.opening_travel, 0.9 * math.tau * body_coils))
     bent = None if task.convention == "tangent" else (task.limits.bend_radius or d)
     design = SpringDesign(
@@ -154,9 +155,9 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
     yield from above("index", design.index, limits.index_range[1], "spring index", 1.0, "")
     yield from below("coils", design.body_coils, limits.min_coils, "body coils", 1.0, "")
     yield from above("coils", design.body_coils, limits.max_coils, "body coils", 1.0, "")
-    mismatch = geometry.angle_mismatch(design.body_coils, design.included_angle, design.convention)
-    if abs(mismatch) > geometry.TOLERANCE:
-        given = math.degrees(geometry.included_angle(design.body_coils, design.convention))
+    mismatch = coil_angle.angle_mismatch(design.body_coils, design.included_angle, design.convention)
+    if abs(mismatch) > coil_angle.TOLERANCE:
+        given = math.degrees(coil_angle.included_angle(design.body_coils, design.convention))
         stated = math.degrees(design.included_angle)
         coils = f"{design.body_coils:.4g} coils with {design.convention} legs"
         text = f"included angle {stated:.4g} deg, but {coils} give {given:.4g} deg"

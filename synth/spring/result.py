@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from synth.parts.coil_angle import Convention
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.fatigue import Life
-from synth.spring.geometry import Convention
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.units import quantity
 

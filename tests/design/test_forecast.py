@@ -10,13 +10,13 @@ import pytest
 from synth.design.dampers import DamperOption
 from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, PartLanes
+from synth.design.response import Release, WantedResponse
 from synth.design.springs import SpringOption
 from synth.files.options import ToleranceOptions
 from synth.model.chain import Conditions
 from synth.model.leg import Damper, Joint, Leg, Link, Spring
 from synth.parts.arrangement import Arrangement
 from synth.parts.catalog import Catalogue
-from synth.parts.response import Release, WantedResponse
 
 TIME = np.linspace(0.0, 6.0, 241)
 NONE = ToleranceOptions(1e-9, 1e-9, 1e-9, 1e-9, 0.0)

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth.design.response import Release, WantedResponse
 from synth.model.chain import Conditions
 from synth.model.leg import Damper, Joint, Leg, Link, Spring
 from synth.model.mechanics import rest_pose
-from synth.parts.response import Release, WantedResponse
 
 LEG = Leg(
     "two links",

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from synth.design.dampers import DamperChoiceMade, DamperOption
+from synth.design.response import Release, WantedResponse
 from synth.design.sets import SetsMade, choose_sets
 from synth.design.springs import SpringChoiceMade, SpringSource, Travel, sense_warning, spring_warnings, travels
 from synth.errors import UserError
@@ -17,7 +18,6 @@ from synth.model.chain import Conditions
 from synth.model.leg import Damper, Joint, Leg, Link, Spring
 from synth.model.mechanics import rest_pose
 from synth.parts.catalog import Catalogue
-from synth.parts.response import Release, WantedResponse
 
 TIME = np.linspace(0.0, 1.0, 101)
 TRAVEL = [Travel(radians(50.0), radians(10.0))]

@@ -9,6 +9,7 @@ import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED
+from synth.design.response import WantedResponse
 from synth.design.stages import releases as released
 from synth.design.told import Told, told
 from synth.fit.draws import DRAWS
@@ -16,7 +17,6 @@ from synth.fit.estimate import fit_leg
 from synth.fit.options import FitOptions
 from synth.fit.result import FitResult
 from synth.model.leg import Leg
-from synth.parts.response import WantedResponse
 
 
 def fit_of(leg: Leg, noise: float, **options: object) -> tuple[FitResult, WantedResponse]:

@@ -16,6 +16,7 @@ import synth.effects
 from effects.one_joint import INERTIA, RATE, leg
 from effects.test_mirror import GIVEN
 from synth.effects import effect_named, load_file, registered
+from synth.effects.users_own import blamed_on
 from synth.errors import UserError
 from synth.files.leg import read_leg, write_leg
 from synth.model.chain import compiled_chain, is_compiled, simulate
@@ -103,6 +104,20 @@ def test_an_edited_file_is_another_effect(magnet: Path) -> None:
         (("linear=True", "memory=True"), "no function start"),
         (("from math import sin", "from math import son"), "cannot be run: ImportError"),
         (("def torque(", "def torque(("), "cannot be run: SyntaxError"),
+        (('way="torque"', 'way="torq"'), "way='torq' is not allowed; write one of 'torque', 'leg'"),
+        (('way="torque"', "way=[]"), "way=[] is not allowed"),
+        (('way="torque"', 'way="torque", where="knee"'), "write one of 'joint', 'base'"),
+        (("EFFECT = ", "exit()\nEFFECT = "), "calls exit"),
+        (("EFFECT = ", "raise SystemExit(0)\nEFFECT = "), "calls exit"),
+        (('name="cogging"', "name=5"), "cannot be an effect's name"),
+        (('strengths=("strength",)', 'strengths="strength"'), "strengths must be a tuple of str"),
+        (('shapes=(Shape(("strength",), {}),)', "shapes=()"), "shapes is empty"),
+        (('Shape(("strength",), {})', 'Shape(("poles",), {})'), "frees poles, which has no prior"),
+        (('Shape(("strength",), {})', 'Shape(("strenght",), {})'), "a shape must name one of its parameters"),
+        (('"N*m", prior', '"furlongs", prior'), "'furlongs' is no unit"),
+        (("sin(poles * rotation), 0.0", "sin(poles * rotation)"), "torque must give two numbers"),
+        (("-strength * sin", "-strength - sin"), "torque must be 0 where every parameter is off"),
+        (("-strength * sin", "-strength * str"), "torque fails when it is called: TypingError"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(magnet: Path, change: tuple[str, str], words: str) -> None:
@@ -115,9 +130,78 @@ def test_what_is_wrong_with_a_file_is_said(magnet: Path, change: tuple[str, str]
     problem = caught.value.problems[0]
     assert words in problem.text
     assert problem.file == str(magnet)
+    assert "\n" not in problem.text
     if "cannot be run" in words:
         assert problem.line == (4 if "ImportError" in words else 12)
     assert "cogging" not in [effect.name for effect in registered()]
+
+
+SHIFT = """
+from synth.effects import Effect, Parameter, Shape
+from synth.effects.effect import signed
+
+
+def read(time, rotation, rate, sign, zero, shift):
+    return rotation + shift
+
+
+EFFECT = Effect(
+    name="slipped",
+    meaning="a reading that slipped",
+    formula="reading + shift",
+    source="definition",
+    way="reading",
+    parameters=(Parameter("shift", "rad", prior=signed(0.1)),),
+    strengths=("shift",),
+    shapes=(Shape(("shift",), {}),),
+)
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("", ""), ""),
+        (("rotation + shift", "rotation[:, 0] + shift[0]"), "read must give an array of the rotation's shape"),
+        (("rotation + shift", "rotation + shift / missing"), "read fails in line 7 when it is called: NameError"),
+        (('"reading"', '"leg"'), "no function change"),
+        (('"reading"', '"structure"'), "no function extend"),
+        (('way="reading",', ""), "cannot be run: TypeError: Effect.__init__() missing 1 required"),
+    ],
+)
+def test_a_function_that_fails_is_found_before_any_work(magnet: Path, change: tuple[str, str], words: str) -> None:
+    magnet.write_text(SHIFT.replace(*change))
+    if not words:
+        assert load_file(magnet).name == "slipped"
+        return
+    with pytest.raises(UserError) as caught:
+        load_file(magnet)
+    assert words in caught.value.problems[0].text
+
+
+def test_a_function_that_changes_what_it_should_not_is_found(magnet: Path) -> None:
+    change = SHIFT.replace("def read(time, rotation, rate, sign, zero, shift)", "def change(legs, joint, sign, shift)")
+    change = change.replace("return rotation + shift", "legs.mass[joint] *= 1.1").replace('"reading"', '"leg"')
+    magnet.write_text(change)
+    with pytest.raises(UserError, match="change must change nothing where every parameter is off; it changes mass"):
+        load_file(magnet)
+    magnet.write_text(change.replace("*= 1.1", "*= 1.0 + shift"))
+    assert load_file(magnet).way == "leg"
+
+
+def test_a_fault_of_the_users_effect_while_it_is_used_names_its_line(magnet: Path) -> None:
+    magnet.write_text(SHIFT.replace("return rotation + shift", "return rotation + 1 // int(len(time) != 7) * shift"))
+    effect = load_file(magnet)
+    with pytest.raises(UserError, match="ZeroDivisionError") as caught, blamed_on({str(magnet): "mine.py"}):
+        effect.function()(np.zeros(7), np.zeros((7, 1)), np.zeros((7, 1)), 1, 0.0, np.zeros(1))
+    assert (caught.value.problems[0].file, caught.value.problems[0].line) == ("mine.py", 7)
+
+
+def test_a_pipe_or_a_folder_is_no_effect(magnet: Path, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.py")
+    for name in ("pipe.py", "."):
+        with pytest.raises(UserError, match="no regular file"):
+            load_file(tmp_path / name)
 
 
 def test_two_files_cannot_share_a_name_and_one_must_be_there(magnet: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -210,7 +211,8 @@ def test_entries(tmp_path: Path) -> None:
     [
         (["b.csv"], "did you mean a.csv"),
         (["x/*.csv"], "matches no file"),
-        (["a.csv", "*.csv"], "listed twice (item 1 names it too)"),
+        (["a.csv", "a*.csv"], "listed twice (item 1 names it too)"),
+        (["*.csv"], '"loop.csv", a link that leads nowhere'),
         (["a.csv", "./a.csv"], "listed twice"),
         (["../a.csv"], "leads out"),
         (["../*.csv"], ".."),
@@ -251,6 +253,32 @@ def test_links_that_lead_out_are_refused(tmp_path: Path, entry: str) -> None:
     (project / "sub").symlink_to(tmp_path / "secret")
     with pytest.raises(UserError, match="by a link"):
         read_trials([entry], project, LEG)
+
+
+@pytest.mark.parametrize("pattern", ["t/*.csv", "*/b.csv", "**/*.csv"])
+def test_a_link_that_leads_nowhere_is_named_and_not_passed_over(tmp_path: Path, pattern: str) -> None:
+    put(tmp_path, csv_text(), "t/a.csv")
+    put(tmp_path, csv_text(), "u/b.csv")
+    (tmp_path / "t" / "b.csv").symlink_to("gone.csv")
+    with pytest.raises(UserError, match=r't/b\.csv", a link that leads nowhere'):
+        read_trials([pattern], tmp_path, LEG)
+
+
+def test_a_folder_with_the_ending_of_a_recording_is_named_and_other_folders_are_passed_over(tmp_path: Path) -> None:
+    put(tmp_path, csv_text(), "t/a.csv")
+    (tmp_path / "t" / "old").mkdir()
+    assert [trial.name for trial in read_trials(["t/*"], tmp_path, LEG)] == ["t/a.csv"]
+    (tmp_path / "t" / "b.csv").mkdir()
+    with pytest.raises(UserError, match=r't/b\.csv", which is a folder'):
+        read_trials(["t/*.csv"], tmp_path, LEG)
+
+
+def test_a_recording_whose_name_is_not_utf_8_is_named(tmp_path: Path) -> None:
+    put(tmp_path, csv_text())
+    (tmp_path / os.fsdecode(b"b\xff.csv")).write_text(csv_text())
+    with pytest.raises(UserError, match="is not UTF-8") as caught:
+        read_trials(["*.csv"], tmp_path, LEG)
+    assert "b\\xff.csv" in str(caught.value)
 
 
 def test_a_link_inside_is_followed(tmp_path: Path) -> None:

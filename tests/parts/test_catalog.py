@@ -12,8 +12,8 @@ import pytest
 from synth.errors import UserError
 from synth.parts.catalog import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
 from synth.parts.check import contradictions, geometric_rates, missing
+from synth.parts.coil_angle import angle_mismatch
 from synth.parts.rows import FAMILIES, Row, TorsionSpringRow
-from synth.spring.geometry import angle_mismatch
 from synth.units import factor
 
 CATALOGUE = Catalogue.load()

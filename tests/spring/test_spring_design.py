@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from synth.errors import UserError
+from synth.parts import coil_angle
 from synth.parts.catalog import Catalogue
-from synth.spring import geometry, space, stress
+from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
+from synth.spring import space, stress
 from synth.spring.design import SpringWish, candidates, design_spring
 from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.rate import active_coils, coil_product, mean_diameter_for, rate
 from synth.spring.result import SpringDesign, SpringLimits, SpringTask
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
@@ -40,7 +41,7 @@ def _re_evaluated(design: SpringDesign) -> float:
     length=st.floats(0.01, 0.08),
     arbor=st.floats(0.002, 0.02),
     leg=st.floats(0.0, 0.05),
-    convention=st.sampled_from(geometry.CONVENTIONS),
+    convention=st.sampled_from(coil_angle.CONVENTIONS),
     material=st.sampled_from(["music wire", "stainless 302", "chrome silicon", "hard drawn"]),
 )
 def test_whatever_is_designed_has_the_rate_and_keeps_every_limit(
@@ -51,7 +52,7 @@ def test_whatever_is_designed_has_the_rate_and_keeps_every_limit(
     length: float,
     arbor: float,
     leg: float,
-    convention: geometry.Convention,
+    convention: coil_angle.Convention,
     material: str,
 ) -> None:
     catalogue = Catalogue.load()
@@ -80,7 +81,7 @@ def test_whatever_is_designed_has_the_rate_and_keeps_every_limit(
         assert closed <= length * (1 + 1e-9)
         inside = design.mean_diameter * design.body_coils / (design.body_coils + design.travel / math.tau)
         assert inside - design.wire_diameter >= arbor
-        mismatch = geometry.angle_mismatch(design.body_coils, math.radians(angle), convention)
+        mismatch = coil_angle.angle_mismatch(design.body_coils, math.radians(angle), convention)
         assert mismatch == pytest.approx(0.0, abs=1e-9)
         assert 4.0 <= design.index <= 20.0
 
@@ -239,29 +240,29 @@ class TestIncludedAngle:
         [(3.25, 90.0), (5.25, 90.0), (7.0, 180.0), (11.5, 0.0), (7.17, 118.8), (6.17, 118.8)],
     )
     def test_tangent_legs_of_catalogue_springs(self, coils: float, degrees: float) -> None:
-        assert math.degrees(geometry.included_angle(coils)) == pytest.approx(degrees, abs=1e-9)
+        assert math.degrees(coil_angle.included_angle(coils)) == pytest.approx(degrees, abs=1e-9)
 
-    @given(st.floats(0.0, math.tau - 1e-6), st.integers(1, 20), st.sampled_from(geometry.CONVENTIONS))
-    def test_round_trip(self, angle: float, whole: int, convention: geometry.Convention) -> None:
-        coils = geometry.coils_for_angle(whole, angle, convention)
+    @given(st.floats(0.0, math.tau - 1e-6), st.integers(1, 20), st.sampled_from(coil_angle.CONVENTIONS))
+    def test_round_trip(self, angle: float, whole: int, convention: coil_angle.Convention) -> None:
+        coils = coil_angle.coils_for_angle(whole, angle, convention)
         assert whole <= coils < whole + 1
-        back = geometry.included_angle(coils, convention)
+        back = coil_angle.included_angle(coils, convention)
         assert math.remainder(back - angle, math.tau) == pytest.approx(0.0, abs=1e-9)
 
     def test_thesis_hip_is_by_no_convention(self) -> None:
         with pytest.raises(
             UserError, match=r"1\.04 coils with tangent legs give 165\.6 deg; 105 deg takes 1\.208 coils"
         ):
-            geometry.require_agreement(1.04, math.radians(105.0))
+            coil_angle.require_agreement(1.04, math.radians(105.0))
         for convention in ("radial", "axial"):
             with pytest.raises(UserError, match="contradict each other"):
-                geometry.require_agreement(1.04, math.radians(105.0), convention)  # type: ignore[arg-type]
+                coil_angle.require_agreement(1.04, math.radians(105.0), convention)  # type: ignore[arg-type]
 
     def test_convention_that_would_fit_is_named(self) -> None:
-        geometry.require_agreement(5.25, math.radians(90.0), "radial")
-        geometry.require_agreement(6.17, math.radians(120.0))
+        coil_angle.require_agreement(5.25, math.radians(90.0), "radial")
+        coil_angle.require_agreement(6.17, math.radians(120.0))
         with pytest.raises(UserError, match="With radial or axial legs they agree"):
-            geometry.require_agreement(5.17, math.radians(61.2))
+            coil_angle.require_agreement(5.17, math.radians(61.2))
 
 
 class TestBadInput:

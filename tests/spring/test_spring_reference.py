@@ -7,8 +7,8 @@ import math
 import pytest
 
 from synth.parts.catalog import Catalogue
+from synth.parts.coil_rate import active_coils, energy, rate
 from synth.spring import arms, fatigue, space, stress
-from synth.spring.rate import active_coils, energy, rate
 
 INCH = 0.0254
 PSI = 6894.757293168

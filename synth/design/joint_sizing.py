@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from synth.commands.arguments import near_miss
 from synth.design.leg_design import LegDesign, fastest_rates
 from synth.errors import Problem, UserError
 from synth.model.curves import torque_at
@@ -17,7 +16,6 @@ from synth.model.mechanics import rest_pose
 
 if TYPE_CHECKING:
     from cad import JointDimensions, LegDimensions, PrintDimensions
-    from synth.files.leg_project import LegProject
 
 MARGIN = 5.0  # deg, of travel drawn beyond what the leg does where the leg file gives no range
 
@@ -28,22 +26,6 @@ class Solids:
 
     dimensions: LegDimensions
     notes: tuple[str, ...]
-
-
-def require_known_joints(project: LegProject) -> None:
-    """Raise UserError where ``cad.damper_shafts`` names a joint that the target does not have."""
-    names = project.target.joint_names
-    problems = [
-        Problem(
-            f'"{name}" is no joint of the target{near_miss(name, names)}; its joints are {", ".join(names)}',
-            str(project.path),
-            key="cad.damper_shafts",
-        )
-        for name in project.cad.damper_shafts
-        if name not in names
-    ]
-    if problems:
-        raise UserError(problems)
 
 
 def dimensions_of(design: LegDesign) -> Solids:
