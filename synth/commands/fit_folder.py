@@ -18,7 +18,7 @@ from synth.batch.local import run_here
 from synth.batch.one_fit import fit_files, ready
 from synth.batch.summary import Failed, fits_json, messages, table
 from synth.errors import Problem, UserError
-from synth.files.output import output_folder, write_csv, write_json
+from synth.files.output import output_folder, place, write_csv, write_json
 from synth.files.projects import read_fit_project
 from synth.parts.catalog import Catalogue
 from synth.parts.resolver import resolver
@@ -151,7 +151,7 @@ def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed]) -> 
     without = {item.name for item in failed}
     fitted = [name for name in names if name not in without]
     for name in fitted:
-        shutil.copytree(kept.files(name), folder / "legs" / name)
+        shutil.copytree(kept.files(name), place(folder / "legs", name))
     content = fits_json(folder, fitted, failed)
     write_json(folder / "fits.json", content)
     write_csv(folder / "fits.csv", table(content))

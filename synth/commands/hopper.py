@@ -144,7 +144,7 @@ def _report(found: Any, folder: Path, parts: dict[str, Any]) -> None:
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:
     """One of the study's three experiments on recorded data."""
     from synth.files import hopper_recordings as files
-    from synth.files.output import output_folder, write_csv, write_json
+    from synth.files.output import output_folder, place, write_csv, write_json
     from synth.hopper import write_identified as write
     from synth.hopper.identify_damping import identify_damping
     from synth.hopper.identify_motor import identify_motor
@@ -163,7 +163,7 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
             result = validate(jumps, Catalogue.load(jumps.design.catalogs))
             write_csv(folder / "first_jump.csv", result.curves)
             found = write.head(kind, jumps.name, jumps.inputs) | write.validation_json(result)
-        write_json(folder / f"{kind.removeprefix('hopper-')}.json", found)
+        write_json(place(folder, f"{kind.removeprefix('hopper-')}.json"), found)
     for line in write.lines(found):
         progress.say(line)
     progress.say(f"result: {Path(arguments.out) / (kind.removeprefix('hopper-') + '.json')}")

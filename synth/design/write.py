@@ -18,7 +18,7 @@ from synth.design.springs import SpringOption
 from synth.files.curve import write_curve
 from synth.files.leg import write_leg
 from synth.files.mjcf import write_mjcf
-from synth.files.output import sha256_file, stems, write_csv
+from synth.files.output import place, sha256_file, stems, write_csv
 from synth.fit.result import TrialFit
 from synth.model.leg import Array
 from synth.units import quantity
@@ -37,11 +37,11 @@ def write_files(design: LegDesign, folder: Path) -> None:
     curves.mkdir()
     for joint in design.built.joints:
         if joint.damper is not None and joint.damper.curve is not None:
-            write_curve(joint.damper.curve, curves / f"{joint.name}.csv")
+            write_curve(joint.damper.curve, place(curves, f"{joint.name}.csv"))
     for name, law in design.laws.items():
-        write_curve(law.used.curve, curves / f"{name}_measured.csv")
+        write_curve(law.used.curve, place(curves, f"{name}_measured.csv"))
         for fit in law.fits:
-            write_curve(fit.curve, curves / f"{name}_{fit.law.name}.csv")
+            write_curve(fit.curve, place(curves, f"{name}_{fit.law.name}.csv"))
     write_fit_responses(design.source, folder / "responses" / "source")
     _write_target_responses(design, folder / "responses" / "target")
 
@@ -60,7 +60,7 @@ def _write_target_responses(design: LegDesign, folder: Path) -> None:
             columns[f"{name} animal [deg]"] = np.degrees(trial.measured[:, j] - shift[j])
             columns[f"{name} wanted [deg]"] = np.degrees(leg.to_measured(wanted)[:, j])
             columns[f"{name} built [deg]"] = np.degrees(leg.to_measured(built)[:, j])
-        write_csv(folder / f"{stem}.csv", columns)
+        write_csv(place(folder, f"{stem}.csv"), columns)
 
 
 def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: dict[str, Any]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.output import write_text
 from synth.files.table import in_si, read_table
 from synth.model.leg import DamperCurve
 
@@ -55,4 +56,4 @@ def read_curve(path: Path) -> DamperCurve:
 def write_curve(curve: DamperCurve, path: Path) -> None:
     """Write the curve in SI at full precision; ``read_curve`` gives back the same numbers."""
     rows = [f"{speed!r},{torque!r}\n" for speed, torque in zip(curve.speed, curve.torque, strict=True)]
-    path.write_text("speed [rad/s],torque [N*m]\n" + "".join(rows), encoding="utf-8")
+    write_text(path, "speed [rad/s],torque [N*m]\n" + "".join(rows))

@@ -13,7 +13,7 @@ from synth.files.leg import PartResolver
 from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default
 from synth.files.trials import Trial
-from synth.files.validate import Quantity
+from synth.files.validate import Quantity, Title
 from synth.model.leg import Damper, Leg, Spring
 
 HALF_DEGREE = radians(0.5)
@@ -48,7 +48,7 @@ class _GapFile:
     leg: Annotated[str, Field(examples=["nominal.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     tolerance: Any = None
-    name: str | None = None
+    name: Title | None = None
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
 

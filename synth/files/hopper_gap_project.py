@@ -20,7 +20,7 @@ from synth.files.paths import inside, matching
 from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default
 from synth.files.table import read_table
-from synth.files.validate import FileModel, Quantity, check_part, gathering
+from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
 from synth.files.yaml_lines import load
 from synth.model.leg import Array
 
@@ -111,7 +111,7 @@ class _GapFile:
     motor: str | None = None
     length: Length | None = None
     tolerance: Any = None
-    name: str | None = None
+    name: Title | None = None
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
 

@@ -15,7 +15,7 @@ from synth.errors import UserError
 from synth.files.leg import PartResolver
 from synth.files.paths import matching
 from synth.files.reading import InputFile, ProjectReader
-from synth.files.validate import Quantity
+from synth.files.validate import Quantity, Title
 from synth.model.leg import Leg
 
 Window = tuple[float, float]
@@ -77,7 +77,7 @@ class _ImportFile:
     mirror: bool = False
     roll: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
     release: Cuts = "cut"
-    name: str | None = None
+    name: Title | None = None
 
 
 @dataclass(frozen=True)

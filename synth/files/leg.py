@@ -15,10 +15,13 @@ from synth import units
 from synth.effects import Effect, registered
 from synth.errors import Problem, UserError
 from synth.files.curve import read_curve, write_curve
+from synth.files.names import name_fault, same_file
+from synth.files.output import write_text
 from synth.files.paths import inside
 from synth.files.validate import (
     FileModel,
     Quantity,
+    Title,
     check_kind,
     check_part,
     gathering,
@@ -35,7 +38,6 @@ COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, not t
 # (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
 PartResolver = Callable[[Literal["spring", "damper"], str], float | Damper]
 
-_FREE_NAME = re.compile(r"[^\s\[\],;:\"'#][^\[\],;:\"'#\n\r\t]*")
 _TAKEN = ("time", "base", "all")
 
 
@@ -49,7 +51,7 @@ class _Link(FileModel):
 class _Spring(FileModel):
     rate: Annotated[float, Quantity("N*m/rad", least=0)] | None = None
     free_angle: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
-    part: str | None = None
+    part: Title | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> _Spring:
@@ -61,7 +63,7 @@ class _Spring(FileModel):
 class _Damper(FileModel):
     rate: Annotated[float, Quantity("N*m*s/rad", least=0)] | None = None
     curve: str | None = None
-    part: str | None = None
+    part: Title | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> _Damper:
@@ -85,8 +87,9 @@ class _Joint(FileModel):
     @field_validator("name")
     @classmethod
     def _name(cls, name: str) -> str:
-        if not _FREE_NAME.fullmatch(name) or name != name.strip() or len(name) > 60:
-            raise refusal(f'"{name}" cannot be a joint\'s name: columns are called so; use letters and digits')
+        fault = name_fault(name)
+        if fault is not None:
+            raise refusal(f'"{name[:60]}" cannot be a joint\'s name: it {fault}')
         if name in _TAKEN or name.endswith((" velocity", " torque")):
             raise refusal(f'"{name}" cannot be a joint\'s name: it has another meaning in these files')
         return name
@@ -108,7 +111,7 @@ class _Joint(FileModel):
 
 class _Leg(FileModel):
     kind: str
-    name: Annotated[str, Field(min_length=1, max_length=200, examples=["dog hind leg"])]
+    name: Annotated[Title, Field(examples=["dog hind leg"])]
     gravity: Annotated[float, Quantity("m/s^2", least=0, most=1000)] = 9.81
     tilt: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
     # Joints are checked one by one, so that one's mistake doesn't hide what the others' files and parts hold.
@@ -194,7 +197,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
     if leg.effects:
         whole["effects"] = [_effect_text(name, leg.effects[name], specifications[name]) for name in leg.effects]
     text = yaml.safe_dump(whole, sort_keys=False, default_flow_style=None, allow_unicode=True, width=1000)
-    path.write_text(text, encoding="utf-8")
+    write_text(path, text)
 
 
 def _allowed(effects: Sequence[Effect] | None) -> dict[str, Effect]:
@@ -234,6 +237,10 @@ def _check_semantics(document: Document, problems: list[Problem]) -> None:
         if isinstance(name, str) and name in names:
             problems.append(document.problem(f'"{name}" is used twice (first in line {names[name]}); rename one', key))
         elif isinstance(name, str):
+            alike = same_file(names, name)
+            if alike is not None:
+                text = f'"{name}" and "{alike}" (line {names[alike]}) would share their files; rename one'
+                problems.append(document.problem(text, key))
             names[name] = document.line(key)
         link = joint.get("link")
         if isinstance(link, dict) and {"com", "length"} <= link.keys():

@@ -24,6 +24,7 @@ from synth.files.joint_curves import (
     spring_terms,
     without_held,
 )
+from synth.files.output import write_text
 from synth.model.leg import Array, Joint, Leg, Link
 from synth.model.mechanics import coefficients, mass_matrix
 
@@ -149,4 +150,4 @@ def _off(what: str, error: float) -> str:
 
 def write_mjcf(leg: Leg, fastest: Array, path: Path) -> None:
     """Write ``mjcf_text``."""
-    path.write_text(mjcf_text(leg, fastest), encoding="utf-8")
+    write_text(path, mjcf_text(leg, fastest))

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from synth.files.schema import Because
-from synth.files.validate import Quantity
+from synth.files.validate import Quantity, Title
 
 Length = Annotated[float, Quantity("m", above=0)]
 Pressure = Annotated[float, Quantity("Pa", above=0)]
@@ -78,7 +78,7 @@ class SpringChoice:
         bool | None, Because("a bought spring where one meets the constraints, else one to wind", "as it comes")
     ] = None
     wire: str | None = None
-    part: str | None = None
+    part: Title | None = None
     rate_tolerance: Annotated[Share, Because("vendors keep a torsion spring's rate within about 10 %")] = 0.1
     included_angle: Annotated[Turn | None, Because("the joint's arm offset takes up any angle", "any")] = None
     travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
@@ -106,7 +106,7 @@ class DamperChoice:
 
     direction: Annotated[Literal["both", "one"], Because("a free swing goes both ways")] = "both"
     travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
-    part: str | None = None
+    part: Title | None = None
     max_outer_diameter: Annotated[Length | None, Because("none was asked for", "no limit")] = None
     max_body_length: Length | None = None
     parallel: Annotated[Count, Because("room for one damper is drawn")] = 1

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from synth.errors import Problem, UserError
+from synth.files.names import unprinted
 
 GLOB_LIMIT = 5_000  # files that one pattern may match
 
@@ -19,7 +20,7 @@ def text_of(path: str | Path) -> str:
 
 
 def refuse_unreadable_name(path: str | Path) -> None:
-    """Refuse a file whose name is not UTF-8: results name the files that they rest on.
+    """Refuse a file whose name is not UTF-8 or holds control characters: results name the files that they rest on.
 
     Raises
     ------
@@ -30,6 +31,11 @@ def refuse_unreadable_name(path: str | Path) -> None:
         str(path).encode("utf-8")
     except UnicodeEncodeError:
         raise UserError(Problem(f'the name "{shown}" is not UTF-8 text; rename the file', shown)) from None
+    bad = unprinted(str(path))
+    if bad is not None:
+        raise UserError(
+            Problem(f'"{shown}" cannot be a file name: it holds the character {bad}; rename the file', shown)
+        )
 
 
 def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
@@ -142,6 +148,9 @@ def _is_meant(path: Path, name: str, pattern: str) -> bool:
 def _refuse_absolute(name: str) -> None:
     if not name.strip():
         raise UserError("a file name is needed here")
+    bad = unprinted(name)
+    if bad is not None:
+        raise UserError(f"{name[:60]!a} cannot be a file name: it holds the character {bad}; rename the file")
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or name.startswith(("~", "\\")):
         raise UserError(f'"{name}" is an absolute path; name the file relative to the folder of the file naming it')
 

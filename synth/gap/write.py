@@ -14,7 +14,7 @@ import synth
 from synth.effects import Effect, effect_named
 from synth.files.gap_project import GapProject
 from synth.files.leg import write_leg
-from synth.files.output import stems, write_csv, write_json
+from synth.files.output import place, stems, write_csv, write_json
 from synth.gap.misses import shrink_of_best
 from synth.gap.result import PHASES, Cause, GapResult, TrialGap
 from synth.model.leg import Array
@@ -36,8 +36,8 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
     (folder / "where").mkdir()
     for trial, name in zip(result.trials, names, strict=True):
         if trial.scored:
-            write_csv(folder / "predicted" / f"{name}.csv", predicted_columns(trial, joints))
-        write_csv(folder / "where" / f"{name}.csv", where_columns(trial, joints))
+            write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, joints))
+        write_csv(place(folder / "where", f"{name}.csv"), where_columns(trial, joints))
     write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
     write_json(folder / "gap.json", gap_json(result, project, names))
 

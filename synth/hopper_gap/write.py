@@ -12,7 +12,7 @@ import numpy as np
 import synth
 from synth.effects.motor_leg import motor_effect_named
 from synth.files.hopper_gap_project import HopperGapProject
-from synth.files.output import stems, write_csv, write_json
+from synth.files.output import place, stems, write_csv, write_json
 from synth.gap.result import PHASES
 from synth.gap.write import LIBRARIES, STAGES, described, rms, tolerance_settings
 from synth.hopper_gap.data import ANGLE, Jump
@@ -34,8 +34,8 @@ def write_gap(result: JumpGapResult, project: HopperGapProject, folder: Path) ->
     for i, name in enumerate(names):
         trial = result.gaps.trials[i]
         stages = {stage: getattr(result.gaps, stage)[i] for stage in STAGES}
-        write_csv(folder / "predicted" / f"{name}.csv", predicted_columns(trial, stages))
-        write_csv(folder / "where" / f"{name}.csv", _where_columns(result, i))
+        write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, stages))
+        write_csv(place(folder / "where", f"{name}.csv"), _where_columns(result, i))
     write_json(folder / "gap.json", gap_json(result, project, names))
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
+from synth.files.names import title_fault
 from synth.parts.headers import standard, standard_value
 from synth.parts.rows import FAMILIES, Row
 from synth.units import factor, header
@@ -20,6 +21,7 @@ MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
 MAX_PROBLEMS = 50  # a file of the wrong kind would give one a cell
 _OF_A_PART = {"direction", "continuous", "travel", "wire_diameter", "max_deflection"}  # no curve's table has these
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_TITLES = ("part", "vendor", "material")  # columns that lists of parts and pages show
 
 
 @dataclass(frozen=True)
@@ -212,6 +214,9 @@ def _cell(text: str, column: _Column) -> float | str:
     """One cell; the ValueError's text is the user's message."""
     rules = column.field.metadata
     if rules["unit"] is None:
+        fault = title_fault(text) if column.field.name in _TITLES else None
+        if fault is not None:
+            raise ValueError(f'"{text[:60]}" {fault}')
         if rules.get("choices"):
             text = standard_value(column.field.name, text)
         if rules.get("choices") and text not in rules["choices"]:
