@@ -13,6 +13,7 @@ from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.result import PHASES, Where
 from synth.motion.smoothing import smooth
 from synth.swing.damper_curves import torque_at
+from synth.swing.known_torque import averaged
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
@@ -49,8 +50,7 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
     known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
     if trial.recording.known_torque is not None:
-        times, torques = trial.recording.known_torque
-        known = known + np.stack([np.interp(smoothed.time, times, t) for t in torques.T], axis=1)
+        known = known + averaged(trial.recording.known_torque, smoothed.time)
     view = np.lib.stride_tricks.sliding_window_view
     starts = np.arange(0, count - support, max(1, support // 4))
     starts = starts[~view(smoothed.gap, support + 1)[starts].any(axis=1)]
