@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 STRAIGHT = 0.002  # of the largest known torque: a step of the integrator sees a pulse that is larger
 KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
