@@ -13,7 +13,7 @@ from synth.errors import Problem, UserError
 
 if TYPE_CHECKING:
     from synth.files.leg_project import LegProject
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
     from synth.parts.rows import DamperRow, TorsionSpringRow
 
 SHOWN = 2  # alternatives of each part on the screen
@@ -69,6 +69,22 @@ def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: 
     if problems:
         raise UserError(problems)
     return replace(project, parts=parts)
+
+
+def require_known_joints(project: LegProject) -> None:
+    """Raise UserError where ``cad.damper_shafts`` names a joint that the target does not have."""
+    names = project.target.joint_names
+    problems = [
+        Problem(
+            f'"{name}" is no joint of the target{near_miss(name, names)}; its joints are {", ".join(names)}',
+            str(project.path),
+            key="cad.damper_shafts",
+        )
+        for name in project.cad.damper_shafts
+        if name not in names
+    ]
+    if problems:
+        raise UserError(problems)
 
 
 def parts_text(design: Mapping[str, Any]) -> str:

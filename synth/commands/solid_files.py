@@ -1,0 +1,158 @@
+"""The solids of a design: drawn, gated, written, and what is to be said of them in ``design.json``."""
+
+from __future__ import annotations
+
+import json
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.design.joint_sizing import Solids, dimensions_of
+from synth.errors import Problem, UserError
+from synth.files.output import write_json
+from synth.files.stage_cache import StageCache, key_of
+
+if TYPE_CHECKING:
+    from cad import BuiltLeg, CheckResult, ExportedFile
+    from synth.design.leg_design import LegDesign
+
+RECORD = "solids.json"  # of a kept stage; not part of the output
+NOT_DRAWN: dict[str, Any] = {
+    "pictures": [],
+    "solids": {"drawn": False, "checks": [], "print": [], "parts": [], "notes": []},
+}
+
+
+def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures: bool) -> dict[str, Any]:
+    """Draw the joints into ``folder/parts`` where every gate holds, else a picture of each failure into ``checks``.
+
+    Returns
+    -------
+    What goes into ``design.json`` under ``pictures`` and ``solids``; ``solids.drawn`` tells which it was.
+
+    Raises
+    ------
+    UserError : dimensions from which no joint can be drawn, by name.
+    """
+    import cad
+
+    try:
+        solids = dimensions_of(design)
+    except cad.DimensionError as error:
+        raise _not_drawable(error, design) from None
+    key = key_of("solids", solids, pictures)
+    if not cache.fetch(key, folder):
+        try:
+            record, whole = _drawn(solids, folder, pictures=pictures)
+        except cad.DimensionError as error:
+            raise _not_drawable(error, design) from None
+        write_json(folder / RECORD, record)
+        if whole:
+            cache.keep(key, folder, ("parts", "checks", RECORD))
+    record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    (folder / RECORD).unlink()
+    shown = [f"parts/{item['path']}" for item in record.pop("files") if item["kind"] == "png"]
+    return {"pictures": [{"path": path, "caption": _caption(design, path)} for path in shown], "solids": record}
+
+
+def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
+    """Raise UserError with every failed gate where nothing was exported for that reason."""
+    failed = [check for check in solids["checks"] if not check["passed"]]
+    if not failed:
+        return
+    text = f"the joints are not exported, {len(failed)} of {len(solids['checks'])} checks failed; pictures in {report}"
+    raise UserError([Problem(text, str(project), key="cad"), *(Problem(c["text"], key="cad") for c in failed)])
+
+
+def _not_drawable(error: Any, design: LegDesign) -> UserError:
+    file = str(design.project.path)
+    hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
+    return UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems])
+
+
+def _drawn(solids: Solids, folder: Path, *, pictures: bool) -> tuple[dict[str, Any], bool]:
+    """Build, check and write; the record, and whether it is whole (pictures were asked for and drawn)."""
+    import cad
+
+    leg = cad.build_leg(solids.dimensions)
+    checks = cad.check_leg(leg)
+    passed = all(check.passed for check in checks)
+    notes, written, failures, whole = list(solids.notes), [], {}, True
+    try:
+        if passed:
+            written = cad.export_leg(leg, folder / "parts", checks=checks, pictures=False)
+            written += cad.draw_leg(leg, folder / "parts") if pictures else []
+        elif pictures:
+            failures = cad.draw_failures(leg, checks, folder / "checks")
+    except cad.PreviewError as error:
+        notes.append(str(error))
+        whole = False
+    return _record(leg, checks, written, failures, notes), whole
+
+
+def _record(
+    leg: BuiltLeg,
+    checks: tuple[CheckResult, ...],
+    written: list[ExportedFile],
+    failures: dict[str, CheckResult],
+    notes: list[str],
+) -> dict[str, Any]:
+    import cad
+
+    pictures = {check: f"checks/{name}" for name, check in failures.items()}
+    return {
+        "drawn": all(check.passed for check in checks),
+        "checks": [_check(check, pictures.get(check)) for check in checks],
+        "print": [
+            {"part": plan.part, "up": plan.up, "support": _value(plan.overhang, "mm^2"),
+             "size": [_value(size, "mm") for size in plan.size]}
+            for plan in cad.plan_leg(leg)
+        ],
+        "parts": _parts(leg),
+        "notes": notes,
+        "files": [{"path": item.path, "kind": item.kind} for item in written],
+    }  # fmt: skip
+
+
+def _check(check: CheckResult, picture: str | None) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "part": check.part,
+        "passed": check.passed,
+        "value": _value(check.value, check.unit),
+        "limit": _value(check.limit, check.unit),
+        "text": str(check),
+        **({"angle": _value(check.angle, "deg")} if check.angle is not None else {}),
+        **({"picture": picture} if picture is not None else {}),
+    }
+
+
+def _value(value: float, unit: str) -> dict[str, Any]:
+    return {"value": value, "unit": unit or "1"}
+
+
+def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
+    """Every part with how it is got and its mass, joint by joint."""
+    density, found = leg.dimensions.printing.density, []
+    for joint, link in zip(leg.joints, leg.links, strict=True):
+        for part in (*joint.parts, link):
+            mass = part.mass(density)
+            found.append(
+                {"part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
+                 "material": part.material, "mass": None if mass is None else _value(mass, "g"), "size": part.size}
+            )  # fmt: skip
+    return found
+
+
+def _caption(design: LegDesign, path: str) -> str:
+    """What a picture shows: the leg, a joint with its arm offset, or a part of a joint."""
+    stem = Path(path).stem
+    for index, name in enumerate(design.built.joint_names):
+        named = name.replace(" ", "_")
+        if stem == named or stem.startswith(f"{named}_"):
+            part = stem.removeprefix(named).lstrip("_").replace("_", " ")
+            offset = f"arm offset {degrees(design.arm_offset(index)):+.1f} deg"
+            return (
+                f"{name}, {part}" if part and part != "inside" else f"{name} joint{', cut open' * bool(part)}: {offset}"
+            )
+    return "the whole leg in its rest pose" if stem == "leg" else stem

@@ -1,0 +1,203 @@
+"""From a chosen design to the dimensions that ``cad`` draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil, degrees, floor, remainder
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from synth.design.leg_design import LegDesign, fastest_rates
+from synth.errors import Problem, UserError
+from synth.swing.damper_curves import torque_at
+from synth.swing.leg_model import Joint
+from synth.swing.mechanics import rest_pose
+
+if TYPE_CHECKING:
+    from cad import JointDimensions, LegDimensions, PrintDimensions
+
+MARGIN = 5.0  # deg, of travel drawn beyond what the leg does where the leg file gives no range
+
+
+@dataclass(frozen=True)
+class Solids:
+    """Dimensions of all joints that can be drawn, and a sentence for each thing that was assumed or left out."""
+
+    dimensions: LegDimensions
+    notes: tuple[str, ...]
+
+
+def dimensions_of(design: LegDesign) -> Solids:
+    """Dimensions of the built leg's joints; the pose drawn is where the leg rests.
+
+    Plates, pins and, where the project leaves it open, the shaft grow until they bear the joint's torque.
+    """
+    import cad
+
+    notes: list[str] = []
+    options = design.project.cad
+    printing = cad.PrintDimensions(
+        bed=(options.bed[0] * 1e3, options.bed[1] * 1e3, options.bed[2] * 1e3),
+        strength=options.print_strength * 1e-6,
+        between_layers=options.between_layers,
+        density=options.print_density * 1e-3,
+        safety=options.safety,
+    )
+    pose = np.degrees(design.built.to_measured(rest_pose(design.built)))
+    fastest = fastest_rates(design.built_motions, [release.time for release in design.wanted.releases])
+    joints = []
+    for j in range(len(design.built.joints)):
+        dimensions = _joint(design, j, float(pose[j]), float(fastest[j]), notes)
+        joints.append(_borne(design, dimensions, printing, notes))
+    return Solids(
+        cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=degrees(design.built.tilt), printing=printing),
+        tuple(notes),
+    )
+
+
+def _joint(design: LegDesign, j: int, rest: float, fastest: float, notes: list[str]) -> JointDimensions:
+    import cad
+
+    joint, options = design.built.joints[j], design.project.cad
+    assert joint.spring is not None
+    low, high = _range(design, j, rest)
+    dimensions = cad.JointDimensions(
+        name=joint.name,
+        spring=_spring(design, j, notes),
+        free_angle=degrees(joint.spring.free_angle),
+        rest_angle=rest,
+        range=(low, high),
+        zero_angle=degrees(joint.zero),
+        sign=joint.sign,
+        damper=_damper(design, j, notes),
+        link_length=joint.link.length * 1e3,
+        shaft_diameter=options.shaft_diameter * 1e3,
+        clearance=options.clearance * 1e3,
+        wall=options.wall * 1e3,
+        loads=cad.LoadDimensions(joint.spring.rate, _damper_torque(joint, fastest)),
+        mount=cad.MountDimensions() if options.mount and j == 0 else None,
+        springs=2 if _count(design, j, notes) == 2 else 1,
+        closes=design.springs.chosen[j].closes,
+    )
+    turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
+    if turned.upper_arm_angle != 0.0:
+        offset = remainder(turned.arm_offset, 360.0)
+        notes.append(
+            f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn at "
+            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm's shaft at {offset:+.1f} deg"
+        )
+    return turned
+
+
+def _damper_torque(joint: Joint, fastest: float) -> float:
+    """The damper's torque (N*m) at the joint's fastest speed, rad/s."""
+    if joint.damper is None:
+        return 0.0
+    if joint.damper.curve is not None:
+        return float(torque_at(joint.damper.curve, np.array(fastest)))
+    return (joint.damper.rate or 0.0) * fastest
+
+
+def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions, notes: list[str]) -> JointDimensions:
+    """The joint large enough for its loads, with an encoder's seat where that fits; what changed is noted."""
+    import cad
+
+    left_open = {default.key for default in design.project.defaults}
+    may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
+    grown = cad.sized(asked, printing, may)
+    changed = [
+        f"{name.replace('_', ' ')} {after:g} mm instead of {before:g}"
+        for name, before, after in (
+            ("pin_diameter", asked.pin_diameter, grown.pin_diameter),
+            ("plate", asked.plate, grown.plate),
+            ("floor", asked.floor_thickness, grown.floor_thickness),
+            ("shaft_diameter", asked.shaft_diameter, grown.shaft_diameter),
+        )
+        if after != before
+    ]
+    if changed:
+        notes.append(
+            f"{asked.name}: to bear the spring's {asked.spring_torque:.3g} N*m and the damper's "
+            f"{asked.loads.damper_torque:.3g} N*m: {', '.join(changed)}"
+        )
+    if not design.project.cad.encoder:
+        return grown
+    seated = replace(grown, encoder=cad.EncoderDimensions())
+    try:
+        return replace(seated, upper_arm_angle=cad.clear_upper_arm_angle(seated))
+    except cad.DimensionError as error:
+        notes.append(f"{asked.name}: no seat for an encoder is drawn: {error.problems[0]}")
+        return grown
+
+
+def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
+    """The leg file's range, else what the wanted and the built leg do with a margin; deg."""
+    joint = design.built.joints[j]
+    if joint.range is not None:
+        low, high = (degrees(angle) for angle in joint.range)
+        return min(low, rest), max(high, rest)
+    motions = [*design.wanted.motions, *design.built_motions]
+    angles = np.degrees(np.concatenate([design.built.to_measured(motion)[:, j] for motion in motions]))
+    return floor(min(angles.min(), rest) - MARGIN), ceil(max(angles.max(), rest) + MARGIN)
+
+
+def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
+    import cad
+
+    option, name = design.springs.chosen[j], design.built.joint_names[j]
+    if option.row is not None:
+        row = option.row
+        if row.wire_diameter is None or row.mean_diameter is None or row.body_coils is None:
+            text = f"{row.part} ({row.place}) cannot be drawn: {row.status}; leave the solids out with --no-cad"
+            raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
+        if row.leg_convention not in ("", "tangent"):
+            text = (
+                f"{row.part} ({row.place}) has {row.leg_convention} legs; the joints are drawn for tangent ones only: "
+                "choose another spring, or leave the solids out with --no-cad"
+            )
+            raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
+        hand = row.hand or "right"
+        if not row.hand:
+            notes.append(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand")
+        return cad.SpringDimensions(
+            row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(option.included_angle), hand=hand
+        )
+    made = option.design
+    assert made is not None
+    return cad.SpringDimensions(
+        made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle)
+    )
+
+
+def _count(design: LegDesign, j: int, notes: list[str]) -> int:
+    """How many equal springs the joint has; what that asks for is noted."""
+    option, name = design.springs.chosen[j], design.built.joint_names[j]
+    count = option.count if option.design is None else option.design.count
+    if count == 2:
+        notes.append(f"{name}: two springs, drawn as a mirrored pair: order or wind one right-hand and one left-hand")
+    elif count > 2:
+        notes.append(f"{name}: {count} springs stand side by side; one is drawn, and the pocket is for one")
+    return count
+
+
+def _damper(design: LegDesign, j: int, notes: list[str]) -> Any:
+    import cad
+
+    option, name = design.dampers.chosen[j], design.built.joint_names[j]
+    row, arrangement = option.row, option.arrangement
+    if arrangement.pieces > 1 or arrangement.ratio != 1.0:
+        notes.append(
+            f"{name}: {option.label}; one damper on the joint's own shaft is drawn, its gear or partner is not"
+        )
+    own = design.project.cad.damper_shafts.get(name)
+    adapter = cad.AdapterDimensions(output_diameter=own * 1e3) if own is not None else None
+    default = cad.DamperDimensions(adapter=adapter)
+    diameter = row.outer_diameter * 1e3 if row is not None and row.outer_diameter is not None else None
+    if diameter is None:
+        notes.append(
+            f"{name}: the catalogue does not give the damper's size; the bracket is drawn for "
+            f"{default.outer_diameter:g} mm across and screws on a circle of {default.bolt_circle:g} mm. Measure yours"
+        )
+        return default
+    return cad.DamperDimensions(outer_diameter=diameter, bolt_circle=diameter + 10.0, adapter=adapter)
