@@ -15,6 +15,7 @@ import numpy as np
 
 from synth.fit.recordings import Recording
 from synth.model.curves import torque_at
+from synth.model.known_torque import averaged
 from synth.model.leg import Array, DamperCurve, Leg
 from synth.model.mechanics import coefficients, momentum_and_force
 
@@ -65,8 +66,7 @@ class WeakForm:
             found = coefficients(leg, recording.conditions.tip_mass)
             momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
             if recording.known_torque is not None:
-                times, torques = recording.known_torque
-                force = force + np.stack([np.interp(smoothed.time, times, torques[:, j]) for j in range(n)], axis=1)
+                force = force + averaged(recording.known_torque, smoothed.time)
             for j, curve in enumerate(self.curves):
                 if curve is not None:
                     force[:, j] -= torque_at(curve, smoothed.rate[:, j])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from synth.gap.data import GapTrial
 from synth.gap.result import PHASES, Where
 from synth.model.curves import torque_at
+from synth.model.known_torque import averaged
 from synth.model.leg import Array, Leg
 from synth.model.mechanics import coefficients, momentum_and_force
 from synth.motion.smoothing import smooth
@@ -48,8 +49,7 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
     known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
     if trial.recording.known_torque is not None:
-        times, torques = trial.recording.known_torque
-        known = known + np.stack([np.interp(smoothed.time, times, t) for t in torques.T], axis=1)
+        known = known + averaged(trial.recording.known_torque, smoothed.time)
     view = np.lib.stride_tricks.sliding_window_view
     starts = np.arange(0, count - support, max(1, support // 4))
     starts = starts[~view(smoothed.gap, support + 1)[starts].any(axis=1)]

@@ -17,6 +17,7 @@ from numba.core.types import WrapperAddressProtocol
 
 from synth.effects import Effect, effect_named, registered
 from synth.model import generate
+from synth.model.known_torque import for_integrator
 from synth.model.lanes import LegLanes
 from synth.model.layout import LANES, MOST_MEMORIES, WORKING, Law, Layout
 from synth.model.leg import Array, Leg
@@ -248,10 +249,9 @@ class Chain:
         because it diverged or needed more than ``max_steps``.
         """
         n, n_lane = self.layout.n, lanes.shape[1]
-        given = known_torque or (np.zeros(0), np.zeros((0, n)))
-        known = tuple(np.ascontiguousarray(array, dtype=float) for array in given)
+        known = for_integrator(known_torque, n)
         times = np.ascontiguousarray(times, dtype=float)
-        limits = (tolerance, tolerance, FIRST_STEP)
+        limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * len(known[0])  # it may end at every knot
         shown, width = 2 * n if rates else n, -(-n_lane // LANES) * LANES
         result = np.empty((len(times), shown, width))
         out = result.reshape(-1)
@@ -265,7 +265,7 @@ class Chain:
             workspace[:, group.shape[1] :] = group[:, :1]
             states = self._states(active, workspace)
             integrate(
-                *functions, workspace, flat, n, states, active, known, times, limits, max_steps, out,
+                *functions, workspace, flat, n, states, active, known, times, limits, steps, out,
                 (shown, width, first), room,
             )  # fmt: skip
         return result[:, :, :n_lane]

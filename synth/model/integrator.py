@@ -42,12 +42,14 @@ _K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _A, _SLIDES, 
     k * _ROOM for k in range(ROOMS)
 )
 _PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
+SAME_TIME = 1e-11  # s, by which a step that ends at a knot of the known torque may miss it
+MANY, PATIENCE = 1 << 40, 10  # steps that pass few knots after one with more was refused; more makes no difference
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
 _chain = types.FunctionType(types.void(float64[::1]))
 _extra = types.FunctionType(types.void(float64[::1], int64, int64[::1])) if WHOLE else int64
 _loaded = _chain if WHOLE else int64
-_known = types.Tuple((float64[::1], float64[:, ::1]))
+_known = types.Tuple((float64[::1], float64[:, ::1], float64[::1]))
 _state = types.Tuple((uint64[::1], uint64[::1], float64[::1], int64[:, ::1], int64[:, ::1]))
 _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _loaded, _loaded, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
@@ -64,7 +66,7 @@ _often: dict[str, Any] = {"inline": "never" if WHOLE else "always", **_called}
 @njit(**_called)
 def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
     """Add a known torque, linear between its samples and the same in every lane; returns the new cursor."""
-    times, torques = known
+    times, torques, _ = known
     if len(times) > 1:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
             cursor += 1
@@ -77,6 +79,44 @@ def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untype
                 e = _TORQUE + j * LANES + lane
                 Z[e] = (Z[e] if any_active else 0.0) + torque
     return cursor
+
+
+@njit(**_once)
+def _within_torque(n, known, cursor, t, h, most):  # type: ignore[no-untyped-def]
+    """The step, cut to end at a knot of the known torque where its stages would not see what it does between.
+
+    It passes knots as long as the torque stays near the straight line between the step's ends, and fewer than ``most``.
+    Returns the step, how many knots it passes, and how far the first of them is.
+    """
+    times, torques, bend = known
+    first = cursor
+    while first < len(times) and times[first] <= t + SAME_TIME:
+        first += 1
+    passed = 0
+    while first + passed < len(times) and times[first + passed] < t + h - SAME_TIME:
+        passed += 1
+    if passed == 0:
+        return h, passed, h
+    nearest, end, start = times[first] - t, t + h, max(first - 1, 0)
+    if passed >= most:
+        passed = most - 1
+        end = times[first + passed]
+    share = (t - times[start]) / (times[first] - times[start])
+    straight = False
+    while passed > 0 and not straight:
+        last = min(first + passed, len(times) - 1)
+        reached = (end - times[last - 1]) / (times[last] - times[last - 1])
+        straight = True
+        for j in range(n):
+            here = torques[start, j] + share * (torques[first, j] - torques[start, j])
+            there = torques[last - 1, j] + reached * (torques[last, j] - torques[last - 1, j])
+            for k in range(first, first + passed):
+                line = here + (there - here) * (times[k] - t) / (end - t)
+                straight = straight and abs(torques[k, j] - line) <= bend[j]
+        if not straight:
+            passed //= 2
+            end = times[first + passed]
+    return end - t, passed, nearest
 
 
 @njit(**_often)
@@ -222,7 +262,8 @@ def integrate(  # type: ignore[no-untyped-def]
         bristles (n_state, 2) and which memories lie behind play (n_state, 3), see ``turning``.
     active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
         the bearing force; equal where none does.
-    known : times (m,) s and torques (m, n) N m that act on q; m = 0 for none.
+    known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none; and by how much (n,) N m each may leave
+        a straight line within a step.
     times : (n_time,) s, increasing.
     limits : relative and absolute error a step (rad and rad/s), first step s; max_steps : accepted and rejected.
     out, where : (n_time * n_shown * width,) for the first ``n_shown`` rows of the state, in lanes from ``first`` to
@@ -281,6 +322,7 @@ def integrate(  # type: ignore[no-untyped-def]
         _put(S, int64(_X), n, state, Z, flat)
         cursor = _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, k1)
     any_event = any_bristle or any_play
+    most, patience, passed, nearest = MANY, 0, 0, 0.0  # knots of the known torque that a step may pass
     fresh, uncut = any_event, 0.0  # at a new place; the step that was cut at a joint's turn
     while i < len(times):
         if WHOLE and fresh:
@@ -305,6 +347,8 @@ def integrate(  # type: ignore[no-untyped-def]
             turning.keep_sliding(n, slides, K[0])
         if t + h > end:
             h = end - t + 1e-15
+        if WHOLE and len(known[0]) > 1:
+            h, passed, nearest = _within_torque(n, known, cursor, t, h, most)
         for s in range(1, 7):
             _stage(s, h, S, size)
             _put(S, int64(_Y), n, state, Z, flat)
@@ -346,8 +390,15 @@ def integrate(  # type: ignore[no-untyped-def]
                 factor = min(coming - t, uncut) / h
                 uncut = uncut if coming < t + uncut else 0.0
             previous = max(error, 1e-4)
+            if WHOLE and most < MANY:
+                patience -= 1
+                if patience < 0:
+                    most *= 2
         else:
             factor = max(0.2, 0.9 * error**-0.2)
+            if WHOLE and passed > 0:  # between two knots the torque is smooth: most likely they are what is hard
+                most, patience = max((passed + 1) // 2, 1), PATIENCE
+                factor = max(factor, nearest / h)
         if not (factor > 0.2):  # also when the error is not a number
             factor = 0.2
         h *= factor

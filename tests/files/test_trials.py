@@ -85,6 +85,34 @@ def test_spellings_of_the_same_file(tmp_path: Path, text: str) -> None:
     assert np.degrees(trial.angles) == pytest.approx(np.column_stack([90 + np.arange(10), 150 - np.arange(10)]))
 
 
+def test_a_torque_may_be_sampled_more_densely_than_the_angles_or_at_other_times(tmp_path: Path) -> None:
+    header = HEADER + ",hip torque [N*m],knee torque [N*m]"
+    dense = [f"{i / 100:.3f},{90 + i},{150 - i},{i},\n{i / 100 + 0.003:.3f},,,{i + 1},\n" for i in range(12)]
+    dense += [f"{i / 100 + 0.005:.3f},,,,{-i}\n" for i in range(-1, 13)]
+    rows = "".join(sorted(dense, key=lambda row: float(row.split(",")[0]))).splitlines()
+    rows = [row for row in "\n".join(rows).split("\n") if row]
+    rows.sort(key=lambda row: float(row.split(",")[0]))
+    trial = one(tmp_path, csv_text(header, [row for row in rows if float(row.split(",")[0]) >= 0]))
+    assert trial.torques is not None
+    assert np.isfinite(trial.torques).all()
+    at = trial.time.tolist()
+    assert trial.torques[at.index(0.033), 0] == pytest.approx(4.0)
+    assert trial.torques[at.index(0.035), 0] == pytest.approx(4.0)  # from 4 at 33 ms to 4 at 40 ms
+    assert trial.torques[at.index(0.04), 1] == pytest.approx(-3.5)
+    assert trial.torques[0, 1] == pytest.approx(0.0)  # it begins half a step after the angles
+    assert np.isfinite(trial.angles[:, 0]).sum() == 12
+
+
+@pytest.mark.parametrize("rows", [range(20, 40), range(30), range(50, 100)])
+def test_an_empty_cell_of_a_torque_does_not_mean_0(tmp_path: Path, rows: range) -> None:
+    lines = [f"{i / 100:.2f},{90 + 0.1 * i},{150 - 0.1 * i},{'' if i in rows else 1}" for i in range(100)]
+    (problem,) = refused(tmp_path, csv_text(HEADER + ",hip torque [N*m]", lines))
+    assert "no torque is given between" in problem.text
+    assert "write 0 where none acts" in problem.text
+    assert problem.key == "hip torque [N*m]"
+    assert problem.line == rows.start + 2
+
+
 def test_missing_samples_velocities_and_torques(tmp_path: Path) -> None:
     rows = [f"{i / 100},{'' if i == 3 else 90 + i},{'NaN' if i == 0 else 150},{i},{0.1 * i}" for i in range(10)]
     trial = one(tmp_path, csv_text(HEADER + ",knee velocity [deg/s],hip torque [N*mm]", rows))
