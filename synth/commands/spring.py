@@ -72,9 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
     )
-    parser.add_argument(
-        "--json", metavar="FILE", help="where the result goes; - prints it (default: spring.json)"
-    )
+    parser.add_argument("--json", metavar="FILE", help="where the result goes; - prints it (default: spring.json)")
     parser.add_argument("--out", metavar="DIR", help="folder for spring.json, STEP, STL and winding sheet")
 
 
