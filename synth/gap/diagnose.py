@@ -19,7 +19,7 @@ from synth.gap.data import GapTrial, copies, gap_trial, sensor
 from synth.gap.edges import at_edges
 from synth.gap.experiment import next_experiment
 from synth.gap.figures import Gap, measure, trial_gaps
-from synth.gap.influence import hangs_on
+from synth.gap.influence import Hangs, hangs_on
 from synth.gap.misses import label
 from synth.gap.predict import Predictor
 from synth.gap.result import Cause, GapResult, Ranked, Verdict
@@ -148,13 +148,20 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
     return Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _turning(turned: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """A warning where the verdict hangs on single recordings."""
-    return tuple(
+def _turning(hangs: Hangs) -> tuple[str, ...]:
+    """Warnings where the verdict hangs on single recordings."""
+    said = [
         f"the verdict hangs on {name}: without it {said}. Look at that recording first (its start, its rest, what was "
         "different that day), or repeat it"
-        for name, said in turned
-    )
+        for name, said in hangs.turned
+    ]
+    if hangs.open:
+        names = ", ".join(hangs.open[:5]) + (f" and {len(hangs.open) - 5} more" if len(hangs.open) > 5 else "")
+        said.append(
+            f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that count "
+            "for most were left out in turn. With so many the explanations are nearly tied"
+        )
+    return tuple(said)
 
 
 def _worse(gap: Gap) -> tuple[str, ...]:
