@@ -12,7 +12,7 @@ from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.proposal import proposals
-from synth.fit.recordings import Recording
+from synth.fit.recordings import Recording, thinned_sentences
 from synth.fit.result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.sought import sought_by
 from synth.fit.static_points import Judged, judged
@@ -87,7 +87,14 @@ def result_of(
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=dict(zip(names, scatter.tolist(), strict=True)),
         not_separable=_open(model, recordings, chosen, softened),
-        warnings=(*lost, *misfits, *_at_edges(unknowns, chosen.values), *_left_out(leg), *_off_balance(leg, static)),
+        warnings=(
+            *thinned_sentences(recordings),
+            *lost,
+            *misfits,
+            *_at_edges(unknowns, chosen.values),
+            *_left_out(leg),
+            *_off_balance(leg, static),
+        ),
         method="least_squares",
         iterations=chosen.iterations,
         reason=chosen.reason,

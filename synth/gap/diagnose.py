@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.errors import UserError
-from synth.fit.recordings import recordings
+from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.result import Estimate
 from synth.fit.unknowns import NORMAL90
 from synth.gap.build import SHOWN, diagnosed_leg, parts
@@ -129,7 +129,7 @@ def diagnose(
 def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[Scene, tuple[str, ...]]:
     """Trials prepared, copies struck out, noise and counts estimated."""
     made = recordings(leg, trials, ())
-    warnings = []
+    warnings = list(thinned_sentences(made))
     twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
         warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
