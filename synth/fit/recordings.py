@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.model.chain import Conditions
-from synth.model.known_torque import no_denser
-from synth.model.leg import Array, Leg
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
+from synth.swing.chain import Conditions
+from synth.swing.known_torque import no_denser
+from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
-    from synth.files.trials import Trial
+    from synth.files.trial_list import Trial
 
 SHORTEST = 0.08  # s, of motion that a trial must hold: the weak form's shortest window
 LEAST_MOTION = np.radians(0.5)

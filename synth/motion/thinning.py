@@ -17,7 +17,7 @@ from math import comb, sqrt
 
 import numpy as np
 
-from synth.model.leg import Array
+from synth.arrays import Array
 from synth.motion.smoothing import Mask
 
 LONG = 6_000  # samples, up to which a recording is left as it is

@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.files.trials import Trial
+from synth.arrays import Array
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.recordings import recordings
-from synth.model.chain import simulate
-from synth.model.leg import Array, Damper, Joint, Leg, Link, Spring
 from synth.motion import thinning
 from synth.motion.smoothing import lost_samples
 from synth.motion.thinning import LONG, thinned
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 NOISE = np.radians(0.1)
 LEG = Leg(
