@@ -31,6 +31,7 @@ test: check  ## style, types and all tests
 	$(BIN)/python -m pytest -n $(WORKERS)
 
 pages: $(READY)  ## every command's page in Chromium (apt-get install chromium): build/pages, pictures beside them
+	@$(BIN)/python -c 'import playwright' 2>/dev/null || $(BIN)/python -m pip install --quiet playwright
 	PYTHONPATH=. $(BIN)/python tools/pages.py
 
 blind: SEED = 3000

@@ -169,16 +169,17 @@
   function drawing(group) {
     const gap = 12, boxes = group.map((plot) => plot.svg.viewBox.baseVal);
     const width = boxes.reduce((sum, box) => sum + box.width + gap, -gap), height = Math.max(...boxes.map((box) => box.height));
-    let at = 0, inner = "";
+    const sheet = element("svg", { viewBox: `0 0 ${width} ${height}`, width, height, "font-family": "sans-serif" });
+    let at = 0;
     group.forEach(function (plot, i) {
       const copy = plot.svg.cloneNode(true);
       copy.querySelectorAll(".cursor").forEach((each) => each.remove());
-      copy.removeAttribute("style"); copy.setAttribute("xmlns", NS);
+      copy.removeAttribute("style");
       copy.setAttribute("x", at); copy.setAttribute("width", boxes[i].width); copy.setAttribute("height", boxes[i].height);
-      inner += new XMLSerializer().serializeToString(copy);
+      sheet.appendChild(copy);
       at += boxes[i].width + gap;
     });
-    return `<svg xmlns="${NS}" viewBox="0 0 ${width} ${height}" width="${width}" height="${height}" font-family="sans-serif">${inner}</svg>\n`;
+    return new XMLSerializer().serializeToString(sheet) + "\n";
   }
   function button(words, title, action, parent) {
     const made = document.createElement("button");

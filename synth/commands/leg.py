@@ -134,6 +134,7 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
     """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
     from reports import write_leg_report
+    from synth.design.page_data import page_json
     from synth.design.write_design import design_json
     from synth.files.output import write_json
 
@@ -141,4 +142,5 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     content = design_json(design, files, folder, extra)
     content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]
     write_json(folder / "design.json", content)
+    write_json(folder / "page.json", page_json(design))
     write_leg_report(folder)

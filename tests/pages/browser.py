@@ -1,6 +1,6 @@
 """Chromium with no screen, and what is asked of every page that it opens.
 
-Debian: ``apt-get install chromium``; ``pip install playwright`` (in the extra ``dev``) drives it. Where either is
+Debian: ``apt-get install chromium``; ``pip install playwright`` (the extra ``pages``) drives it. Where either is
 missing the tests skip and say so.
 """
 
