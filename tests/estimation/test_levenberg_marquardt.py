@@ -64,7 +64,7 @@ class Saturation(Problem[Curve]):
                 residual = b1 * (1.0 - fall) + own[0] - y
                 a = np.column_stack([1.0 - fall, b1 * self.x * fall])
                 c = np.ones((len(y), 1))
-                # offsets that are held by a prior ten thousand times as sharp as the data would leave NIST's problem
+                # a prior that holds the offsets at zero: what is left is the problem that NIST certifies
                 prior = 1e8
                 normals.append(
                     TrialNormal(a.T @ a, a.T @ c, c.T @ c + prior, a.T @ residual, c.T @ residual + prior * own)
