@@ -51,9 +51,11 @@ MUTANTS = (
     Mutant("Coriolis torque turned round", 'put(f"h{i}{j} = a * (s{i} * c{j} - c{i} * s{j})")',
            'put(f"h{i}{j} = a * (s{i} * c{j} + c{i} * s{j})")',
            "swing/test_chain_against_mujoco.py swing/test_chain.py"),
-    Mutant("the damper helps", "'damper_rate', i))} * w{i}", "'damper_rate', i))} * (-w{i})", "swing/test_chain_against_mujoco.py swing/test_chain.py"),
+    Mutant("the damper helps", "'damper_rate', i))} * w{i}", "'damper_rate', i))} * (-w{i})",
+           "swing/test_chain_against_mujoco.py swing/test_chain.py"),
     # The weak form.
-    Mutant("a trial's tilt forgotten", "smoothed = recording.smoothed\n            tilt = leg.tilt + recording.conditions.tilt",
+    Mutant("a trial's tilt forgotten",
+           "smoothed = recording.smoothed\n            tilt = leg.tilt + recording.conditions.tilt",
            "smoothed = recording.smoothed\n            tilt = leg.tilt",
            "fit/test_weak_form.py", "tilted"),
     Mutant("a tip mass forgotten", "found = coefficients(leg, recording.conditions.tip_mass)\n            momentum",
@@ -156,7 +158,7 @@ def file_of(mutant: Mutant, root: Path = ROOT) -> Path:
 
 def judge(mutant: Mutant, folder: Path) -> Verdict:
     """Apply the mutant to a copy of the repository in ``folder``, and run its tests there."""
-    copy = folder / f"mutant-{MUTANTS.index(mutant):02d}"
+    copy = folder / f"mutant-{hash(mutant) & 0xFFFFFFFF:08x}"
     shutil.rmtree(copy, ignore_errors=True)
     copy.mkdir(parents=True)
     for name in COPIED:
