@@ -24,15 +24,14 @@ from pathlib import Path
 from synth.hopper.layout import LANES, JumpLayout
 from synth.model.elimination import factorise, substitute
 
-HEADER = '''"""Written by synth.hopper.generate; safe to delete."""
+HEADER = '''"""Written by synth.hopper.generate."""
 from math import sqrt
 
-from numba import njit
-
+from synth.compiled import compiled
 from synth.model.trigonometry import sine_cosine
 
 
-@njit('void(float64[:, ::1])', fastmath=True, error_model='numpy', nogil=True, cache=True)
+@compiled('void(float64[:, ::1])', fastmath=True, error_model='numpy', nogil=True)
 def right_hand_side(Z):
     F = Z.reshape(-1)
     for l in range({lanes}):
