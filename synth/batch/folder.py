@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
-from synth.batch.ended import versions
+from synth.batch.task_outcome import versions
 from synth.errors import Problem, UserError
 from synth.files.paths import refuse_unreadable_name, text_of
 from synth.files.projects import FitProject

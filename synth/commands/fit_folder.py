@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from synth.batch.cluster import connected
-from synth.batch.ended import Ended
 from synth.batch.folder import Found, Kept, find_projects, identity_of
+from synth.batch.folder_summary import Failed, fits_json, messages, table
 from synth.batch.local import run_here
 from synth.batch.one_fit import fit_files, ready
-from synth.batch.summary import Failed, fits_json, messages, table
+from synth.batch.task_outcome import Ended
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, place, write_csv, write_json
 from synth.files.projects import read_fit_project
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
 
 if TYPE_CHECKING:

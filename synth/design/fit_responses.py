@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.output import place, stems, write_csv
-from synth.fit.result import FitResult
-from synth.model.leg import Array
+from synth.fit.fit_result import FitResult
 
 
 def write_fit_responses(result: FitResult, folder: Path) -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.csv_table import in_si, read_table
 from synth.files.output import write_text
-from synth.files.table import in_si, read_table
-from synth.model.leg import DamperCurve
+from synth.swing.leg_model import DamperCurve
 
 UNITS = {"speed": "rad/s", "torque": "N*m"}
 POINT_LIMIT = 10_000

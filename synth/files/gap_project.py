@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from synth.files.leg import PartResolver
-from synth.files.reading import InputFile, ProjectReader
+from synth.files.leg_file import PartResolver
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.schema import Because, Default
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.files.validate import Quantity, Title
-from synth.model.leg import Damper, Leg, Spring
+from synth.swing.leg_model import Damper, Leg, Spring
 
 HALF_DEGREE = radians(0.5)
 MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it

@@ -10,15 +10,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.files.csv_table import Table, read_table
 from synth.files.hopper_project import HopperProject, design_named
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because
-from synth.files.table import Table, read_table
 from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import load
-from synth.model.leg import Array
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")

@@ -13,9 +13,11 @@ from pydantic import Field
 from synth import units
 from synth.errors import UserError
 from synth.files.curve import read_curve
-from synth.files.leg import PartResolver
+from synth.files.leg_file import PartResolver
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.names import mixed_files
-from synth.files.options import (
+from synth.files.paths import inside
+from synth.files.project_options import (
     CadOptions,
     DamperChoice,
     FitOptions,
@@ -26,13 +28,11 @@ from synth.files.options import (
     ToleranceOptions,
     Turn,
 )
-from synth.files.paths import inside
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default, read_section
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.files.validate import Title, gathering
 from synth.files.yaml_lines import Key
-from synth.model.leg import DamperCurve, Leg
+from synth.swing.leg_model import DamperCurve, Leg
 
 # The user's catalogue files -> what looks parts up in them and in the built-in ones.
 CatalogueOpener = Callable[[Sequence[Path]], PartResolver]

@@ -17,8 +17,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from synth.files.options import DamperChoice, PartsOptions, Share, SpringChoice
-from synth.files.reading import ProjectReader
+from synth.files.named_files import ProjectReader
+from synth.files.project_options import DamperChoice, PartsOptions, Share, SpringChoice
 from synth.files.validate import Quantity, Title
 
 Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]

@@ -8,15 +8,15 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from synth.files.leg import PartResolver
+from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
-from synth.files.options import FitOptions, FreeAngle, Prior
-from synth.files.reading import InputFile, ProjectReader
+from synth.files.named_files import InputFile, ProjectReader
+from synth.files.project_options import FitOptions, FreeAngle, Prior
 from synth.files.schema import Because, Default
-from synth.files.static_points import StaticPoint, read_static_points
-from synth.files.trials import Trial
+from synth.files.static_points_file import StaticPoint, read_static_points
+from synth.files.trial_list import Trial
 from synth.files.validate import Title
-from synth.model.leg import Leg
+from synth.swing.leg_model import Leg
 
 __all__ = ["FitProject", "LegProject", "read_fit_project", "read_leg_project"]
 

@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.table import Column, Table, in_si, read_table
+from synth.files.csv_table import Column, Table, in_si, read_table
 from synth.files.validate import near
-from synth.model.leg import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.units import factor
 
 SHORTEST = 8  # samples

@@ -13,10 +13,11 @@ from math import pi
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+from synth.arrays import Array
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.mjcf import inertias
 from synth.files.output import write_text
-from synth.model.leg import Array, Joint, Leg, Link
+from synth.swing.leg_model import Joint, Leg, Link
 
 SDF_VERSION = "1.9"
 WORTH_SAYING = 0.02  # of the largest torque, that a straight line may be off without a word

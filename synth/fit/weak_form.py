@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
-from synth.model.curves import torque_at
-from synth.model.known_torque import averaged
-from synth.model.leg import Array, DamperCurve, Leg
-from synth.model.mechanics import coefficients, momentum_and_force
+from synth.swing.damper_curves import torque_at
+from synth.swing.known_torque import averaged
+from synth.swing.leg_model import DamperCurve, Leg
+from synth.swing.mechanics import coefficients, momentum_and_force
 
 
 @dataclass(frozen=True)

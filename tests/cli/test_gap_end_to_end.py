@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap.made_effect import CUBIC_DRAG
+from diagnosis.made_effect import CUBIC_DRAG
 from synth import effects
 from synth.cli import main
-from synth.files.leg import read_leg, write_leg
-from synth.model.chain import simulate
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
+from synth.files.leg_file import read_leg, write_leg
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
 Json = dict[str, Any]

@@ -15,7 +15,7 @@ from motion.driven_releases import driven_release
 from motion.importers.swung_leg import PARTS, angles, leg, pixels, points
 from motion.importers.test_deeplabcut import parts, written
 from synth.cli import main
-from synth.files.leg import read_leg, write_leg
+from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
 
 LEG = "leg.leg.yaml"

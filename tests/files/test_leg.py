@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from synth.errors import Problem, UserError
-from synth.files.leg import read_leg, write_leg
+from synth.files.leg_file import read_leg, write_leg
 from synth.files.names import file_name, name_fault
-from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 SHARED = Path(__file__).parents[3] / "shared"
 LINK = "{length: 200 mm, mass: 0.74 kg, com: 91 mm, inertia: 3.5e-3 kg*m^2}"

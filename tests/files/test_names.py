@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cad.dimensions import _NAME as CAD_NAME
 from synth.cli import main
 from synth.errors import UserError
-from synth.files.leg import read_leg
+from synth.files.leg_file import read_leg
 from synth.files.names import mixed_files, name_fault, same_file, title_fault
 from synth.files.output import output_folder, place, write_csv, write_json, write_text
 from synth.files.paths import inside, matching

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from synth.errors import Problem, UserError
-from synth.files.leg import read_leg
-from synth.files.table import SIZE_LIMIT, read_table
-from synth.files.trials import Trial, read_trials
-from synth.model.leg import Joint, Leg, Link, Spring
+from synth.files.csv_table import SIZE_LIMIT, read_table
+from synth.files.leg_file import read_leg
+from synth.files.trial_list import Trial, read_trials
+from synth.swing.leg_model import Joint, Leg, Link, Spring
 
 SHARED = Path(__file__).parents[3] / "shared"
 LINK = Link(0.2, 0.7, 0.09, 3e-3)

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gap.made_result import FRICTION, made_result
+from diagnosis.made_result import FRICTION, made_result
 from page_reader import check_words, drawings, page_of
 from reports import quantities, write_gap_report
 from reports.figures import missing_torque
@@ -25,10 +25,10 @@ from reports.figures.missing_torque import Cloud, binned, missing_torque_figure,
 from reports.reading import Table
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_where import error_over_time
+from synth.diagnosis.result import GapResult
+from synth.diagnosis.write import write_gap
 from synth.files.gap_project import GapProject, Tolerance
-from synth.files.leg import read_leg
-from synth.gap.result import GapResult
-from synth.gap.write import write_gap
+from synth.files.leg_file import read_leg
 
 Folder = Callable[[GapResult], Path]
 

@@ -14,10 +14,10 @@ from synth.errors import UserError
 from synth.files.import_project import ForeignFile, ImportProject
 from synth.files.output import place, sha256_file, write_csv, write_json
 from synth.files.validate import gathering, raise_if_any
-from synth.model.leg import Leg
 from synth.motion.importers.cleaning import SHORTEST
 from synth.motion.importers.convert import Imported, import_file
 from synth.motion.release import free_after
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 TRIALS = "trials"
