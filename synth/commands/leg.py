@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
+    from synth.commands.answers import tell
     from synth.commands.leg_parts import parts_text, require_known_joints, with_options
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
@@ -62,8 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
                 cache.keep(key, folder)
     if failure is not None:
         raise failure
-    if not progress.quiet:
-        progress.result(parts_text(json.loads((Path(arguments.out) / "design.json").read_text(encoding="utf-8"))))
+    tell(progress, Path(arguments.out) / "design.json", parts_text)
     progress.say(f"design: {Path(arguments.out) / 'design.json'}")
     progress.say(f"report: {report}")
     return 0
@@ -138,6 +137,7 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
     """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
     from reports import write_leg_report
+    from synth.design.page_data import page_json
     from synth.design.write_design import design_json
     from synth.files.output import write_json
 
@@ -145,4 +145,5 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     content = design_json(design, files, folder, extra)
     content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]
     write_json(folder / "design.json", content)
+    write_json(folder / "page.json", page_json(design))
     write_leg_report(folder)
