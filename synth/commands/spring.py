@@ -10,6 +10,7 @@ sheet. Sizes of a row are those of the free spring unless it says otherwise.
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
     )
-    parser.add_argument("--json", metavar="FILE", help="where the result goes (default: spring.json here or in --out)")
+    parser.add_argument("--json", metavar="FILE", help="where the result goes; - prints it (default: spring.json)")
     parser.add_argument("--out", metavar="DIR", help="folder for spring.json, STEP, STL and winding sheet")
 
 
@@ -86,6 +87,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     written = []
     if arguments.out:
         written = write_folder(Path(arguments.out), answer, progress)
+    if arguments.json == "-":
+        progress.document(json.dumps(answer.content, indent=2))
+        return 0
     if arguments.json or not arguments.out:
         written.append(write_result(Path(arguments.json or "spring.json"), answer.content))
     progress.result(answer.text)

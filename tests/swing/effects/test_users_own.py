@@ -228,6 +228,7 @@ def test_an_installed_package_adds_its_effect(magnet: Path, tmp_path: Path, monk
 
 def test_switching_an_effect_on_compiles_nothing() -> None:
     chain = compiled_chain(1)
+    chain.load()
     assert is_compiled(1)
     functions = (chain.right_hand_side, chain.extra_torques, chain.bearing_forces, chain.integrate)
     before = [(len(function.signatures), sum(function.stats.cache_misses.values())) for function in functions]
