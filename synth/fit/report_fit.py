@@ -14,7 +14,7 @@ from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.proposal import proposals
-from synth.fit.recordings import Recording
+from synth.fit.recordings import Recording, thinned_sentences
 from synth.fit.static_points import Judged, judged
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable, residuals, root_mean_square
@@ -88,7 +88,14 @@ def result_of(
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=dict(zip(names, scatter.tolist(), strict=True)),
         not_separable=_open(model, recordings, chosen, softened),
-        warnings=(*lost, *misfits, *_at_edges(unknowns, chosen.values), *_left_out(leg), *_off_balance(leg, static)),
+        warnings=(
+            *thinned_sentences(recordings),
+            *lost,
+            *misfits,
+            *_at_edges(unknowns, chosen.values),
+            *_left_out(leg),
+            *_off_balance(leg, static),
+        ),
         method="least_squares",
         iterations=chosen.iterations,
         reason=chosen.reason,
