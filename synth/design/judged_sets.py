@@ -22,7 +22,7 @@ from synth.design.response import WantedResponse
 from synth.files.project_options import PartsOptions
 from synth.swing.leg_model import Leg, Spring
 
-SAMPLES_SHOWN, SAMPLES_CHOSEN = 64, 256
+SAMPLES_SHOWN, SAMPLES_CHOSEN = 64, 256  # draws of the tolerances: to compare and show, to report
 RELEASES = 7  # about so many serve for tolerances
 MEASURED_ANGLE = radians(1.0)  # what a protractor leaves open
 

@@ -31,10 +31,10 @@ from synth.units import quantity
 
 DAMPERS = 8  # a joint that take part, the best by themselves first
 PAIRS = 400  # spring and damper pairs a joint that are looked at
-MOST_SETS = 4_000_000
+MOST_SETS = 4_000_000  # sets screened at most; a million take 4 s of a processor (`make bench`)
 FINALISTS = 16  # sets that are judged with their tolerances
 SHOWN = 8  # of these, with more samples
-SAMPLES_FINAL = 32
+SAMPLES_FINAL = 32  # draws of the tolerances that rank the finalists
 SAME_RATE = 1e-3  # relative: two wanted rates this near give the same springs
 
 Option = TypeVar("Option", SpringOption, DamperOption)
