@@ -16,7 +16,7 @@ from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.experiment import next_experiment
 from synth.diagnosis.figures import Gap, measure, trial_gaps
 from synth.diagnosis.gap_trials import GapTrial, copies, gap_trial, sensor
-from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.influence import Hangs, hangs_on
 from synth.diagnosis.predict import Predictor
 from synth.diagnosis.prediction_error import label
 from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
@@ -28,7 +28,7 @@ from synth.diagnosis.verdict import Judged, judge, open_explanations, with_count
 from synth.diagnosis.where import missing_torque, where
 from synth.errors import UserError
 from synth.fit.fit_result import Estimate
-from synth.fit.recordings import recordings
+from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
 
@@ -130,7 +130,7 @@ def diagnose(
 def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[Scene, tuple[str, ...]]:
     """Trials prepared, copies struck out, noise and counts estimated."""
     made = recordings(leg, trials, ())
-    warnings = []
+    warnings = list(thinned_sentences(made))
     twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
         warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
@@ -149,13 +149,20 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
     return Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _turning(turned: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """A warning where the verdict hangs on single recordings."""
-    return tuple(
+def _turning(hangs: Hangs) -> tuple[str, ...]:
+    """Warnings where the verdict hangs on single recordings."""
+    said = [
         f"the verdict hangs on {name}: without it {said}. Look at that recording first (its start, its rest, what was "
         "different that day), or repeat it"
-        for name, said in turned
-    )
+        for name, said in hangs.turned
+    ]
+    if hangs.open:
+        names = ", ".join(hangs.open[:5]) + (f" and {len(hangs.open) - 5} more" if len(hangs.open) > 5 else "")
+        said.append(
+            f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that count "
+            "for most were left out in turn. With so many the explanations are nearly tied"
+        )
+    return tuple(said)
 
 
 def _worse(gap: Gap) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import Estimate, FitResult, JointFit, Variant
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.proposal import proposals
-from synth.fit.recordings import Recording
+from synth.fit.recordings import Recording, thinned_sentences
 from synth.fit.static_points import Judged, judged
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
@@ -93,6 +93,7 @@ def result_of(
         noise=noise,
         not_separable=_open(model, recordings, chosen, softened),
         warnings=(
+            *thinned_sentences(recordings),
             *lost,
             *misfits,
             *away_from_their_starts(names, trials),
