@@ -50,7 +50,8 @@ class SpringOption:
 
     ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together; ``asked`` is the rate for which
     it was looked for. ``error``, ``expected`` (rad): of the whole leg with it, nominal and with tolerances.
-    ``outside``: the rate is not within the wished tolerance, so it is an alternative only. ``closes``: -1 where smaller
+    ``outside``: the rate is not within the wished tolerance. ``compared``: it stands in the list only to compare, since
+    a bought spring comes before one to wind. ``closes``: -1 where smaller
     measured angles close its arms, +1 where larger ones do.
     """
 
@@ -64,6 +65,7 @@ class SpringOption:
     expected: float = float("nan")
     count: int = 1
     outside: bool = False
+    compared: bool = False
     closes: int = -1
     asked: float = 0.0
 
@@ -216,7 +218,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # none can be wound either
-            others.append(spring_to_wind(source, rate)[0])
+            others.append(replace(spring_to_wind(source, rate)[0], compared=True))
     return others
 
 

@@ -52,7 +52,7 @@ class Swap:
     @property
     def allowed(self) -> bool:
         """Whether the joint's constraints allow it; a spring of another rate is listed to compare."""
-        return not self.pair.spring.outside
+        return not (self.pair.spring.outside or self.pair.spring.compared)
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _suited(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringS
     tried = [_changed(chosen, joint, replace(pair, spring=replace(spring, rate=rate))) for rate in rates]
     best = int(np.argmin(judge.errors(tried)))
     wound = _wound(source, rates[best]) if best > 0 else None
-    return pair if wound is None else replace(pair, spring=replace(wound, asked=spring.asked))
+    return pair if wound is None else replace(pair, spring=replace(wound, asked=spring.asked, compared=spring.compared))
 
 
 def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Pairs:

@@ -151,7 +151,8 @@ def listed(design: LegDesign, kind: str, joint: int, part: str) -> tuple[float, 
     errors = [
         (option.expected, option.error)
         for option in ranked
-        if option.part != part and not (kind == "spring" and getattr(option, "outside", False))
+        if option.part != part
+        and not (kind == "spring" and (getattr(option, "outside", False) or getattr(option, "compared", False)))
     ]
     return None if not errors else tuple(np.degrees(min(errors)).tolist())  # type: ignore[return-value]
 
