@@ -130,7 +130,7 @@ def test_what_is_wrong_with_a_file_is_said(magnet: Path, change: tuple[str, str]
     assert problem.file == str(magnet)
     assert "\n" not in problem.text
     if "cannot be run" in words:
-        assert problem.line == (4 if "ImportError" in words else 12)
+        assert problem.line == (4 if "ImportError" in words else 10)
     assert "cogging" not in [effect.name for effect in registered()]
 
 
