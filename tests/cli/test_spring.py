@@ -121,7 +121,14 @@ def test_the_folder_holds_solid_and_sheet(capsys: pytest.CaptureFixture[str]) ->
     capsys.readouterr()
     out = Path("out/spring")
     visible = sorted(path.name for path in out.iterdir() if not path.name.startswith("."))
-    assert visible == ["spring.json", "spring.step", "spring.stl", "winding_sheet.html", "winding_sheet.txt"]
+    assert visible == [
+        "request_for_quotation.dxf",
+        "spring.json",
+        "spring.step",
+        "spring.stl",
+        "winding_sheet.html",
+        "winding_sheet.txt",
+    ]
     assert not Path("spring.json").exists()
     made = json.loads((out / "spring.json").read_text(encoding="utf-8"))["make"]
     d, mean = made["wire_diameter"]["value"], made["mean_diameter"]["value"]
