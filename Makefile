@@ -58,6 +58,11 @@ mutants: $(READY)  ## do the tests notice a wrong formula? forty single changes 
 architecture: $(READY)  ## draw the packages from their imports: docs/architecture.svg
 	$(BIN)/python tools/architecture.py
 
+kill: COUNT = 40
+kill: SEED = 1
+kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, sweep and cluster: same bytes, no litter: build/kill
+	PYTHONPATH=tests:. $(BIN)/python -m kills --count $(COUNT) --seed $(SEED) --to build/kill
+
 universal: COUNT = 500
 universal: $(READY)  ## one cost for every response: ours against the thesis' on COUNT (500) random legs: build/universal; goes on from where it was
 	PYTHONPATH=tests $(BIN)/python -m robustness.universal --count $(COUNT) --to build/universal --workers $(WORKERS)
