@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture fuzz format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture fuzz kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)

@@ -30,18 +30,15 @@ def main() -> int:
         for index in range(arguments.count):
             rounds.append(killed(cases[index % len(cases)], draw))
             last = rounds[-1]
-            over = "over an earlier result" if last.over else "into a new folder"
-            late_word = ", done before" if last.ended else ""
-            told = "; ".join(last.faults) or "holds"
-            sys.stdout.write(
-                f"{index + 1:3} {last.case:8} {last.signal} at {last.moment:5.1f} s {over}{late}: {told}\n"
-            )
+            place = "over an earlier result" if last.over else "into a new folder"
+            when = f"{last.signal} at {last.moment:5.1f} s {place}"
+            when += ", after the end" if last.ended else ""
+            sys.stdout.write(f"{index + 1:3} {last.case:8} {when}: {'; '.join(last.faults) or 'holds'}\n")
             sys.stdout.flush()
             (arguments.to / "rounds.json").write_text(json.dumps([asdict(item) for item in rounds], indent=1) + "\n")
     wrong = sum(bool(item.faults) for item in rounds)
-    sys.stdout.write(
-        f"{len(rounds)} kills, {sum(item.ended for item in rounds)} of them too late, {wrong} with faults\n"
-    )
+    late = sum(item.ended for item in rounds)
+    sys.stdout.write(f"{len(rounds)} kills, {late} of them after the end, {wrong} with faults\n")
     return 1 if wrong else 0
 
 
