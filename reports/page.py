@@ -110,7 +110,8 @@ def write_leg_report(folder: Path) -> Path:
     opening = leg_opening(result)
     live = live_leg.live_data(result)
     if live is None:
-        return write_page(result, "Leg design", LEG_SECTIONS, opening)
+        still = [section for section in LEG_SECTIONS if section is not swap.SECTION]
+        return write_page(result, "Leg design", still, opening)
     scripts, blocks = [*SCRIPTS, "integrator.js", "swap.js"], [live_leg.block("leg-data", live)]
     if live["has_solids"]:
         scripts += ["three.js", "leg3d.js"]

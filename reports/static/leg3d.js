@@ -23,7 +23,7 @@
         start + (part.byteOffset || 0) + (accessor.byteOffset || 0)), 0, accessor.count * width));
     };
     return gltf.nodes.filter((node) => node.mesh !== undefined).map(function (node) {
-      const primitive = gltf.meshes[node.mesh].primitives[0], material = gltf.materials[primitive.material];
+      const primitive = gltf.meshes[node.mesh].primitives[0], material = (gltf.materials || [])[primitive.material] || {};
       return { name: node.name, position: read(primitive.attributes.POSITION), index: read(primitive.indices),
         colour: (material.pbrMetallicRoughness || {}).baseColorFactor || [0.6, 0.6, 0.6, 1] };
     });
