@@ -115,19 +115,22 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
     from dataclasses import replace
 
     from synth.design.leg_design import LegDesign, design_leg
+    from synth.files.plain_value import Remade, digest_of
     from synth.files.project_options import CadOptions
-    from synth.files.stage_cache import digest_of, key_of
+    from synth.files.stage_cache import key_of
+    from synth.swing.chain import Chain, compiled_chain
 
     # The choice of springs looks at the joint's room: shaft, clearance and wall.
     room = CadOptions(project.cad.shaft_diameter, project.cad.clearance, project.cad.wall)
     rest = replace(project, cad=room, defaults=(), inputs=())
     key = key_of("design", digest_of(rest), digest_of(catalogue), _inputs(replace(project, inputs=project.inputs[1:])))
-    kept = cache.value(key)
-    if isinstance(kept, LegDesign):
+    chains = {Chain: Remade(lambda chain: chain.layout.n, compiled_chain)}  # without its machine code
+    kept = cache.value(key, LegDesign, chains)
+    if kept is not None:
         return replace(kept, project=project)
     progress.compiling(len(project.target.joints))
     design = design_leg(project, catalogue, progress.stage)
-    cache.keep_value(key, design)
+    cache.keep_value(key, design, chains)
     return design
 
 

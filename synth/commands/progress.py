@@ -93,7 +93,8 @@ class Progress:
 
         Without ``effects`` for springs, linear dampers and gravity alone.
         """
-        from synth.compiling.code_cache import cache_folder, without_products
+        from synth.cache import cache_folder
+        from synth.compiling.code_cache import without_products
         from synth.swing.chain import compiled_chain, is_compiled
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"

@@ -106,9 +106,10 @@ def read_table(path: Path, name: str | None = None) -> Table:
         raise UserError([Problem(problem.text, name) for problem in error.problems]) from None
     _check_text(data, name)
     columns, width = _columns(data, name)
-    if data.count(b"\n") > ROW_LIMIT + 1:
+    lines = data if b"\n" in data else data.replace(b"\r", b"\n")  # as old spreadsheets for the Macintosh end them
+    if lines.count(b"\n") > ROW_LIMIT + 1:
         raise UserError(Problem(f"has more than {ROW_LIMIT} rows: {THIN}", name))
-    values = _fast(data, width)
+    values = _fast(lines, width)
     if values is None:
         values = _slow(data, name, columns, width)
     if not len(values):

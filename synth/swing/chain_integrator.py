@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numba import float64, int64, njit, types, uint64
 
+from synth.compiling.compiled import compiled
 from synth.swing import turning_events
 from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, Layout
 
@@ -246,7 +247,7 @@ def _samples(h, t, S, times, i, out, where):  # type: ignore[no-untyped-def]
     return i
 
 
-@njit(_signature, cache=True, **_called)
+@compiled(_signature, **_called)
 def integrate(  # type: ignore[no-untyped-def]
     chain, extra, bearing, again, Z, flat, n, states, active, known, times, limits, max_steps, out, where, S
 ):
