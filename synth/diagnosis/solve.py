@@ -1,8 +1,9 @@
 """Many hypotheses fitted side by side: each within the tolerances, each trial's initial state estimated with it.
 
-Levenberg-Marquardt (``synth.estimation``) in whitened unknowns, where the prior is the unit normal. A hypothesis changes
-a leg's motion by little, so the derivatives by tolerances and initial states are taken once, in a ``Linearisation``, and
-only those by the effect's own unknowns anew at each step: a step costs two to four lanes a trial instead of thirty.
+Levenberg-Marquardt (``synth.estimation``) in whitened unknowns, where the prior is the unit normal. A hypothesis
+changes a leg's motion by little, so the derivatives by tolerances and initial states are taken once, in a
+``Linearisation``, and only those by the effect's own unknowns anew at each step: a step costs two to four lanes a trial
+instead of thirty.
 """
 
 from __future__ import annotations

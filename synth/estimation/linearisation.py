@@ -56,7 +56,7 @@ class Linearisation:
 
     @cached_property
     def _alike(self) -> list[tuple[list[int], Array, Array]]:
-        """Trials with equally many own unknowns: their indices, ``r`` (t, l, l), and their normal matrices (t, l, l)."""
+        """Trials with equally many own unknowns: indices, ``r`` (t, l, l) and normal matrices (t, l, l)."""
         indices: dict[int, list[int]] = {}
         for i, trial in enumerate(self.trials):
             indices.setdefault(len(trial.r), []).append(i)
@@ -75,7 +75,7 @@ class Linearisation:
         prior : (p + k,) the unknowns themselves, the gradient of those priors.
         """
         size = len(prior)
-        parts, squares, explained = [], [], []
+        parts, squares, components = [], [], []
         for trial, residual, more in zip(self.trials, residuals, columns, strict=True):
             wide = np.concatenate([more.T, residual[None]])
             along = wide @ trial.q
@@ -87,18 +87,18 @@ class Linearisation:
             matrix[p:, :p], matrix[:p, p:] = across[:-1], across[:-1].T
             parts.append((weight * matrix, weight * np.concatenate([across[-1], own[:-1, -1]])))
             squares.append(float(own[-1, -1]))
-            explained.append((along[-1], np.concatenate([trial.along, along[:-1].T], axis=1)))
+            components.append((along[-1], np.concatenate([trial.along, along[:-1].T], axis=1)))
         total = sum((matrix for matrix, _ in parts), np.eye(size))
         gradient = sum((part for _, part in parts), prior.copy())
-        return LinearisedNormal(self._groups(explained), total, gradient, tuple(parts), weight, tuple(squares))
+        return LinearisedNormal(self._groups(components), total, gradient, tuple(parts), weight, tuple(squares))
 
-    def _groups(self, explained: Sequence[tuple[Array, Array]]) -> tuple[OwnGroup, ...]:
-        """The trials' own unknowns: of each trial, what its own explain of the residual (l,) and of a step (l, p + k)."""
+    def _groups(self, components: Sequence[tuple[Array, Array]]) -> tuple[OwnGroup, ...]:
+        """The trials' own unknowns, from components along their span: of residuals (l,), of derivatives (l, p + k)."""
         made = []
         for indices, r, square in self._alike:
             turned = r.transpose(0, 2, 1)
-            here = np.array([explained[i][0] for i in indices])
-            along = np.array([explained[i][1] for i in indices])
+            here = np.array([components[i][0] for i in indices])
+            along = np.array([components[i][1] for i in indices])
             made.append(OwnGroup(indices, square, (turned @ here[:, :, None])[:, :, 0], turned @ along))
         return tuple(made)
 
@@ -110,7 +110,16 @@ class LinearisedNormal(ReducedNormal):
     weight: float
     squares: tuple[float, ...]
 
-    def squares_after(self, trial: int, step: Array) -> float:
-        """A trial's projected sum of squares after a step (p,) of the common unknowns, to first order."""
-        matrix, gradient = (part / self.weight for part in self.parts[trial])
-        return self.squares[trial] + 2.0 * float(gradient @ step) + float(step @ matrix @ step)
+    @cached_property
+    def _sums(self) -> tuple[Array, Array, float]:
+        """Of all trials: matrix (p, p), gradient (p,) and sum of squares, without prior and weight."""
+        matrix = sum((part for part, _ in self.parts), np.zeros_like(self.matrix))
+        gradient = sum((part for _, part in self.parts), np.zeros_like(self.gradient))
+        return matrix / self.weight, gradient / self.weight, float(sum(self.squares))
+
+    def squares_without(self, trial: int, step: Array) -> float:
+        """Projected sum of squares of all trials but one after a step (p,) of the common unknowns, to first order."""
+        matrix, gradient, squares = self._sums
+        own_matrix, own_gradient = (part / self.weight for part in self.parts[trial])
+        bent = float(step @ (matrix - own_matrix) @ step)
+        return squares - self.squares[trial] + 2.0 * float((gradient - own_gradient) @ step) + bent
