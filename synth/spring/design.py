@@ -18,6 +18,7 @@ from synth.parts.coil_angle import CONVENTIONS, Convention, coil_fraction
 from synth.parts.coil_rate import RATE_FORMULA, RateForm, coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
 from synth.spring.calibration import UNCALIBRATED, Calibration
+from synth.spring.codes import OPENING
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
 from synth.units import quantity
@@ -366,11 +367,13 @@ def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireM
         return
     furthest = max(travel for travel, _ in reach)
     travel = math.radians(math.floor(math.degrees(furthest) * 10.0) / 10.0)  # a tenth of a degree is what one sets
-    opening = min(wish.opening_travel, travel)
+    opening = min(wish.opening_travel, OPENING * travel)
     shorter = replace(wish, travel=travel, opening_travel=opening)
     good = _ranked([each for each in candidates(shorter, material) if each.feasible], wish.objective)
     if good:
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
+        if opening < wish.opening_travel:
+            asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
         text = f"a smaller travel, {asked}: {_describe(good[0])}"
         yield Nearest("smaller_travel", text, good[0])
 
