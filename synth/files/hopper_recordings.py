@@ -16,6 +16,7 @@ from synth.files.csv_table import Table, read_table
 from synth.files.hopper_project import HopperProject, design_named
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
+from synth.files.recordings_together import clock_problem
 from synth.files.schema import Because
 from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import load
@@ -197,6 +198,8 @@ def read_recording(
     if not np.all(np.diff(time) > 0.0):
         row = int(np.argmax(np.diff(time) <= 0.0)) + 1
         raise UserError(Problem("time does not rise", name, table.line(row), "time"))
+    if (problem := clock_problem(time, name, columns["time"].title)) is not None:
+        raise UserError(problem)
     return HopperRecording(name, found)
 
 

@@ -13,6 +13,7 @@ from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.least_squares import Solution, Stage
+from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
 from synth.fit.static_points import Judged, judged
@@ -78,11 +79,12 @@ def result_of(
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, seed)
     misfits = [] if searched else _misfits(rms[mode], dict(zip(names, scatter.tolist(), strict=True)))
+    trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     return FitResult(
         leg=_fitted_leg(leg, joints[mode]),
         joints=joints[mode],
         rms=rms[mode],
-        trials=trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions),
+        trials=trials,
         free_angle=mode,
         free_angle_why=why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
@@ -92,6 +94,7 @@ def result_of(
             *thinned_sentences(recordings),
             *lost,
             *misfits,
+            *_odd(leg, trials, mode),
             *_at_edges(unknowns, chosen.values),
             *_left_out(leg),
             *_off_balance(leg, static),
@@ -181,6 +184,11 @@ def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
     """(p,) each, the ends of the 90 % intervals less the values, from the covariance."""
     half = NORMAL90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return -half, half
+
+
+def _odd(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
+    rms, free = np.array([trial.rms for trial in trials]), np.array([trial.free_angle for trial in trials])
+    return odd_trials([t.name for t in trials], leg.joint_names, rms, free if mode == "per_trial" else None)
 
 
 def _left_out(leg: Leg) -> list[str]:
