@@ -22,11 +22,11 @@ from reports.section import Missing, Section, mapping, sequence
 
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
-MARGIN = 46.0
+MARGIN = 46.0  # px
 GHOSTS = 7  # poses between the first and the last
 START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
 GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
-_DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}
+_DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}  # a unit
 
 
 @dataclass(frozen=True)

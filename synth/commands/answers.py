@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 Json = Mapping[str, Any]
 
-MOST_NOTES = 5
+MOST_NOTES = 5  # on the screen; the rest is counted and stands in the report
 NOTE_LETTERS = 150  # of a note; the page has the whole
-MOST_CAUSES = 5
+MOST_CAUSES = 5  # on the screen
 OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
 
 

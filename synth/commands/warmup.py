@@ -10,7 +10,7 @@ from synth.errors import Problem, UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
 
-MOST_LINKS = 6
+MOST_LINKS = 6  # the most links that a leg file may have
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -25,7 +25,7 @@ from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 FORMAT = "synth/page/1"
-MOST_RELEASES = 12
+MOST_RELEASES = 12  # in the page: its size grows with each
 MOST_SAMPLES = 250  # of a release's wanted motion
 MOST_CHOICES = 8  # of a joint's springs, and of its dampers
 

@@ -13,7 +13,7 @@ from synth.diagnosis.hypotheses import Key
 from synth.fit.fit_result import Estimate
 
 BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
-RESAMPLES = 500
+RESAMPLES = 500  # a 5 % quantile rests on 25 of them
 Picks = NDArray[np.int64]
 
 

@@ -27,8 +27,8 @@ from synth.units import factor, header
 Array = NDArray[np.float64]
 
 SIZE_LIMIT = 64_000_000  # bytes: 2 million rows of four columns
-ROW_LIMIT = 2_000_000
-COLUMN_LIMIT = 200
+ROW_LIMIT = 2_000_000  # of any table; a larger one is most likely the wrong file
+COLUMN_LIMIT = 200  # of any table
 REPORT_LIMIT = 20  # bad cells told one by one
 THIN = "keep every tenth row, for example with: awk 'NR==1 || NR%10==0' long.csv > short.csv"
 _MISSING = frozenset({"nan", "+nan", "-nan"})

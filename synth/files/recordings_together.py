@@ -38,10 +38,10 @@ def check_together(
     ----------
     times : (n,) s of each; angles : (n, n_joint) rad of each, nan where missing.
     """
-    return [*_clocks(names, times), *_exchanged(names, angles, joints)]
+    return [*clocks_together(names, times), *_exchanged(names, angles, joints)]
 
 
-def _clocks(names: Sequence[str], times: Sequence[Array]) -> list[Problem]:
+def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Problem]:
     """Recordings whose step is a hundred times the others', or a hundredth."""
     steps = np.array([float(np.median(np.diff(time))) for time in times])
     if len(steps) < 2:

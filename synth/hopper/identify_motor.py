@@ -22,7 +22,7 @@ from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
-Z90 = 1.6448536
+Z90 = 1.6448536  # of a normal 90 % interval
 LEAST_RUNS = 3  # among which one can stand out
 ODD, ODD_TIMES = 0.1, 5.0  # share of a run's voltage or torque that others' constants miss, and times what they miss
 SURE = 3.0  # standard deviations below 0 from which on a constant is negative
@@ -118,10 +118,8 @@ def _refuse_no_motor(names: Sequence[str], found: MotorEstimate) -> None:
     if wrong:
         said = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())
         shown = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
-        text = (
-            f"{shown}: no motor has {said}. Are columns exchanged, or of the wrong sign? Voltage and current are the "
-        )
-        raise UserError(Problem(f"{text}motor's, positive where they drive it forward, speed is the gear's output"))
+        text = f"{shown}: no motor has {said}. Are columns exchanged, or of the wrong sign? Voltage and current are "
+        raise UserError(Problem(f"{text}positive where they drive the motor forward, speed is the gear's output"))
 
 
 def _estimate(rows: Array) -> MotorEstimate:
