@@ -124,7 +124,7 @@ def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: fl
 
 def _law(svg: Svg, axes: Axes, law: Law) -> None:
     """The named law over the whole axis, broken where it leaves the axis or jumps at zero."""
-    points = []
+    points: list[Point] = []
     for k in range(LAW_POINTS + 1):
         x = axes.x.low + (axes.x.high - axes.x.low) * k / LAW_POINTS
         if points and points[-1][0] < 0.0 <= x:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from markupsafe import Markup
@@ -12,7 +13,7 @@ from reports.figures.axes import padded
 from reports.figures.palette import BLUE, Line
 from reports.figures.trials import Curve, Limits, Panel, trial_figure
 from reports.reading import Json, Result, value_of
-from reports.section import mapping
+from reports.section import mapping, sequence
 
 JUMP, DESIGNS = "jump.csv", "designs.csv"
 MOST_DESIGNS = 6000  # that the page holds; of more, the map of the chosen family stands alone
@@ -64,7 +65,12 @@ def designs_data(result: Result) -> Json | None:
             found.append([*place, *numbers, row.get("feasible") == "yes", row.get("limit") or ""])
     best = mapping(result.content, "best")
     chosen = [best.get("motor"), value_of(best.get("leg_length"))]
-    return {"designs": found, "chosen": chosen} if found else None
+    front = [
+        [item.get("motor"), value_of(item.get("leg_length"))]
+        for item in sequence(result.content, "pareto")
+        if isinstance(item, Mapping)
+    ]
+    return {"designs": found, "chosen": chosen, "front": front} if found else None
 
 
 def jump_curves(result: Result) -> Markup:

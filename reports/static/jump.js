@@ -121,6 +121,7 @@
         const value1 = value === null ? "–" : (value * times).toFixed(times === 100 ? 1 : 2);
         if (cell > 26) draw("text", { x: left + (k + 0.5) * cell, y: i * high + 15, "font-size": 9, "text-anchor": "middle", class: "cell", fill: shade === "none" ? "#666" : SHADES.indexOf(shade) > 4 ? "#ffffff" : "#111111", "pointer-events": "none" }, svg).textContent = value1;
         if (!d[11]) draw("path", { d: `M${left + k * cell + 2} ${i * high + high - 2}l6 0l-6 -6z`, fill: "#d55e00", "pointer-events": "none" }, svg);
+        if (data.front.some((f) => f[0] === d[0] && Math.abs(f[1] - d[2]) < 1e-6)) draw("circle", { cx: left + (k + 1) * cell - 5, cy: i * high + 5, r: 2.6, fill: "#d55e00", stroke: "#fff", "stroke-width": 0.8, "pointer-events": "none" }, svg);
         if (isChosen(d)) draw("rect", { x: left + k * cell + 1, y: i * high + 1, width: cell - 2, height: high - 2, fill: "none", stroke: "#d55e00", "stroke-width": 2.5, "pointer-events": "none" }, svg);
         box.addEventListener("pointerenter", () => point(i, k));
         cells.set(`${i} ${k}`, d);
@@ -153,5 +154,10 @@
   const jump = document.getElementById("jump-data"), all = document.getElementById("designs-data");
   const stage = document.getElementById("jump-player"), map = document.getElementById("designs-map");
   if (jump && stage) player(stage, JSON.parse(jump.textContent));
-  if (all && map) designs(map, JSON.parse(all.textContent));
+  if (all && map) {
+    designs(map, JSON.parse(all.textContent));
+    if (map.nextElementSibling) map.nextElementSibling.classList.add("still");
+    const key = make("p", { className: "small soft live", textContent: "Framed: the chosen design; dots: designs that no other beats (the front); triangles: designs that cannot be had, the reason under the pointer." });
+    map.appendChild(key);
+  }
 })();
