@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz fuzz-files format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -65,6 +65,10 @@ architecture: $(READY)  ## draw the packages from their imports: docs/architectu
 fuzz-files: COUNT = 2000
 fuzz-files: $(READY)  ## COUNT (2000) damaged projects, tables and command lines of seed SEED, each run in its own process: build/fuzz-files
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz-files
+kill: COUNT = 40
+kill: SEED = 1
+kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, sweep and cluster: same bytes, no litter: build/kill
+	PYTHONPATH=tests:. $(BIN)/python -m kills --count $(COUNT) --seed $(SEED) --to build/kill
 
 universal: COUNT = 500
 universal: $(READY)  ## one cost for every response: ours against the thesis' on COUNT (500) random legs: build/universal; goes on from where it was
