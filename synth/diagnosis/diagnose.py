@@ -22,12 +22,13 @@ from synth.diagnosis.prediction_error import label
 from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
 from synth.diagnosis.search import Assessed, search
 from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
 from synth.diagnosis.where import missing_torque, where
 from synth.errors import UserError
 from synth.files.tolerance import Tolerance
 from synth.fit.fit_result import Estimate
+from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
@@ -123,7 +124,7 @@ def diagnose(
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
-        warnings=(*warnings, *_turning(turned), *(_worse(gap) if explained else ())),
+        warnings=(*warnings, *_odd(gap, leg), *_turning(turned), *(_worse(gap) if explained else ())),
         tied=tied,
     )
 
@@ -166,6 +167,14 @@ def _turning(hangs: Hangs) -> tuple[str, ...]:
     return tuple(said)
 
 
+def _odd(gap: Gap, leg: Leg) -> list[str]:
+    """Warnings on trials that the nominal leg at its best misses by far more than the others."""
+    away = [np.where(t.counts, p - t.measured, np.nan) for t, p in zip(gap.trials, gap.before, strict=True)]
+    rms = [np.sqrt([np.nanmean(a[:, j] ** 2) if t.counts[:, j].any() else np.nan for j in range(a.shape[1])])
+           for t, a in zip(gap.trials, away, strict=True)]  # fmt: skip
+    return odd_trials([trial.recording.name for trial in gap.trials], leg.joint_names, np.array(rms))
+
+
 def _worse(gap: Gap) -> tuple[str, ...]:
     """A warning where the explanation, good on the trials that it rests on, predicts scored ones no better."""
     before, after = gap.squares["before"].sum(axis=1), gap.squares["after"].sum(axis=1)
@@ -184,9 +193,7 @@ def _causes(bench: Workbench, found: Assessed) -> tuple[Cause, ...]:
     if not found.fit.hypothesis:
         return ()
     p = bench.n_tolerance
-    frame = found.fit.frame or bench.frame(found.fit)
-    covariance = np.linalg.inv(Normal.of(bench, found.fit, frame).matrix)
-    deviation = np.sqrt(np.diag(covariance))
+    deviation = np.sqrt(np.diag(bench.normal(found.fit).covariance))
     made, first = [], p
     for candidate, x in parts(found.fit, p):
         made.append(_cause(candidate, x, deviation[first : first + candidate.size]))

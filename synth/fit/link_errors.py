@@ -55,7 +55,7 @@ def link_errors(
     widths: Array,
     static: Sequence[StaticPoint] = (),
 ) -> LinkErrors | None:
-    """The estimates' sensitivity to the links' numbers; None where all are known exactly.
+    """The estimates' sensitivity to the links' numbers; None where all are known exactly, or the motion diverges.
 
     Parameters
     ----------
@@ -63,9 +63,9 @@ def link_errors(
     static : the static points that the fit used; the weight in them is of the same links.
     """
     open_ = np.flatnonzero(widths.ravel() > 0.0)
-    if not len(open_):
-        return None
     solution, weights = stage.solution, stage.weights
+    if not len(open_) or not np.isfinite(solution.cost):
+        return None
     deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_)
     n_common = len(solution.values)
 
