@@ -21,7 +21,7 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import LINK_QUANTITIES
 from synth.units import quantity
 
-HALF_DEGREE = radians(0.5)
+HALF_DEGREE = radians(0.5)  # what hand assembly against a drawn angle leaves: our estimate
 MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
 
 Share = Annotated[float, Quantity("1", least=0, most=MOST)]
