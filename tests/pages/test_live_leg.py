@@ -34,6 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, made: ModuleType) -> Path:
 def live(browser: Any, folder: Path) -> Iterator[Opened]:
     with opened(browser, folder / "report.html") as found:
         found.page.locator(".panel3d canvas").wait_for()
+        found.page.locator("#swap-parts[data-error]").wait_for(state="attached")
         found.page.evaluate("document.getElementById('swap-parts').closest('details').open = true")
         yield found
         assert not found.said, found.said
@@ -165,7 +166,8 @@ def test_what_the_page_shows_is_what_the_design_says(browser: Any, pages: dict[s
         pytest.skip("this leg folder was made without page.json")
     design = json.loads((folder / "design.json").read_text())
     with opened(browser, pages["leg"]) as found:
-        home = found.page.locator("#swap-parts")
+        home = found.page.locator("#swap-parts[data-chosen]")
+        home.wait_for(state="attached")
         rms = design["response"]["wanted_to_built"]["rms"]["value"]
         assert float(home.get_attribute("data-chosen")) == pytest.approx(rms, abs=NEAR)
         for j, (name, joint) in enumerate(design["joints"].items()):
