@@ -170,7 +170,7 @@ def _overview(catalogue: Catalogue) -> str:
     return "\n".join(
         [
             table_text(lines),
-            "Complete rows can be chosen, usable ones too with what their status names; others are for comparison only.",
+            "Complete rows can be chosen, usable ones too as their status says; others are for comparison only.",
         ]
     )
 

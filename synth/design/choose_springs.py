@@ -52,8 +52,8 @@ class SpringOption:
     ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together; ``asked`` is the rate for which
     it was looked for. ``error``, ``expected`` (rad): of the whole leg with it, nominal and with tolerances.
     ``outside``: the rate is not within the wished tolerance. ``compared``: it stands in the list only to compare, since
-    a bought spring comes before one to wind, and one asked for by its part before all others. ``closes``: -1 where smaller
-    measured angles close its arms, +1 where larger ones do.
+    a bought spring comes before one to wind, and one asked for by its part before all others. ``closes``: -1 where
+    smaller measured angles close its arms, +1 where larger ones do.
     """
 
     rate: float
