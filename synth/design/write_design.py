@@ -123,10 +123,11 @@ def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any
     """How far the fitted leg is off on trials that took no part."""
     if not trials:
         return None
-    square = np.array([trial.rms**2 for trial in trials])
-    rms = [float(np.sqrt(np.mean(column[np.isfinite(column)]))) for column in square.T]
+    off = np.concatenate([trial.measured - trial.fitted for trial in trials])
+    counted = [column[np.isfinite(column)] for column in off.T]
+    rms = [float(np.sqrt(np.mean(column**2))) if len(column) else float("nan") for column in counted]
     return {
-        "rms": {name: quantity(value, "deg") for name, value in zip(names, rms, strict=True)},
+        "rms": {name: quantity(value, "deg") for name, value in zip(names, rms, strict=True) if value == value},
         "trials": [
             {
                 "file": trial.name,
