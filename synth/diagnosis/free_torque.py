@@ -1,0 +1,238 @@
+"""A torque of free shape at each joint, fitted beside the library: it describes what no effect of the library says.
+
+The shape is a sum of hat functions, once over deflection for each direction of motion, once over speed. Each hat, taken
+along the *measured* motion, is a known torque; its effect on the predicted motion is one simulated column, so the fit
+is a linear least squares in which tolerances (with their priors) and initial states take part. Each trial is then
+predicted by the fit without it, in closed form: what a shape takes away there is what it is worth. The idea is that of
+nonparametric friction identification (Hensen, van de Molengraft & Steinbuch, IEEE Trans. Control Syst. Technol. 10
+(2002) 32).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.candidates import Scales
+from synth.diagnosis.gap_trials import GapTrial
+from synth.diagnosis.predict import Block
+from synth.diagnosis.solve import Fit, Workbench
+from synth.threads import in_parallel
+from synth.units import quantity
+
+Over = Literal["deflection", "speed"]
+SHAPES: tuple[Over, ...] = ("deflection", "speed")
+PLACES = 9  # hats over the range of deflection, for each direction of motion
+SPEEDS = 15  # hats over speed, both directions
+FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
+TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
+STEP = 0.01  # of the joint's natural torque, by which each hat is tried
+LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: less is no gap
+ROUNDS = 6  # of the reweighting by the size of the residuals; it settles in three
+NORMAL90 = 1.6448536269514722
+
+
+@dataclass(frozen=True)
+class FreeTorque:
+    """A torque of free shape at one joint.
+
+    ``over`` : what its hats depend on. ``place`` (k,) their middles, rad from the free angle or rad/s, in the measured
+    angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 where they are over speed; ``torque`` (k,) N m in that
+    sense, ``low`` and ``high`` its 90 % interval by leaving out one trial after the other (jackknife).
+    ``taken`` : share of the error's RMS above the noise that it takes away on trials that took no part.
+    """
+
+    joint: str
+    over: Over
+    place: Array
+    direction: Array
+    torque: Array
+    low: Array
+    high: Array
+    taken: float
+
+    def as_json(self) -> dict[str, Any]:
+        """One entry of ``free_torque`` in ``gap.json``."""
+        unit = "rad" if self.over == "deflection" else "rad/s"
+        return {
+            "joint": self.joint,
+            "over": self.over,
+            "taken": quantity(self.taken, "1"),
+            "curve": {
+                "place": {"value": self.place.tolist(), "unit": unit},
+                "direction": self.direction.tolist(),
+                "torque": {"value": self.torque.tolist(), "unit": "N*m"},
+                "low": {"value": self.low.tolist(), "unit": "N*m"},
+                "high": {"value": self.high.tolist(), "unit": "N*m"},
+            },
+        }
+
+
+def free_torques(bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorque, ...]:
+    """The better of both shapes at each free joint, the joint that it does most for first.
+
+    Parameters
+    ----------
+    base : the nominal leg at its best, from which the torque is missing.
+
+    Returns
+    -------
+    Empty where the nominal leg is as near as the noise, or where there is only one trial, so that nothing can be
+    predicted that took no part.
+    """
+    if len(bench.trials) < 2:
+        return ()
+    leg = bench.predictor.leg
+    frame = base.frame or bench.frame(base)
+    linear = _Linear.of(bench, base, [part.tolerance for part in frame.parts], [part.q for part in frame.parts])
+    floor = bench.total
+    none = linear.with_columns([np.zeros((0, 0))] * len(bench.trials))[0]
+    before = float(none.sum()) - floor
+    if before <= LEAST_GAP * floor:
+        return ()
+    found = []
+    for j in sorted({j for trial in bench.trials for j in trial.free}):
+        tried = []
+        for over in SHAPES:
+            hats = _Hats.of(bench.trials, j, over, scales, float(leg.rest[j]))
+            columns = in_parallel(lambda i, hats=hats: _columns(bench, base, i, hats), len(bench.trials))  # type: ignore[misc]
+            squares, each = linear.with_columns(columns)
+            after = max(float(squares.sum()) - floor, 0.0)
+            tried.append((after, hats, each))
+        after, hats, each = min(tried, key=lambda item: item[0])
+        found.append(_result(leg.joint_names[j], leg.joints[j].sign, hats, each, 1.0 - float(np.sqrt(after / before))))
+    return tuple(sorted(found, key=lambda item: -item.taken))
+
+
+@dataclass(frozen=True)
+class _Hats:
+    """Hats of a joint: ``nodes`` rad (of q) or rad/s; ``rest`` rad; natural ``torque`` N m; largest ``speed`` rad/s."""
+
+    joint: int
+    over: Over
+    nodes: Array
+    rest: float
+    torque: float
+    speed: float
+
+    @classmethod
+    def of(cls, trials: Sequence[GapTrial], joint: int, over: Over, scales: Scales, rest: float) -> _Hats:
+        moving = [trial.recording.smoothed for trial in trials if joint in trial.free]
+        angle = np.concatenate([smoothed.angle[:, joint] for smoothed in moving])
+        # The largest speed but for the fastest hundredth, which glitches of the smoothing may hold.
+        speed = float(np.percentile(np.abs(np.concatenate([smoothed.rate[:, joint] for smoothed in moving])), 99))
+        if over == "deflection":
+            nodes = np.linspace(angle.min(), angle.max(), PLACES)
+        else:
+            nodes = FINE * speed * np.sinh(np.linspace(-1.0, 1.0, SPEEDS) * np.arcsinh(1.0 / FINE))
+        return cls(joint, over, nodes, rest, float(scales.torque[joint]), max(speed, 1e-9))
+
+    def along(self, trial: GapTrial) -> Array:
+        """(n_time, k) each hat along the trial's smoothed motion."""
+        smoothed = trial.recording.smoothed
+        angle, rate = smoothed.angle[:, self.joint], smoothed.rate[:, self.joint]
+        if self.over == "speed":
+            scaled = np.arcsinh(rate / (FINE * self.speed))
+            return _hats(scaled, np.arcsinh(self.nodes / (FINE * self.speed)))
+        direction = np.tanh(rate / (TURNING * self.speed))
+        hats = _hats(angle, self.nodes)
+        forth, back = (np.maximum(side * direction, 0.0)[:, None] for side in (1.0, -1.0))
+        return np.concatenate([hats * forth, hats * back], axis=1)
+
+
+def _hats(x: Array, nodes: Array) -> Array:
+    """(n, k) hats at even ``nodes`` (k,), the outer ones constant beyond their ends."""
+    place = np.clip((x - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1.0)
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(len(nodes)))))
+
+
+def _columns(bench: Workbench, base: Fit, index: int, hats: _Hats) -> Array:
+    """(count, k) change of a trial's whitened prediction by each hat at the joint's natural torque."""
+    trial = bench.trials[index]
+    along = hats.along(trial)
+    white = bench.whitener(trial)
+    if hats.joint not in trial.free:
+        return np.zeros((white.count, along.shape[1]))
+    smoothed, recording = trial.recording.smoothed, trial.recording
+    known = np.zeros((len(smoothed.time), trial.measured.shape[1]))
+    if recording.known_torque is not None:
+        times, torques = recording.known_torque
+        known = np.column_stack([np.interp(smoothed.time, times, column) for column in torques.T])
+    block = Block(base.hypothesis, base.unknowns[:, None], base.states[index][:, None])
+
+    def predicted(extra: Array) -> Array:
+        torque = known.copy()
+        torque[:, hats.joint] += extra
+        driven = replace(trial, recording=replace(recording, known_torque=(smoothed.time, torque)))
+        return np.asarray(white.lanes(bench.predictor.predict(driven, [block])[0])[0])
+
+    still = predicted(np.zeros(len(smoothed.time)))
+    step = STEP * hats.torque
+    return np.column_stack([(predicted(step * column) - still) / STEP for column in along.T])
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """Least squares of all trials with the states projected out: a trial's ``tolerance`` (M, p), ``residual`` (M,)."""
+
+    bench: Workbench
+    start: Array
+    tolerance: tuple[Array, ...]
+    residual: tuple[Array, ...]
+    states: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, bench: Workbench, base: Fit, tolerance: Sequence[Array], states: Sequence[Array]) -> _Linear:
+        bare = [t - q @ (q.T @ t) for t, q in zip(tolerance, states, strict=True)]
+        residual = [r - q @ (q.T @ r) for r, q in zip(base.residuals, states, strict=True)]
+        return cls(bench, base.unknowns[: bench.n_tolerance], tuple(bare), tuple(residual), tuple(states))
+
+    def with_columns(self, columns: Sequence[Array]) -> tuple[Array, Array]:
+        """Squares (n_trial,) of each trial predicted without it, and the hats' unknowns (n_trial, k) of these fits.
+
+        The prior of a hat is a unit normal in the joint's natural torque. Residuals far above the noise are weighted
+        as in ``Workbench.cost``.
+        """
+        parts = []
+        for bare, residual, column, q in zip(self.tolerance, self.residual, columns, self.states, strict=True):
+            padded = np.zeros((len(residual), column.shape[1]))
+            padded[: len(column)] = column
+            parts.append((np.concatenate([bare, padded - q @ (q.T @ padded)], axis=1), residual))
+        size = parts[0][0].shape[1]
+        first = np.concatenate([self.start, np.zeros(size - len(self.start))])
+        products = [(x.T @ x, x.T @ r) for x, r in parts]
+        squares = sum(float(r @ r) for _, r in parts)
+        for _ in range(ROUNDS):
+            weight = 2.0 / (1.0 + squares / self.bench.total)
+            matrix = np.eye(size) + weight * sum((m for m, _ in products), np.zeros((size, size)))
+            gradient = first + weight * sum((g for _, g in products), np.zeros(size))
+            step = -np.linalg.solve(matrix, gradient)
+            squares = sum(float(np.sum((r + x @ step) ** 2)) for x, r in parts)
+        missed, each = [], []
+        for (x, r), (m, g) in zip(parts, products, strict=True):
+            step = -np.linalg.solve(matrix - weight * m, gradient - weight * g)
+            missed.append(float(np.sum((r + x @ step) ** 2)))
+            each.append(step[len(self.start) :])
+        return np.array(missed), np.array(each)
+
+
+def _result(joint: str, sign: int, hats: _Hats, each: Array, taken: float) -> FreeTorque:
+    """From the hats' unknowns (n_trial, k), each without one trial, to a curve in the measured angle's sense."""
+    count = len(each)
+    middle = each.mean(axis=0)
+    deviation = np.sqrt((count - 1) / count * np.sum((each - middle) ** 2, axis=0))  # jackknife: Efron 1982, eq. 3.5
+    torque, spread = sign * middle * hats.torque, NORMAL90 * deviation * hats.torque
+    if hats.over == "speed":
+        place, direction = sign * hats.nodes, np.zeros(len(hats.nodes))
+    else:
+        place = sign * (np.tile(hats.nodes, 2) - hats.rest)
+        direction = sign * np.repeat([1.0, -1.0], len(hats.nodes))
+    order = np.lexsort((place, direction))
+    return FreeTorque(
+        joint, hats.over, place[order], direction[order], torque[order], (torque - spread)[order],
+        (torque + spread)[order], taken,
+    )  # fmt: skip
