@@ -15,7 +15,7 @@ from synth.diagnosis.prediction_error import BLOCKS, Misses, label
 from synth.diagnosis.result import TrialGap
 from synth.diagnosis.score import score
 from synth.diagnosis.search import Assessed, Search
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.where import Missing, phases
 from synth.swing.leg_model import Leg
 
@@ -34,8 +34,7 @@ def predictions(bench: Workbench, found: Assessed, trials: Sequence[GapTrial], h
     """(m, n) rad a trial: of trials that took no part, or else of each trial by a fit without it."""
     if held_out or len(trials) == 1:
         return score(bench, found.fit, trials).predictions
-    frame = found.fit.frame or bench.frame(found.fit)
-    normal = Normal.of(bench, found.fit, frame)
+    normal = bench.normal(found.fit)
     low, high = bench.bounds(found.fit.hypothesis)
     made = []
     for index, trial in enumerate(trials):

@@ -14,10 +14,11 @@ import synth
 from synth.arrays import Array
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.result import PHASES, Cause, GapResult, TrialGap
+from synth.estimation.parameters import PlantEffect
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
 from synth.files.output import place, stems, write_csv, write_json
-from synth.swing.effects import Effect, effect_named
+from synth.swing.effects import effect_named
 from synth.units import quantity
 
 LIBRARIES = ("numpy", "scipy", "numba")
@@ -122,7 +123,7 @@ def _causes(result: GapResult) -> list[Cause]:
     return [*result.explanation, *(entry.cause for entry in result.ranked), *(c for tie in result.tied for c in tie)]
 
 
-def described(causes: Sequence[Cause], effect_called: Callable[[str], Effect]) -> dict[str, dict[str, str]]:
+def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, str]]:
     """Every effect among the causes: what it is, its formula and source."""
     found = {}
     for name in dict.fromkeys(cause.effect for cause in causes):
