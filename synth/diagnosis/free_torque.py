@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
 
 import numpy as np
 
@@ -20,56 +19,21 @@ from synth.arrays import Array
 from synth.diagnosis.candidates import Scales
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.predict import Block
+from synth.diagnosis.result import FreeTorque, Over
 from synth.diagnosis.solve import Fit, Workbench
+from synth.estimation.linearisation import Linearisation, LinearisedNormal
 from synth.threads import in_parallel
-from synth.units import quantity
 
-Over = Literal["deflection", "speed"]
 SHAPES: tuple[Over, ...] = ("deflection", "speed")
 PLACES = 9  # hats over the range of deflection, for each direction of motion
 SPEEDS = 15  # hats over speed, both directions
 FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
 TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
 STEP = 0.01  # of the joint's natural torque, by which each hat is tried
+TELLING = 0.2  # share of the error that a free torque must take on unseen trials to be worth a sentence
 LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: less is no gap
 ROUNDS = 6  # of the reweighting by the size of the residuals; it settles in three
 NORMAL90 = 1.6448536269514722
-
-
-@dataclass(frozen=True)
-class FreeTorque:
-    """A torque of free shape at one joint.
-
-    ``over`` : what its hats depend on. ``place`` (k,) their middles, rad from the free angle or rad/s, in the measured
-    angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 where they are over speed; ``torque`` (k,) N m in that
-    sense, ``low`` and ``high`` its 90 % interval by leaving out one trial after the other (jackknife).
-    ``taken`` : share of the error's RMS above the noise that it takes away on trials that took no part.
-    """
-
-    joint: str
-    over: Over
-    place: Array
-    direction: Array
-    torque: Array
-    low: Array
-    high: Array
-    taken: float
-
-    def as_json(self) -> dict[str, Any]:
-        """One entry of ``free_torque`` in ``gap.json``."""
-        unit = "rad" if self.over == "deflection" else "rad/s"
-        return {
-            "joint": self.joint,
-            "over": self.over,
-            "taken": quantity(self.taken, "1"),
-            "curve": {
-                "place": {"value": self.place.tolist(), "unit": unit},
-                "direction": self.direction.tolist(),
-                "torque": {"value": self.torque.tolist(), "unit": "N*m"},
-                "low": {"value": self.low.tolist(), "unit": "N*m"},
-                "high": {"value": self.high.tolist(), "unit": "N*m"},
-            },
-        }
 
 
 def free_torques(bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorque, ...]:
@@ -88,9 +52,8 @@ def free_torques(bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorqu
         return ()
     leg = bench.predictor.leg
     frame = base.frame or bench.frame(base)
-    linear = _Linear.of(bench, base, [part.tolerance for part in frame.parts], [part.q for part in frame.parts])
     floor = bench.total
-    none = linear.with_columns([np.zeros((0, 0))] * len(bench.trials))[0]
+    none, _ = _left_out(bench, base, frame, [np.zeros((0, 0))] * len(bench.trials))
     before = float(none.sum()) - floor
     if before <= LEAST_GAP * floor:
         return ()
@@ -100,7 +63,7 @@ def free_torques(bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorqu
         for over in SHAPES:
             hats = _Hats.of(bench.trials, j, over, scales, float(leg.rest[j]))
             columns = in_parallel(lambda i, hats=hats: _columns(bench, base, i, hats), len(bench.trials))  # type: ignore[misc]
-            squares, each = linear.with_columns(columns)
+            squares, each = _left_out(bench, base, frame, columns)
             after = max(float(squares.sum()) - floor, 0.0)
             tried.append((after, hats, each))
         after, hats, each = min(tried, key=lambda item: item[0])
@@ -175,49 +138,45 @@ def _columns(bench: Workbench, base: Fit, index: int, hats: _Hats) -> Array:
     return np.column_stack([(predicted(step * column) - still) / STEP for column in along.T])
 
 
-@dataclass(frozen=True)
-class _Linear:
-    """Least squares of all trials with the states projected out: a trial's ``tolerance`` (M, p), ``residual`` (M,)."""
+def _left_out(bench: Workbench, base: Fit, frame: Linearisation, columns: Sequence[Array]) -> tuple[Array, Array]:
+    """Squares (n_trial,) of each trial predicted without it, and the hats' unknowns (n_trial, k) of these fits.
 
-    bench: Workbench
-    start: Array
-    tolerance: tuple[Array, ...]
-    residual: tuple[Array, ...]
-    states: tuple[Array, ...]
+    ``columns`` : of the hats, (count, k) a trial. The prior of a hat is a unit normal in the joint's natural torque;
+    residuals far above the noise are weighted as in ``Workbench.cost``.
+    """
+    padded = []
+    for residual, column in zip(base.residuals, columns, strict=True):
+        wide = np.zeros((len(residual), column.shape[1]))
+        wide[: len(column)] = column
+        padded.append(wide)
+    p = bench.n_tolerance
+    prior = np.concatenate([base.unknowns[:p], np.zeros(padded[0].shape[1])])
+    squares = sum(float(r @ r) for r in base.residuals)
+    for _ in range(ROUNDS):
+        normal = frame.normal(base.residuals, padded, 2.0 / (1.0 + squares / bench.total), prior)
+        step = np.asarray(-np.linalg.solve(normal.matrix, normal.gradient), dtype=float)
+        squares = float(sum(_squares_after(normal, trial, step) for trial in range(len(padded))))
+    steps = [normal.without(trial) for trial in range(len(padded))]
+    missed = [_squares_after(normal, trial, step) for trial, step in enumerate(steps)]
+    return np.array(missed), np.array([step[p:] for step in steps])
 
-    @classmethod
-    def of(cls, bench: Workbench, base: Fit, tolerance: Sequence[Array], states: Sequence[Array]) -> _Linear:
-        bare = [t - q @ (q.T @ t) for t, q in zip(tolerance, states, strict=True)]
-        residual = [r - q @ (q.T @ r) for r, q in zip(base.residuals, states, strict=True)]
-        return cls(bench, base.unknowns[: bench.n_tolerance], tuple(bare), tuple(residual), tuple(states))
 
-    def with_columns(self, columns: Sequence[Array]) -> tuple[Array, Array]:
-        """Squares (n_trial,) of each trial predicted without it, and the hats' unknowns (n_trial, k) of these fits.
+def _squares_after(normal: LinearisedNormal, trial: int, step: Array) -> float:
+    """A trial's projected sum of squares after a step (p + k,) of the common unknowns, to first order."""
+    matrix, gradient = (part / normal.weight for part in normal.parts[trial])
+    return normal.squares[trial] + 2.0 * float(gradient @ step) + float(step @ matrix @ step)
 
-        The prior of a hat is a unit normal in the joint's natural torque. Residuals far above the noise are weighted
-        as in ``Workbench.cost``.
-        """
-        parts = []
-        for bare, residual, column, q in zip(self.tolerance, self.residual, columns, self.states, strict=True):
-            padded = np.zeros((len(residual), column.shape[1]))
-            padded[: len(column)] = column
-            parts.append((np.concatenate([bare, padded - q @ (q.T @ padded)], axis=1), residual))
-        size = parts[0][0].shape[1]
-        first = np.concatenate([self.start, np.zeros(size - len(self.start))])
-        products = [(x.T @ x, x.T @ r) for x, r in parts]
-        squares = sum(float(r @ r) for _, r in parts)
-        for _ in range(ROUNDS):
-            weight = 2.0 / (1.0 + squares / self.bench.total)
-            matrix = np.eye(size) + weight * sum((m for m, _ in products), np.zeros((size, size)))
-            gradient = first + weight * sum((g for _, g in products), np.zeros(size))
-            step = -np.linalg.solve(matrix, gradient)
-            squares = sum(float(np.sum((r + x @ step) ** 2)) for x, r in parts)
-        missed, each = [], []
-        for (x, r), (m, g) in zip(parts, products, strict=True):
-            step = -np.linalg.solve(matrix - weight * m, gradient - weight * g)
-            missed.append(float(np.sum((r + x @ step) ** 2)))
-            each.append(step[len(self.start) :])
-        return np.array(missed), np.array(each)
+
+def described(found: Sequence[FreeTorque]) -> str:
+    """What the first of them says of a gap that no effect explains; empty where it takes too little to tell."""
+    if not found or found[0].taken < TELLING:
+        return ""
+    first = found[0]
+    over = "its deflection and direction" if first.over == "deflection" else "its speed"
+    return (
+        f" The missing torque acts at the {first.joint} and depends on {over}: a free shape there takes "
+        f"{first.taken:.0%} of the error on trials that it was not fitted to."
+    )
 
 
 def _result(joint: str, sign: int, hats: _Hats, each: Array, taken: float) -> FreeTorque:
