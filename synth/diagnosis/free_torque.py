@@ -29,6 +29,13 @@ PLACES = 9  # hats over the range of deflection, for each direction of motion
 SPEEDS = 15  # hats over speed, both directions
 FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
 TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
+SIZES = (
+    1.0,
+    0.3,
+    0.1,
+    0.03,
+    0.01,
+)  # prior deviations of a hat, in natural torques: the one that predicts best is taken
 STEP = 0.01  # of the joint's natural torque, by which each hat is tried
 TELLING = 0.2  # share of the error that a free torque must take on unseen trials to be worth a sentence
 LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: less is no gap
@@ -63,9 +70,9 @@ def free_torques(bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorqu
         for over in SHAPES:
             hats = _Hats.of(bench.trials, j, over, scales, float(leg.rest[j]))
             columns = in_parallel(lambda i, hats=hats: _columns(bench, base, i, hats), len(bench.trials))  # type: ignore[misc]
-            squares, each = _left_out(bench, base, frame, columns)
-            after = max(float(squares.sum()) - floor, 0.0)
-            tried.append((after, hats, each))
+            for size in SIZES:
+                squares, each = _left_out(bench, base, frame, [size * column for column in columns])
+                tried.append((max(float(squares.sum()) - floor, 0.0), hats, size * each))
         after, hats, each = min(tried, key=lambda item: item[0])
         found.append(_result(leg.joint_names[j], leg.joints[j].sign, hats, each, 1.0 - float(np.sqrt(after / before))))
     return tuple(sorted(found, key=lambda item: -item.taken))
