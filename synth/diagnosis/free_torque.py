@@ -29,7 +29,7 @@ PLACES = 9  # hats over the range of deflection, for each direction of motion
 SPEEDS = 15  # hats over speed, both directions
 FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
 TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
-SIZES = (
+SIZES = (1.0, 0.3, 0.1, 0.03, 0.01)  # prior deviations of a hat, in natural torques; that which predicts best is taken
     1.0,
     0.3,
     0.1,
