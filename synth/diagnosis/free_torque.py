@@ -29,13 +29,10 @@ PLACES = 9  # hats over the range of deflection, for each direction of motion
 SPEEDS = 15  # hats over speed, both directions
 FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
 TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
-SIZES = (1.0, 0.3, 0.1, 0.03, 0.01)  # prior deviations of a hat, in natural torques; that which predicts best is taken
-    1.0,
-    0.3,
-    0.1,
-    0.03,
-    0.01,
-)  # prior deviations of a hat, in natural torques: the one that predicts best is taken
+# Prior deviations of a hat, in natural torques; the one that predicts left-out trials best is taken.
+SIZES = (1.0, 0.3, 0.1, 0.03, 0.01)
+SMOOTH = 2.0  # hats over which the smooth part of the prior is alike
+ALIKE = 0.5  # prior correlation of the curves for both directions of motion
 STEP = 0.01  # of the joint's natural torque, by which each hat is tried
 TELLING = 0.2  # share of the error that a free torque must take on unseen trials to be worth a sentence
 LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: less is no gap
@@ -71,8 +68,9 @@ def free_torques(bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorqu
             hats = _Hats.of(bench.trials, j, over, scales, float(leg.rest[j]))
             columns = in_parallel(lambda i, hats=hats: _columns(bench, base, i, hats), len(bench.trials))  # type: ignore[misc]
             for size in SIZES:
-                squares, each = _left_out(bench, base, frame, [size * column for column in columns])
-                tried.append((max(float(squares.sum()) - floor, 0.0), hats, size * each))
+                root = size * hats.prior_root()
+                squares, each = _left_out(bench, base, frame, [column @ root for column in columns])
+                tried.append((max(float(squares.sum()) - floor, 0.0), hats, each @ root.T))
         after, hats, each = min(tried, key=lambda item: item[0])
         found.append(_result(leg.joint_names[j], leg.joints[j].sign, hats, each, 1.0 - float(np.sqrt(after / before))))
     return tuple(sorted(found, key=lambda item: -item.taken))
@@ -101,6 +99,13 @@ class _Hats:
             nodes = FINE * speed * np.sinh(np.linspace(-1.0, 1.0, SPEEDS) * np.arcsinh(1.0 / FINE))
         return cls(joint, over, nodes, rest, float(scales.torque[joint]), max(speed, 1e-9))
 
+    def prior_root(self) -> Array:
+        """(k, k) square root of the hats' prior covariance, in natural torques."""
+        covariance = _smooth(len(self.nodes))
+        if self.over == "deflection":
+            covariance = np.kron([[1.0, ALIKE], [ALIKE, 1.0]], covariance)
+        return np.asarray(np.linalg.cholesky(covariance + 1e-9 * np.eye(len(covariance))))
+
     def along(self, trial: GapTrial) -> Array:
         """(n_time, k) each hat along the trial's smoothed motion."""
         smoothed = trial.recording.smoothed
@@ -112,6 +117,17 @@ class _Hats:
         hats = _hats(angle, self.nodes)
         forth, back = (np.maximum(side * direction, 0.0)[:, None] for side in (1.0, -1.0))
         return np.concatenate([hats * forth, hats * back], axis=1)
+
+
+def _smooth(count: int) -> Array:
+    """(k, k) prior covariance of hats in a row: a constant, a straight line, and a smooth rest (squared exponential).
+
+    Where the other trials did not go, a trial is then predicted by their straight line and not by nothing.
+    """
+    place = np.arange(float(count))
+    line = np.linspace(-1.0, 1.0, count)
+    apart = place[:, None] - place[None, :]
+    return np.asarray(1.0 + np.outer(line, line) + np.exp(-0.5 * (apart / SMOOTH) ** 2))
 
 
 def _hats(x: Array, nodes: Array) -> Array:
@@ -148,7 +164,7 @@ def _columns(bench: Workbench, base: Fit, index: int, hats: _Hats) -> Array:
 def _left_out(bench: Workbench, base: Fit, frame: Linearisation, columns: Sequence[Array]) -> tuple[Array, Array]:
     """Squares (n_trial,) of each trial predicted without it, and the hats' unknowns (n_trial, k) of these fits.
 
-    ``columns`` : of the hats, (count, k) a trial. The prior of a hat is a unit normal in the joint's natural torque;
+    ``columns`` : of the hats, (count, k) a trial. Their unknowns have a unit normal prior;
     residuals far above the noise are weighted as in ``Workbench.cost``.
     """
     padded = []
