@@ -103,7 +103,7 @@ class _Hats:
         """(k, k) square root of the hats' prior covariance, in natural torques."""
         covariance = _smooth(len(self.nodes))
         if self.over == "deflection":
-            covariance = np.kron([[1.0, ALIKE], [ALIKE, 1.0]], covariance)
+            covariance = np.asarray(np.kron([[1.0, ALIKE], [ALIKE, 1.0]], covariance), dtype=float)
         return np.asarray(np.linalg.cholesky(covariance + 1e-9 * np.eye(len(covariance))))
 
     def along(self, trial: GapTrial) -> Array:
