@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: what wound samples say of wire and winder"
     )
-    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="of calibrate; see synth/spring/wound_samples.py")
+    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="of calibrate: a table of wound coils")
 
     def quantity(option: str, example: str, text: str) -> None:
         parser.add_argument(option, metavar=f'"{example}"', help=text)
