@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.hypotheses import Key
 from synth.swing.effects import Parameter, registered
+from synth.swing.effects.definition import Need
 from synth.swing.lane_layout import MOST_LINKS
 from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Leg
@@ -130,6 +132,23 @@ class Candidate(ShapedEffect):
         return np.array(turned).T
 
 
+def _met(needs: Sequence[Need], there: AbstractSet[Need]) -> bool:
+    """Whether one of what is needed is there, or nothing is needed."""
+    return not needs or not there.isdisjoint(needs)
+
+
+def _present(leg: Leg, joint: int, trials: Sequence[GapTrial]) -> AbstractSet[Need]:
+    """What a joint has on which an effect can act: a spring, a damper, a known torque."""
+    spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
+    found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}
+    if damper is not None and (damper.curve is not None or (damper.rate or 0.0) > 0.0):
+        found.add("damper")
+    known = [trial.recording.known_torque for trial in trials if joint in trial.free]
+    if any(torque is not None and np.any(torque[1][:, joint] != 0.0) for torque in known):
+        found.add("torque")
+    return found
+
+
 def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Candidate]:
     """Every effect at every place where it could act and show, in every shape."""
     free = sorted({j for trial in trials for j in trial.free})
@@ -139,8 +158,11 @@ def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Cand
         first = min(free, default=0) if effect.way == "leg" else 0
         places = range(first, len(leg.joints)) if effect.shows_locked else free
         for joint in [0] if effect.where == "base" else places:
+            there = _present(leg, joint, trials)
             for shape in effect.shapes:
                 candidate = Candidate(effect, shape, joint, found, leg)
+                if effect.where == "joint" and not (_met(effect.needs, there) and _met(shape.needs, there)):
+                    continue
                 if len(leg.joints) + candidate.links <= MOST_LINKS:
                     made.append(candidate)
     return made

@@ -82,7 +82,7 @@ class Predictor:
             way = candidate.effect.way
             if way == "torque":
                 _put(legs, candidate, candidate.in_rotation(x), lanes)
-            elif way == "leg":
+            elif way in ("leg", "drive"):
                 _change(legs, candidate, candidate.values(x), lanes)
             elif way == "reading":
                 readings.append((candidate, candidate.values(x), lanes))

@@ -46,7 +46,7 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
     bump = (1.0 - u * u) ** 3
     slope = -6.0 * u * (1.0 - u * u) ** 2 * 2.0 / (support * step)
     conditions = trial.recording.conditions
-    found = coefficients(leg, conditions.tip_mass)
+    found = coefficients(leg, conditions.tip)
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
     known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
     if trial.recording.known_torque is not None:

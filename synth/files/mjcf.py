@@ -103,6 +103,8 @@ def _body(joint: Joint, height: float, terms: DampingTerms) -> list[str]:
         found = spring_terms(joint, _reach(joint))
         attributes.append(f'stiffness="{_polynomial(found.polynomial)}" springref="{joint.rest:.10g}"')
         note += _off("spring", found.error)
+    if joint.armature:
+        attributes.append(f'armature="{joint.armature:.10g}"')
     if any(terms.polynomial):
         attributes.append(f'damping="{_polynomial(terms.polynomial)}"')
     note += _off("damper", terms.error)

@@ -128,6 +128,7 @@ def _view(time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int,
         phi, omega = absolute(smoothed.angle, leg.tilt), np.cumsum(smoothed.rate, axis=1)
         cosine = np.cos(phi[:, :, None] - phi[:, None, :])
         twice = np.einsum("ij,tij,ti,tj->t", coefficient.inertia, cosine, omega, omega)
+        twice += smoothed.rate**2 @ coefficient.armature
         mass = mass_matrix(coefficient, smoothed.angle[-1], leg.tilt)
         noise = smoothed.noise * polynomial_noise(points, 3, step)[1]
         noise[list(locked)] = 0.0

@@ -1,6 +1,6 @@
 """What an effect is: parameters with units, defaults and priors, and how it changes torque, leg, reading or structure.
 
-An effect acts in exactly one of four ways, each a function of its module that ``Effect.function`` finds by name:
+An effect acts in exactly one of five ways, each a function of its module that ``Effect.function`` finds by name:
 
 ``torque``
     compiled, ``torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, bearing_force, memory,
@@ -10,6 +10,8 @@ An effect acts in exactly one of four ways, each a function of its module that `
     measured angle, ``to_rotation(sign, zero, *parameters)`` turns all of them to the sense of q.
 ``leg``
     ``change(legs, joint, sign, *parameters)`` changes the columns of a ``LegLanes`` in place.
+``drive``
+    ``drive(legs, joint, sign, *parameters)`` changes in place what a ``LegLanes`` holds of a known torque's errors.
 ``reading``
     ``read(time, rotation, rate, sign, zero, *parameters)`` gives the rotation as the encoder tells it; arrays
     (n_time, n_lane), parameters (n_lane,).
@@ -29,9 +31,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-Way = Literal["torque", "leg", "reading", "structure"]
-FUNCTIONS: dict[str, str] = {"torque": "torque", "leg": "change", "reading": "read", "structure": "extend"}
-ARGUMENTS: dict[str, int] = {"torque": 8, "leg": 3, "reading": 5, "structure": 2}  # before the parameters
+Way = Literal["torque", "leg", "drive", "reading", "structure"]
+Need = Literal["spring", "no spring", "damper", "torque"]
+FUNCTIONS: dict[str, str] = {
+    "torque": "torque",
+    "leg": "change",
+    "drive": "drive",
+    "reading": "read",
+    "structure": "extend",
+}
+ARGUMENTS: dict[str, int] = {"torque": 8, "leg": 3, "drive": 3, "reading": 5, "structure": 2}  # before the parameters
 
 
 @dataclass(frozen=True)
@@ -127,12 +136,14 @@ class Shape:
     """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
 
     ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> value; what is
-    left out starts small. Both in units of the natural size, as ``Prior.centre``.
+    left out starts small. Both in units of the natural size, as ``Prior.centre``. ``needs`` : as ``Effect.needs``, of
+    this shape.
     """
 
     free: tuple[str, ...]
     held: Mapping[str, float]
     starts: tuple[Mapping[str, float], ...] = ({},)
+    needs: tuple[Need, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -149,6 +160,8 @@ class Effect:
     joint has no two of them.
     ``phrase`` : what a diagnosis says of the joint that has it, "lacks dry friction".
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
+    ``needs`` : what a joint must have, one of these, for the effect to act there: a spring or damper with a rate, or a
+    known torque in some trial.
     ``shows_locked`` : it shows though its joint is locked: by where the links stand, or by what the link carries along.
     """
 
@@ -170,6 +183,7 @@ class Effect:
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
     phrase: str = ""
+    needs: tuple[Need, ...] = ()
     shows_locked: bool = False
     module: str = ""
 
