@@ -119,11 +119,12 @@ def _require_fields(effect: Effect) -> None:
         value = getattr(effect, key)
         if not isinstance(value, tuple) or not all(isinstance(item, kind) for item in value):
             raise WrongEffect(f"{key} must be a tuple of {kind.__name__}, such as ({_example(key)},)")
-    for group in (effect.needs, *(shape.needs for shape in effect.shapes)):
+    given: list[object] = [effect.needs, *(shape.needs for shape in effect.shapes)]
+    for group in given:
         unknown = [need for need in group if need not in get_args(Need)] if isinstance(group, tuple) else [group]
         if unknown:
-            choices = ", ".join(map(repr, get_args(Need)))
-            raise WrongEffect(f"needs holds {unknown[0]!r}; write a tuple of some of {choices}")
+            known = ", ".join(map(repr, get_args(Need)))
+            raise WrongEffect(f"needs holds {unknown[0]!r}; write a tuple of some of {known}")
     for key in ("meaning", "formula", "source", "kin", "phrase", "bristle", "play"):
         if not isinstance(getattr(effect, key), str):
             raise WrongEffect(f"{key} must be text")
