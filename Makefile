@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check blind blind-jumps tune bench robustness universal fuzz format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture fuzz format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -30,6 +30,10 @@ check: $(READY)  ## style and types
 test: check  ## style, types and all tests
 	$(BIN)/python -m pytest -n $(WORKERS)
 
+pages: $(READY)  ## every command's page in Chromium (apt-get install chromium): build/pages, pictures beside them
+	@$(BIN)/python -c 'import playwright' 2>/dev/null || $(BIN)/python -m pip install --quiet playwright
+	PYTHONPATH=. $(BIN)/python tools/pages.py
+
 blind: SEED = 3000
 blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED; stopped, it goes on from where it was
 	PYTHONPATH=tests $(BIN)/python -m blind --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
@@ -47,6 +51,12 @@ bench: $(READY)  ## speed, beside other engines in the same run: build/bench/ben
 fuzz: COUNT = 300
 fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and checked in its own process: build/fuzz
 	$(BIN)/python tools/fuzz_joints.py --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz
+
+mutants: $(READY)  ## do the tests notice a wrong formula? forty single changes of the core, at least 95 % caught: build/mutants
+	$(BIN)/python tools/mutants.py --to build/mutants --workers $(WORKERS)
+
+architecture: $(READY)  ## draw the packages from their imports: docs/architecture.svg
+	$(BIN)/python tools/architecture.py
 
 universal: COUNT = 500
 universal: $(READY)  ## one cost for every response: ours against the thesis' on COUNT (500) random legs: build/universal; goes on from where it was

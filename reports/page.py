@@ -72,7 +72,7 @@ GAP_SECTIONS: tuple[Section, ...] = (
     gap_terms.SECTION,
     inputs.SECTION,
 )
-SCRIPTS = ("page.js",)
+SCRIPTS = ("page.js", "plots.js")
 UNFOLDED = 1  # sections; what lies beyond the second screen is folded
 
 

@@ -35,6 +35,7 @@ COMMANDS = {
     "warmup": "compile the equations of motion now instead of at the first use",
 }
 MODULES = {"import": "motion_import"}  # where a command's name cannot be a module's
+WITH_JSON = ("fit", "leg", "gap", "hopper")  # that end with a table; `synth spring` has --json of its own
 TOP_OPTIONS = ("--help", "--version", "--quiet")
 
 
@@ -116,7 +117,9 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
         allow_abbrev=False,
     )
     module.add_arguments(parser)
-    parser.add_argument("-q", "--quiet", action="store_true", help="say nothing but results and mistakes")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print nothing but the result's table and mistakes")
+    if name in WITH_JSON:
+        parser.add_argument("--json", action="store_true", help="print the result's JSON, and nothing else, on stdout")
     _refuse_unknown_options(parser, rest)
     try:
         arguments, surplus = parser.parse_known_args(rest)
@@ -124,7 +127,8 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
         return int(done.code or 0)
     if surplus:
         raise UserError([Problem(f'"{word}" is one argument too many (see {parser.prog} --help)') for word in surplus])
-    status: int = module.run(arguments, Progress(quiet=quiet or arguments.quiet))
+    as_json = name in WITH_JSON and arguments.json
+    status: int = module.run(arguments, Progress(quiet=quiet or arguments.quiet, as_json=as_json))
     return status
 
 

@@ -12,9 +12,9 @@ from reports.figures.axes import Axes, Scale, padded
 from reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
 from reports.figures.svg import Svg, thinned
 
-WIDTH, HEIGHT = 500.0, 150.0
-LEFT, RIGHT, TOP, BOTTOM = 52.0, 12.0, 20.0, 32.0
-STRIP_HEIGHT = 250.0
+WIDTH, HEIGHT = 500.0, 150.0  # px
+LEFT, RIGHT, TOP, BOTTOM = 52.0, 12.0, 20.0, 32.0  # px
+STRIP_HEIGHT = 250.0  # px
 
 
 @dataclass(frozen=True)

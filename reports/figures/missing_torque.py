@@ -12,10 +12,10 @@ from reports.figures.axes import Axes, Scale, padded
 from reports.figures.palette import BLACK, BLUE, GREY
 from reports.figures.svg import Point, Svg, shortened
 
-WIDTH, HEIGHT = 960.0, 236.0
-LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0
-MOST_DOTS = 700
-BINS, LEAST_IN_BIN = 21, 8
+WIDTH, HEIGHT = 960.0, 236.0  # px
+LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0  # px
+MOST_DOTS = 700  # a plot: more cannot be told apart and make the page heavy
+BINS, LEAST_IN_BIN = 21, 8  # of the median line over speed or deflection, and samples for one to be drawn
 OUTER = 0.02  # share of the samples that either end of an axis may leave out
 DOT, BAND = "#c3c9cf", "#bfd9ec"
 

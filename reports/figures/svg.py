@@ -41,6 +41,13 @@ class Svg:
         ]
 
     @contextmanager
+    def group(self, name: str) -> Iterator[None]:
+        """Elements of one class, a name of ours, that the page's script finds again."""
+        self._parts.append(f'<g class="{name}">')
+        yield
+        self._parts.append("</g>")
+
+    @contextmanager
     def named(self, name: str) -> Iterator[None]:
         """Elements that belong to the curve of that name, so that it can be switched off."""
         if name:

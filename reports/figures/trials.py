@@ -16,8 +16,8 @@ from reports.quantities import unit_text
 from reports.scripts import data_block
 
 WIDTH, HEIGHT = 340.0, 172.0  # of a panel: as wide as a telephone
-LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0
-BUCKETS = 150
+LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0  # px
+BUCKETS = 150  # least and greatest value of each are drawn: one every 2 px
 MOST_SAMPLES = 600  # of a curve that the page's cursor and tables hold; the folder's file has them all
 LEAST_RANGE = 2.0  # degrees on the angle axis, so that noise does not fill a panel of a joint at rest
 

@@ -26,7 +26,7 @@ STEPS = (
 )
 _LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
 LEGEND = legend([(RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after")])
-WIDTH, LABEL = 640.0, 120.0
+WIDTH, LABEL = 640.0, 120.0  # px
 
 
 def content(result: Result) -> dict[str, Any] | Missing:

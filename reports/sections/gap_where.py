@@ -27,8 +27,8 @@ SHARES = {
     "time": ("by time", "{} third"),
 }
 _TIMES = {"low": "first", "middle": "middle", "high": "last"}
-PANEL, LABEL = 300.0, 104.0
-MOST_TIMES = 60
+PANEL, LABEL = 300.0, 104.0  # px
+MOST_TIMES = 60  # points a time plot
 ENDING = " missing torque"
 DEFLECTION = "deflection from the free angle"  # the words for the column
 

@@ -10,7 +10,7 @@ from reports.reading import Result, value_of
 from reports.section import Missing, Section, mapping
 
 FILE = "jump.csv"
-POSES = 9
+POSES = 9  # of the leg drawn over the jump
 CURVES = (
     ("hip height", "m", "m"), ("foot height", "m", "m"), ("ground force", "N", "N"),
     ("gear torque", "N·m", "N*m"), ("current", "A", "A"), ("centre of mass speed", "m/s", "m/s"),

@@ -20,7 +20,7 @@ from synth.files.yaml_lines import load
 
 SUFFIXES = (".yaml", ".yml")
 LEG_FILES = (".leg.yaml", ".leg.yml")
-PROJECT_LIMIT = 20_000
+PROJECT_LIMIT = 20_000  # in a folder; more is most likely the wrong folder
 MARK = "fits.txt"
 WORDS = "finished fits of an interrupted `synth fit` on a folder; the same command goes on from here\n"
 IDENTITY = "identity.json"

@@ -139,6 +139,7 @@ def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
             mass = part.mass(density)
             found.append(
                 {"part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
+                 "moves_with": part.group,
                  "material": part.material, "mass": None if mass is None else _value(mass, "g"), "size": part.size}
             )  # fmt: skip
     return found

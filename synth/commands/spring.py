@@ -10,6 +10,7 @@ sheet. Sizes of a row are those of the free spring unless it says otherwise.
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,7 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
     )
-    parser.add_argument("--json", metavar="FILE", help="where the result goes (default: spring.json here or in --out)")
+    parser.add_argument("--json", metavar="FILE", help="where the result goes; - prints it (default: spring.json)")
     parser.add_argument("--out", metavar="DIR", help="folder for spring.json, STEP, STL and winding sheet")
 
 
@@ -86,6 +87,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     written = []
     if arguments.out:
         written = write_folder(Path(arguments.out), answer, progress)
+    if arguments.json == "-":
+        progress.document(json.dumps(answer.content, indent=2))
+        return 0
     if arguments.json or not arguments.out:
         written.append(write_result(Path(arguments.json or "spring.json"), answer.content))
     progress.result(answer.text)
@@ -106,7 +110,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     angle = read.read("--included-angle", "rad", positive=False)
     leg = read.read("--leg-length", "m", positive=False)
     limits = _limits(read)
-    sizes = [read.read(option, unit) for option, unit in zip(GIVEN, ("m", "m", "1"), strict=True)]
+    sizes = [read.read(GIVEN[0], "m"), read.read(GIVEN[1], "m"), read.number(GIVEN[2], "5.25")]
     checking = any(read.given(option) for option in GIVEN)
     needed = ["--travel", *(GIVEN if checking else ["--rate"])]
     for option in needed:
@@ -164,10 +168,10 @@ def _limits(read: Quantities) -> SpringLimits:
         max_outer_diameter=read.read("--max-outer-diameter", "m"),
         max_body_length=read.read("--max-body-length", "m"),
     )
-    safety = read.read("--safety", "1")
+    safety = read.number("--safety", "1.2")
     if safety is not None and safety < 1.0:
         read.problems.append(Problem("below 1 would let the spring yield", key="--safety"))
-    cycles, fatigue = read.read("--cycles", "1"), read.read("--fatigue-safety", "1")
+    cycles, fatigue = read.number("--cycles", "1e6"), read.number("--fatigue-safety", "1.2")
     if cycles is not None and not 1.0 <= cycles <= 1e6:
         read.problems.append(Problem("fatigue is known up to 1e6 cycles: 1 to 1e6", key="--cycles"))
     if fatigue is not None and cycles is None:

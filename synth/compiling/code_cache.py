@@ -1,55 +1,33 @@
 """Source text of the compiled chain: straight-line code for a given number of links, one lane loop round it.
 
 Loops over links inside the lane loop keep numba from vectorising it, so the loops are unrolled here, when the text
-is written. The text goes into a module of its own in the user's cache folder, which is where numba can keep the
-compiled code beside it; the name holds a hash of the text and of what it calls, so a change compiles anew.
+is written. The text becomes a module of its own, never read from disk, whose compiled code is kept there
+(``synth.compiling.compiled``); the module's name holds a hash of the text and of what it calls: a change compiles anew.
 """
 
 from __future__ import annotations
 
 import hashlib
-import importlib.util
+import linecache
 import os
 import subprocess
 import sys
-import tempfile
 import threading
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
+from synth.compiling.compiled import kept_code
 from synth.compiling.elimination import factorise, substitute
 from synth.swing.lane_layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
 
-HEADER = '''"""Written by synth.compiling.code_cache; safe to delete."""
+HEADER = '''"""Written by synth.compiling.code_cache."""
 from math import sqrt
 
-from numba import njit
-
+from synth.compiling.compiled import compiled
 from synth.compiling.trigonometry import sine_cosine
 '''
-DECORATOR = "@njit('{signature}', fastmath=True, error_model='numpy', nogil=True, cache=True)"
-
-
-def cache_folder() -> Path:
-    """The folder for generated and compiled code: ``$SYNTH_CACHE``, or ``synth`` in the user's cache folder.
-
-    Falls back to a folder of the user's own in the system's temporary folder where neither can be written.
-    """
-    named = os.environ.get("SYNTH_CACHE")
-    base = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "synth"
-    try:
-        base.mkdir(parents=True, exist_ok=True, mode=0o700)
-        if os.access(base, os.W_OK):
-            return base
-    except OSError:
-        pass
-    user = os.getuid() if hasattr(os, "getuid") else os.getlogin()
-    fallback = Path(tempfile.gettempdir()) / f"synth-cache-{user}"
-    fallback.mkdir(mode=0o700, exist_ok=True)
-    owner = fallback.stat()
-    if hasattr(os, "getuid") and owner.st_uid != os.getuid():
-        raise PermissionError(f"{fallback} belongs to another user; set SYNTH_CACHE to a folder of your own")
-    return fallback
+DECORATOR = "@compiled('{signature}', fastmath=True, error_model='numpy', nogil=True)"
 
 
 def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
@@ -64,7 +42,7 @@ def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
 
 def on_disk(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> bool:
     """Whether the compiled code of this very text and of what it depends on is kept already."""
-    return any((cache_folder() / "__pycache__").glob(f"{_module_name(name, text, depends_on)}.*.nbc"))
+    return kept_code(_module_name(name, text, depends_on))
 
 
 _loading = threading.RLock()  # two threads that want the same module: the second must not get it half-executed
@@ -83,14 +61,12 @@ def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
 def _loaded(module_name: str, text: str) -> ModuleType:
     if module_name in sys.modules:
         return sys.modules[module_name]
-    path = _written(module_name, text)
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"cannot import generated code from {path}")
-    module = importlib.util.module_from_spec(spec)
+    module = ModuleType(module_name)
+    file = f"<{module_name}>"
+    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)  # its lines, for a traceback
     sys.modules[module_name] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(text, file, "exec"), module.__dict__)
     except BaseException:
         del sys.modules[module_name]
         raise
@@ -115,24 +91,16 @@ def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> su
     """Start a process that compiles the source and keeps it on disk; None on a single core."""
     if (os.cpu_count() or 1) < 2:
         return None
-    path = _written(_module_name(name, text, depends_on), text)
-    program = f"import runpy, sys; sys.path[:0] = {[entry or str(Path.cwd()) for entry in sys.path]!r}; "
-    program += f"runpy.run_path({str(path)!r}, run_name={path.stem!r})"
-    return subprocess.Popen(
+    program = f"import sys; sys.path[:0] = {[entry or str(Path.cwd()) for entry in sys.path]!r}; "
+    program += f"from {__name__} import _loaded; _loaded({_module_name(name, text, depends_on)!r}, sys.stdin.read())"
+    helper = subprocess.Popen(
         [sys.executable, "-c", program],
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
-
-
-def _written(module_name: str, text: str) -> Path:
-    """The file that holds the source, made where it is not there."""
-    path = cache_folder() / f"{module_name}.py"
-    if not path.exists() or path.read_text() != text:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-        with os.fdopen(handle, "w") as stream:
-            stream.write(text)
-        Path(temporary).replace(path)
-    return path
+    assert helper.stdin is not None
+    with suppress(OSError), helper.stdin as stream:  # one that has ended already: compiled here after all
+        stream.write(text.encode())
+    return helper
 
 
 def right_hand_side(layout: Layout) -> str:

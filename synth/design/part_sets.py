@@ -36,9 +36,10 @@ from synth.units import quantity
 
 DAMPERS = 8  # a joint that take part, the best by themselves first
 PAIRS = 400  # spring and damper pairs a joint that are looked at
-MOST_SETS = 4_000_000
+MOST_SETS = 4_000_000  # sets screened at most; a million take 4 s of a processor (`make bench`)
 FINALISTS = 12  # sets that are judged with their tolerances
 SHOWN = 8  # of these, with more samples
+# Draws of the tolerances: to rank, to show, to report.
 SAMPLES_FINAL, SAMPLES_SHOWN, SAMPLES_CHOSEN = 32, 64, 256
 MEASURED_ANGLE = radians(1.0)  # what a protractor leaves open
 RELEASES = 7  # about so many serve for tolerances

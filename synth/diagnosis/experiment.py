@@ -20,7 +20,7 @@ from synth.threads import in_parallel
 from synth.units import write
 
 LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
-TILT = np.radians(30.0)
+TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from synth.swing.lane_layout import LANES
 from synth.threads import in_parallel
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
-RATE_STEP = 30.0
+RATE_STEP = 30.0  # s^-1: a rate's step over an angle's, as a limb of some hertz has them
 LIMIT = 2.5  # tolerances (standard deviations): a number farther off is no tolerance any more but a cause
 DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side
 T = TypeVar("T")

@@ -22,7 +22,7 @@ from synth.files.yaml_lines import load
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")
-LEAST_SAMPLES = 20
+LEAST_SAMPLES = 20  # of a run-up or pull-up
 Length = Annotated[float, Quantity("m", above=0, most=10)]
 Files = Annotated[list[str], Field(min_length=1, examples=["[runs/*.csv]"])]
 

@@ -27,10 +27,10 @@ from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals
 from synth.threads import shared_out
 
-REFITS = 200
+REFITS = 200  # a 5 % quantile rests on ten of them: its own error is a fifth of a deviation
 ROUNDS = 8  # chord steps
 SETTLED = 0.02  # standard deviations: a step shorter than this in every unknown ends a refit
-TOLERANCE = 1e-6
+TOLERANCE = 1e-6  # of the integrator, for derivatives only: they are differences of large steps
 LONGEST = 1.5  # of a log rate or rad, that a refit may stray in a step
 TOGETHER = 32  # trials whose motions are held at once
 

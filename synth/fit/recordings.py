@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
 SHORTEST = 0.08  # s, of motion that a trial must hold: the weak form's shortest window
-LEAST_MOTION = np.radians(0.5)
+LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
 
 
 @dataclass(frozen=True)

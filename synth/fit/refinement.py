@@ -16,15 +16,15 @@ from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals, root_mean_square
 from synth.threads import shared_out
 
-NOISE_ROUNDS = 5
+NOISE_ROUNDS = 5  # of noise and fit in turn at most; ``SAME_NOISE`` ends them earlier
 SAME_NOISE = 0.02  # change of its logarithm that ends the rounds
 FIRST_NOISE = 0.1  # rad, where the start's motion diverges
 ROUGHLY, ROUGH_ITERATIONS = 3.0, 25  # fall of the log-likelihood that is not worth a step before the noise is known
-FINELY = 0.02
+FINELY = 0.02  # log-likelihood: a fall that moves no estimate by more than a fifth of its deviation
 NEAR_DAMPING = 1e-6  # of an iteration that starts near its end, as the weak form does
-KEPT_STARTS = 2
+KEPT_STARTS = 2  # starts that are refined after screening
 SCREENED_TRIALS = 5  # about so many trials show whether a start leads anywhere
-SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0
+SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0  # of each start, to rank them only
 POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
 
 

@@ -21,7 +21,7 @@ from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
-Z90 = 1.6448536
+Z90 = 1.6448536  # of a normal 90 % interval
 
 
 @dataclass(frozen=True)

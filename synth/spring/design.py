@@ -25,9 +25,9 @@ Objective = Literal["mass", "space", "life"]
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
-MOST_IN_PARALLEL = 4
+MOST_IN_PARALLEL = 4  # springs side by side: what a joint has room for
 ENDLESS = 1.5  # strength over stress at 1e6 cycles from which a spring does not last any longer
-LEAST_TRAVEL = math.radians(1.0)
+LEAST_TRAVEL = math.radians(1.0)  # rad; a wish for less is most likely a mistake of units
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from synth.swing.lane_layout import DRIVE, LANES, MOST_MEMORIES, WORKING, Law, L
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
 
-MAX_STEPS = 20_000
+MAX_STEPS = 20_000  # of one trajectory; beyond this it is nan. Three links take about 140 a second
 FIRST_STEP = 1e-3  # s
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
 # Modules that the compiled integrator inlines: a change of one compiles it anew.

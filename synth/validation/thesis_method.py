@@ -30,7 +30,7 @@ from synth.swing.mechanics import absolute, coefficients, static_torque
 
 GRID = 1e-3  # s, on which the thesis adds squares
 FIRST = 0.2  # s, of the transient
-HIP, KNEE, ANKLE = 0, 1, 2
+HIP, KNEE, ANKLE = 0, 1, 2  # columns of the tables
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,7 @@ def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
         ([*WISH, "--json", "/proc/spring.json"], "/proc/spring.json: cannot be written"),
         ([*WISH, "--json", "."], ".: exists and is no result"),
         ([*WISH, "--out", "/proc/spring"], "/proc/spring: cannot be written"),
-        ([*WISH, "--catalog", "my.csv"], "my.csv: cannot be read"),
+        ([*WISH, "--catalog", "my.csv"], "my.csv: does not exist"),
         (["--rate", "1 N*m/rad", "--travel", "20 deg", "--included-angle", "359 deg", "--out", "o"], "cannot be drawn"),
         (["--wire-diameter", "2 mm", "--mean-diameter", "1 mm", "--coils", "4", "--travel", "1 deg"], "no coil has"),
         (["--wire-diameter", "9 m", "--mean-diameter", "90 m", "--coils", "4", "--travel", "1 deg"], "no strength"),

@@ -26,7 +26,7 @@ from synth.units import write
 
 PULL, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
 NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of sensors that were not there yet
-LEAN = np.radians(10.0)
+LEAN = np.radians(10.0)  # of a suggested leaning jump
 
 
 @dataclass(frozen=True)

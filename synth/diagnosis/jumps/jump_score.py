@@ -13,7 +13,7 @@ from synth.diagnosis.jumps.jump_predict import N_OWN
 from synth.diagnosis.jumps.jump_solve import STEP, JumpBench, JumpFit, Normal
 from synth.threads import in_parallel
 
-ROUNDS = 6
+ROUNDS = 6  # steps for the trial's own unknowns
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share that a 
 WITHIN = 2.5  # deviations: what lies further off is not within tolerances, however much it would explain
 FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
 SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
-SOFT_ROUNDS = 6
+SOFT_ROUNDS = 6  # steps, see ``solve``
 
 
 @dataclass(frozen=True, eq=False)
