@@ -35,19 +35,13 @@ _D5, _D6, _D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 /
 # nothing else to call and no event to look for. It is compiled in half the time.
 WHOLE = True
 
-<<<<<<< HEAD
+# First places of these blocks in the workspace: alike for every number of links.
 _ROTATION, _RATE, _ACCELERATION, _TORQUE, _GAIN, _OFFSET, _DELAY = (
     Layout(1).row(block) * LANES
     for block in (
         "rotation", "rate", "acceleration", "extra_torque", "torque_gain", "torque_offset", "torque_delay"
     )
 )  # fmt: skip
-=======
-# First places of these blocks in the workspace: alike for every number of links.
-_ROTATION, _RATE, _ACCELERATION, _TORQUE = (
-    Layout(1).row(block) * LANES for block in ("rotation", "rate", "acceleration", "extra_torque")
-)
->>>>>>> main
 # Where state, stages and the rest lie in one array of the integrator's own. Constant places in one array let LLVM prove
 # that no store touches another's load; arrays of their own would cost a check at each loop.
 _ROOM = (2 * MOST_LINKS + (MOST_MEMORIES if WHOLE else 0)) * LANES
