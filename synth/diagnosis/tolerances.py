@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.files.gap_project import Tolerance as Tolerance
+from synth.files.tolerance import Tolerance as Tolerance
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
@@ -26,9 +26,7 @@ class Tolerances:
     @classmethod
     def of(cls, leg: Leg, tolerance: Tolerance) -> Tolerances:
         """From the project's tolerances."""
-        relative = [tolerance.length, tolerance.mass, tolerance.com, tolerance.inertia, tolerance.spring]
-        widths = [*relative, tolerance.damper, tolerance.free_angle]
-        return cls(np.repeat(np.array(widths)[:, None], len(leg.joints), axis=1))
+        return cls(tolerance.widths(leg))
 
     @property
     def size(self) -> int:

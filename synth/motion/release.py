@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.foreign_torque import drive_after, odd_points, polynomial_noise
-from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+from synth.motion.foreign_torque import drive_after, polynomial_noise
+from synth.motion.smoothing import Mask, Smoothed, lost_samples, odd_points, smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
 

@@ -25,7 +25,7 @@ EFFECT = Effect(
     source="definition",
     way="drive",
     needs=("torque",),
-    parameters=(Parameter("delay", "s", prior=Prior(0.0, 0.2, lower=0.0), meaning="later by"),),
+    parameters=(Parameter("delay", "s", prior=Prior(0.0, 0.2, lower=0.0, upper=2.0), meaning="later by"),),
     strengths=("delay",),
     shapes=(Shape(("delay",), {}, ({}, {"delay": 0.2})),),
 )
