@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture fuzz format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -47,6 +47,10 @@ tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied on
 
 bench: $(READY)  ## speed, beside other engines in the same run: build/bench/bench.html (BENCH=--hopper: the jumping leg too)
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)
+
+removal: COUNT = 200
+removal: $(READY)  ## choosing without a part against what choosing with it had listed: COUNT (200) random projects
+	PYTHONPATH=tests $(BIN)/python -m design.removal $(COUNT)
 
 fuzz: COUNT = 300
 fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and checked in its own process: build/fuzz

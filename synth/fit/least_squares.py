@@ -1,7 +1,7 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
 Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, the weak priors of the common unknowns and of the initial rates, and static points beside the trials. The
+their spread, the weak priors of the common unknowns and of the initial states, and static points beside the trials. The
 normal equations are arrow-shaped (see ``estimation.normal_equations``); damping after Nielsen 1999.
 """
 
@@ -199,17 +199,22 @@ def _assess(
 def _own_priors(
     part: _Part, recording: Recording, local: Local, weights: Weights, t: int, shifted: Sequence[int]
 ) -> None:
-    """Add what is known of a trial's own unknowns: its initial rates, and its shifts' spread."""
-    free = recording.free
-    rate, deviation = recording.initial_rate
-    first = 2 * len(free)
-    precision = np.concatenate([deviation[free] ** -2, np.maximum(weights.spread[shifted], 1e-9) ** -2])
+    """Add what is known of a trial's own unknowns: its initial state, and its shifts' spread."""
+    free, start = recording.free, recording.start
+    precision = start_precision(recording, weights.spread, shifted)
     off = local.shift[shifted] if weights.centre is None else (local.shift - weights.centre[t])[shifted]
-    off = np.concatenate([local.rate[free] - rate[free], off])
-    places = np.arange(len(free), first + len(shifted))
+    off = np.concatenate([(local.rotation - start.angle)[free], (local.rate - start.rate)[free], off])
+    places = np.arange(len(precision))
     part.own[places, places] += precision
     part.own_gradient[places] += precision * off
     part.cost += 0.5 * float(precision @ off**2)
+
+
+def start_precision(recording: Recording, spread: Array, shifted: Sequence[int]) -> Array:
+    """(l,) precision of the priors of a trial's own unknowns, in the order of ``Evaluation.local``."""
+    free, start = recording.free, recording.start
+    deviations = [start.angle_deviation[free], start.rate_deviation[free], np.maximum(spread[shifted], 1e-9)]
+    return np.asarray(np.concatenate(deviations) ** -2.0)
 
 
 @dataclass

@@ -11,6 +11,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
 from synth.motion.velocity import unlike, with_velocities
@@ -58,6 +59,21 @@ class Recording:
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
         return self.smoothed.rate[0], 1.0 * largest + self.smoothed.noise / step + 1e-6
+
+    @cached_property
+    def start(self) -> FirstState:
+        """The state at the release as the first samples show it, with its uncertainty: the prior of a trial's start.
+
+        The rate's deviation holds the rate itself too. Where a joint is so damped that its initial rate dies within a
+        sample, the samples show the creep that follows and not the rate before it, which may have been nought: a
+        deviation of a third of that pulled thirty trials' initial rates one way, k and b by two of their standard
+        deviations with them.
+        """
+        # Rounding to counts is told from a joint's finest difference only over a series; here the scatter will do.
+        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise)
+        step = float(np.median(np.diff(self.time)))
+        rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / step + 1e-6
+        return replace(found, angle_deviation=found.angle_deviation + 1e-6, rate_deviation=rate)
 
     @cached_property
     def levels(self) -> tuple[Array, ...]:
