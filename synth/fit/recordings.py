@@ -129,7 +129,7 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     read = _rows_read(trial)
     names, time = leg.joint_names, trial.time[read] - trial.time[read][0]
     if len(time) < FEWEST:
-        text = f"{len(time)} samples over {time[-1] * 1e3:.3g} ms; a trial needs at least {FEWEST} samples"
+        text = f"{len(time)} samples over {time[-1] * 1e3:.4g} ms; a trial needs at least {FEWEST} samples"
         raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
     found = lost_samples(rotation)

@@ -12,6 +12,8 @@ from synth.motion.pace import pace
 
 Mask = NDArray[np.bool_]
 
+# Of the motion's pace: a cubic over so much of a sinusoid misses it by 1e-5 of its amplitude. 30 ms at 2 Hz.
+SUPPORT = 0.7
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger least difference is none of its counts
 
 
@@ -71,8 +73,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None) ->
     Parameters
     ----------
     time : (n,) s; angle : (n, n_joint) rad; lost : (n, n_joint), from ``lost_samples``.
-    width : s, the polynomial's support; at least five samples are used. None: the motion's own pace, in which a cubic
-        misses it by less than 1e-4 of its amplitude.
+    width : s, the polynomial's support; at least five samples are used. None: ``SUPPORT`` of the motion's own pace.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None) ->
         position = np.searchsorted(time[good], grid).clip(1, int(good.sum()) - 1)
         gap |= (time[good][position] - time[good][position - 1]) > 4.5 * step
     own = pace(step, even)
-    width = own if width is None else width
+    width = SUPPORT * own if width is None else width
     points = min(odd_points(width, step), count // 2 * 2 - 1)
     if points < 5:
         raise ValueError(f"{count} samples, at least 7 are needed")
