@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader
+from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
 from reports import quantities, stick_figure
@@ -177,22 +177,12 @@ def write_page(
     return target
 
 
-def _compiled_templates() -> FileSystemBytecodeCache | None:
-    """Templates as compiled before, in a folder of the user's own among the temporary files, if there can be one.
-
-    To compile them costs more than to fill them; a template that has changed is compiled anew.
-    """
-    try:
-        return FileSystemBytecodeCache()
-    except (OSError, RuntimeError):  # nowhere to write, or no folder that is the user's alone
-        return None
-
-
 @cache
 def environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("reports", "templates"),
-        bytecode_cache=_compiled_templates(),
+        # None of compiled templates on disk: jinja would unpickle, and run, what lies among the temporary files. To
+        # compile all of them takes 0.2 s.
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

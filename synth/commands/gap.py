@@ -48,7 +48,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.files.gap_project import read_gap_project
     from synth.files.output import output_folder
     from synth.parts.resolver import resolver
-    from synth.swing.effects import load_file
+    from synth.swing.effects.users_own import load_file
 
     with progress.stage("reading the project"):
         for file in arguments.effect:

@@ -12,9 +12,10 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.hypotheses import Key
+from synth.estimation.parameters import Parameter
 from synth.motion.smoothing import Mask
 from synth.swing.damper_curves import torque_at
-from synth.swing.effects import Parameter, registered
+from synth.swing.effects import Effect, registered
 from synth.swing.effects.definition import Need
 from synth.swing.lane_layout import MOST_LINKS
 from synth.swing.leg_lanes import has_direction, turned_to_rotation
@@ -133,6 +134,7 @@ def _rate(damper: Damper | None, speed: float) -> float:
 class Candidate(ShapedEffect):
     """One effect at one joint (0 for the base) in one shape."""
 
+    effect: Effect
     joint: int
     scales: Scales
     leg: Leg
@@ -180,12 +182,12 @@ class Candidate(ShapedEffect):
         return np.array(turned).T
 
 
-def _met(needs: Sequence[Need], there: AbstractSet[Need]) -> bool:
+def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
     """Whether one of what is needed is there, or nothing is needed."""
     return not needs or not there.isdisjoint(needs)
 
 
-def _present(leg: Leg, joint: int, trials: Sequence[GapTrial]) -> AbstractSet[Need]:
+def _present(leg: Leg, joint: int, trials: Sequence[GapTrial]) -> AbstractSet[str]:
     """What a joint has on which an effect can act: a spring, a damper, a known torque."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}

@@ -22,7 +22,7 @@ from synth.diagnosis.prediction_error import label
 from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
 from synth.diagnosis.search import Assessed, search
 from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.tolerances import Tolerance, Tolerances
 from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
 from synth.diagnosis.where import missing_torque, where
@@ -183,9 +183,7 @@ def _causes(bench: Workbench, found: Assessed) -> tuple[Cause, ...]:
     if not found.fit.hypothesis:
         return ()
     p = bench.n_tolerance
-    frame = found.fit.frame or bench.frame(found.fit)
-    covariance = np.linalg.inv(Normal.of(bench, found.fit, frame).matrix)
-    deviation = np.sqrt(np.diag(covariance))
+    deviation = np.sqrt(np.diag(bench.normal(found.fit).covariance))
     made, first = [], p
     for candidate, x in parts(found.fit, p):
         made.append(_cause(candidate, x, deviation[first : first + candidate.size]))

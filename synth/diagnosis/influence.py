@@ -15,7 +15,7 @@ import numpy as np
 
 from synth.diagnosis.score import fresh
 from synth.diagnosis.search import Assessed, Search, ratio
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 
 T = TypeVar("T")
@@ -105,16 +105,12 @@ def _refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Ass
 def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:
     """A hypothesis as all trials but one would have it, for each one."""
     fit = found.fit
-    normal = Normal.of(bench, fit, fit.frame or bench.frame(fit))
+    normal = bench.normal(fit)
     low, high = bench.bounds(fit.hypothesis)
     made = []
-    matrix = sum((part[0] for part in normal.parts), np.zeros_like(normal.matrix))
-    gradient = sum((part[1] for part in normal.parts), np.zeros_like(normal.gradient))
-    whole = sum(part[2] for part in normal.parts)
-    for out, (trial, (own_matrix, own_gradient, own)) in enumerate(zip(bench.trials, normal.parts, strict=True)):
+    for out, trial in enumerate(bench.trials):
         step = np.clip(fit.unknowns + normal.without(out), low, high) - fit.unknowns
-        bent = float(step @ (matrix - own_matrix) @ step)
-        squares = max(whole - own + 2.0 * float((gradient - own_gradient) @ step) + bent, 0.0)
+        squares = max(normal.squares_without(out, step), 0.0)
         rest = bench.total - float(np.minimum(trial.counted, bench.effective).sum())
         unknowns = fit.unknowns + step
         cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)

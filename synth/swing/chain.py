@@ -17,6 +17,7 @@ from numba.core.types import WrapperAddressProtocol
 
 from synth.arrays import Array
 from synth.compiling import code_cache
+from synth.swing import chain_source
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.known_torque import KnownTorque, delayed, for_integrator
 from synth.swing.lane_layout import DRIVE, LANES, MOST_MEMORIES, WORKING, Law, Layout
@@ -374,10 +375,10 @@ def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
     plain = integrator.replace("\nWHOLE = True\n", "\nWHOLE = False\n")
     called = tuple(map(_file_of, CALLED))
     sources = {
-        "chain": Source(f"chain{n}", code_cache.right_hand_side(layout), files[:1]),
+        "chain": Source(f"chain{n}", chain_source.right_hand_side(layout), files[:1]),
         "plain": Source("plain", plain, called[:1]),
-        "torques": Source("torques", code_cache.extra_torques(layout, imports), files),
-        "bearing": Source(f"bearing{n}", code_cache.bearing_forces(layout), files[:1]),
+        "torques": Source("torques", chain_source.extra_torques(layout, imports), files),
+        "bearing": Source(f"bearing{n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": Source("integrator", integrator, called),
     }
     return Chain(layout, effects, sources)
