@@ -28,6 +28,7 @@ from synth.diagnosis.verdict import Judged, judge, open_explanations, with_count
 from synth.diagnosis.where import missing_torque, where
 from synth.errors import UserError
 from synth.fit.fit_result import Estimate
+from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
@@ -122,7 +123,7 @@ def diagnose(
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
-        warnings=(*warnings, *_turning(turned), *(_worse(gap) if explained else ())),
+        warnings=(*warnings, *_odd(gap, leg), *_turning(turned), *(_worse(gap) if explained else ())),
         tied=tied,
     )
 
@@ -163,6 +164,14 @@ def _turning(hangs: Hangs) -> tuple[str, ...]:
             "for most were left out in turn. With so many the explanations are nearly tied"
         )
     return tuple(said)
+
+
+def _odd(gap: Gap, leg: Leg) -> list[str]:
+    """Warnings on trials that the nominal leg at its best misses by far more than the others."""
+    away = [np.where(t.counts, p - t.measured, np.nan) for t, p in zip(gap.trials, gap.before, strict=True)]
+    rms = [np.sqrt([np.nanmean(a[:, j] ** 2) if t.counts[:, j].any() else np.nan for j in range(a.shape[1])])
+           for t, a in zip(gap.trials, away, strict=True)]  # fmt: skip
+    return odd_trials([trial.recording.name for trial in gap.trials], leg.joint_names, np.array(rms))
 
 
 def _worse(gap: Gap) -> tuple[str, ...]:
