@@ -6,7 +6,7 @@ joint and its link alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from math import radians
 from typing import Annotated, Any
@@ -15,11 +15,13 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.files.named_files import ProjectReader
-from synth.files.schema import Because, read_section
+from synth.files.schema import Because, Default, read_section
 from synth.files.validate import Quantity
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import LINK_QUANTITIES
+from synth.units import quantity
 
-HALF_DEGREE = radians(0.5)
+HALF_DEGREE = radians(0.5)  # what hand assembly against a drawn angle leaves: our estimate
 MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
 
 Share = Annotated[float, Quantity("1", least=0, most=MOST)]
@@ -91,3 +93,15 @@ def _of_joint(reader: ProjectReader, value: Any, key: str, name: str) -> dict[st
         return {}
     found = reader.entry(JointTolerance, (key, name), dict(value))
     return {} if found is None else {quantity: getattr(found, quantity) for quantity in value}
+
+
+def links_json(tolerance: Tolerance, leg: Leg) -> dict[str, Any]:
+    """What is left open of each joint's link, as ``fit.json`` has it: one standard deviation each."""
+    found = {name: tolerance.of_joint(name) for name in leg.joint_names}
+    return {name: {item: quantity(getattr(one, item), "%") for item in LINK_QUANTITIES} for name, one in found.items()}
+
+
+def of_links(defaults: Sequence[Default]) -> list[Default]:
+    """The defaults without those of springs, dampers and free angles, which a fit seeks and does not assume."""
+    sought = {"tolerance.spring", "tolerance.damper", "tolerance.free_angle"}
+    return [default for default in defaults if default.key not in sought]
