@@ -44,7 +44,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
 
     from synth.commands.answers import gap_text, tell
-    from synth.diagnosis.trial_checks import check_trials
+    from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
     from synth.files.gap_project import read_gap_project
     from synth.files.output import output_folder
     from synth.parts.resolver import resolver
@@ -82,7 +82,7 @@ def _diagnosed(project: GapProject, progress: Progress) -> GapResult:
     """The diagnosis; what it says that it is doing becomes stages, each ending where the next begins."""
     from contextlib import ExitStack
 
-    from synth.diagnosis.diagnose import diagnose
+    from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 
     with progress.stage("diagnosing"), ExitStack() as open_stage:
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.diagnosis.candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.score import fresh
 from synth.diagnosis.screening import leverage, prospects
-from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.start_sizes import strengthened
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.swing.lane_layout import MOST_LINKS
 
 WORTH = 3.0  # cost that a further cause must promise to take away

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial, Sensor
+from synth.diagnosis.angle_trials import GapTrial, Sensor
 from synth.swing.leg_model import Leg
 
 COARSER = 2.5  # times the other channels' counts, or noise, from which on a count is a cause of its own

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.angle_trials import GapTrial
 from synth.diagnosis.encoder_counts import Coarse
-from synth.diagnosis.gap_trials import GapTrial
 
 UNIFORM = 1.0 / np.sqrt(12.0)  # deviation of what is anywhere within a width of 1
 REST, MOST = 4, 12  # samples that a reading must stay for one of them to be taken, and most that are taken

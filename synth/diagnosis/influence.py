@@ -15,8 +15,8 @@ import numpy as np
 
 from synth.diagnosis.score import fresh
 from synth.diagnosis.search import Assessed, Search, ratio
-from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
+from synth.diagnosis.workbench import Fit, Workbench
 
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.solve import Fit, Workbench, state_rows
+from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.workbench import Fit, Workbench, state_rows
 from synth.threads import in_parallel
 
 ROUNDS = 8  # Gauss-Newton steps for the initial state, which is all that is estimated

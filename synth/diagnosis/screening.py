@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a motion that diverged

@@ -10,11 +10,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis import hypotheses
 from synth.diagnosis.additional_causes import WORTH, Sifting, further
-from synth.diagnosis.candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.score import fresh, score
 from synth.diagnosis.screening import prospects
-from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.start_sizes import rungs
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.diagnosis.solve import Fit
+from synth.diagnosis.workbench import Fit
 
 LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
 STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial
+from synth.diagnosis.angle_trials import GapTrial
 
 
 @dataclass(frozen=True)

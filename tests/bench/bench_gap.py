@@ -21,7 +21,7 @@ from bench import thesis_leg as thesis
 from bench.gap_case import pendulum, write_project
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say
 from synth.diagnosis import candidates, experiment, figures, predict, score, screening, solve
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench import thesis_leg as thesis
 from synth.arrays import Array
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.files.leg_file import write_leg
 from synth.files.output import write_csv

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.gap_trials import GapTrial, gap_trial, sensor
-from synth.diagnosis.predict import Predictor
+from synth.diagnosis.angle_trials import GapTrial, gap_trial, sensor
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import QUANTITIES, Tolerances
 from synth.diagnosis.score import score
 from synth.diagnosis.search import as_designed, fit_nominal, ratio
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import QUANTITIES, Tolerances
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from blind.views import Key, View
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
-from synth.diagnosis.where import missing_torque
+from synth.diagnosis.angle_trials import GapTrial, gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
 from synth.swing.effects.torque_along_motion import torque_along

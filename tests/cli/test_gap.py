@@ -48,9 +48,9 @@ class Calls:
 def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     """The diagnosis replaced: what surrounds it is tested here."""
     made = Calls()
-    module = ModuleType("synth.diagnosis.diagnose")
+    module = ModuleType("synth.diagnosis.plants.swinging_chain.chain_diagnosis")
     module.diagnose = made.diagnose  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "synth.diagnosis.diagnose", module)
+    monkeypatch.setitem(sys.modules, "synth.diagnosis.plants.swinging_chain.chain_diagnosis", module)
     return made
 
 

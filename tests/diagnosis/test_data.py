@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import NOISE, TIME, TWO, off, recorded, with_effects
+from synth.diagnosis.angle_trials import copies, gap_trial, sensor
 from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
-from synth.diagnosis.gap_trials import copies, gap_trial, sensor
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording, recordings
 

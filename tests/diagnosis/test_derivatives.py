@@ -9,12 +9,12 @@ import pytest
 
 from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
-from synth.diagnosis.predict import Block, Predictor
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import Tolerance, Tolerances
+from synth.diagnosis.angle_trials import GapTrial, gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
+from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.effects import registered

@@ -14,7 +14,7 @@ import pytest
 
 from diagnosis.swung import AWAY, HANGING, NOISE, TWO, causes, off, recorded, shifted, with_effects
 from synth import units
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.result import PHASES, Experiment, GapResult
 from synth.diagnosis.write import write_gap
 from synth.errors import UserError

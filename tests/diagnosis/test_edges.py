@@ -7,10 +7,10 @@ import pytest
 
 from diagnosis.swung import TIME, TWO, off, recorded, with_effects
 from synth.arrays import Array
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.angle_trials import GapTrial, gap_trial
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.swung import TIME, TWO, best, off, recorded, with_effects
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import gap_trial
-from synth.diagnosis.predict import Block, Predictor
+from synth.diagnosis.angle_trials import gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.score import first_state
-from synth.diagnosis.solve import Fit, Workbench, state_rows
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.workbench import Fit, Workbench, state_rows
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings

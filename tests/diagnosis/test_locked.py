@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from diagnosis.swung import AWAY, TWO, heavier, off, recorded, with_effects
 from diagnosis.test_recovery import one_of
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import gap_trial
+from synth.diagnosis.angle_trials import gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions

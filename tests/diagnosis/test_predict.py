@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.swung import TWO, recorded
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.gap_trials import gap_trial
-from synth.diagnosis.predict import Block, Predictor
+from synth.diagnosis.angle_trials import gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.score import first_state
-from synth.diagnosis.tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import copies, gap_trial
+from synth.diagnosis.angle_trials import copies, gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.result import GapResult
-from synth.diagnosis.where import missing_torque
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
 

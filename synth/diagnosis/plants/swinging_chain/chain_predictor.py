@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate
-from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.swing.chain import compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes

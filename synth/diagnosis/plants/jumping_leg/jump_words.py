@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from synth.diagnosis.jumps.jump_figures import JumpGaps, Rise
+from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps, Rise
 from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.sentences import Told, angle, parameters_text, scored_on
 from synth.diagnosis.sentences import sentence as sentence_of

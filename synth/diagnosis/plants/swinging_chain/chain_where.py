@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial
+from synth.diagnosis.angle_trials import GapTrial
 from synth.diagnosis.result import PHASES, Where
 from synth.motion.smoothing import smooth
 from synth.swing.damper_curves import torque_at

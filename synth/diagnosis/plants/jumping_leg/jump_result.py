@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from synth.diagnosis.jumps.jump_across import Across
-from synth.diagnosis.jumps.jump_figures import JumpGaps
-from synth.diagnosis.jumps.jump_where import Missing
+from synth.diagnosis.plants.jumping_leg.jump_across import Across
+from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
+from synth.diagnosis.plants.jumping_leg.jump_where import Missing
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.result import Diagnosis
 from synth.units import quantity

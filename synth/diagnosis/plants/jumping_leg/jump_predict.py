@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_candidates import JumpCandidate
-from synth.diagnosis.jumps.jump_data import ANGLE, CURRENT, FORCE, Jump
-from synth.diagnosis.jumps.jump_tolerances import JumpTolerances
+from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_tolerances import JumpTolerances
 from synth.hopper.fold import fold
 from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS
 from synth.jump.jump_lanes import JumpLanes

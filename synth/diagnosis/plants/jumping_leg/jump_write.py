@@ -11,9 +11,9 @@ import numpy as np
 
 import synth
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_data import ANGLE, Jump
-from synth.diagnosis.jumps.jump_result import JumpGapResult
-from synth.diagnosis.jumps.jump_score import Scored
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
+from synth.diagnosis.plants.jumping_leg.jump_score import Scored
 from synth.diagnosis.result import PHASES
 from synth.diagnosis.write import LIBRARIES, STAGES, described, rms, tolerance_settings
 from synth.files.hopper_gap_project import HopperGapProject

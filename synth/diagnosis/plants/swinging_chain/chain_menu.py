@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial
+from synth.diagnosis.angle_trials import GapTrial
 from synth.diagnosis.information import expected_information, rivals_of, would_tell
 from synth.diagnosis.result import Experiment
-from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.encoder_counts import Coarse
-from synth.diagnosis.solve import Fit
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
+from synth.diagnosis.workbench import Fit
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 

@@ -16,8 +16,8 @@ from typing import TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.predict import Block, Hypothesis, Predictor, groups
+from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Hypothesis, Predictor, groups
 from synth.diagnosis.whitening import Whitener
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, Problem, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation

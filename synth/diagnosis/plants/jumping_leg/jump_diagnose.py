@@ -7,19 +7,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_across import across
-from synth.diagnosis.jumps.jump_candidates import JumpCandidate, candidates
-from synth.diagnosis.jumps.jump_data import ANGLE, Jump, pooled, prepared
-from synth.diagnosis.jumps.jump_experiment import menu, next_experiment
-from synth.diagnosis.jumps.jump_figures import JumpGaps, measured_gaps
-from synth.diagnosis.jumps.jump_predict import JumpPredictor
-from synth.diagnosis.jumps.jump_result import JumpGapResult
-from synth.diagnosis.jumps.jump_search import search
-from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit
-from synth.diagnosis.jumps.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
-from synth.diagnosis.jumps.jump_verdict import judge_jumps
-from synth.diagnosis.jumps.jump_where import missing, where
-from synth.diagnosis.jumps.jump_words import sentence
+from synth.diagnosis.plants.jumping_leg.jump_across import across
+from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate, candidates
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump, pooled, prepared
+from synth.diagnosis.plants.jumping_leg.jump_experiment import menu, next_experiment
+from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps, measured_gaps
+from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
+from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
+from synth.diagnosis.plants.jumping_leg.jump_search import search
+from synth.diagnosis.plants.jumping_leg.jump_solve import JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
+from synth.diagnosis.plants.jumping_leg.jump_verdict import judge_jumps
+from synth.diagnosis.plants.jumping_leg.jump_where import missing, where
+from synth.diagnosis.plants.jumping_leg.jump_words import sentence
 from synth.diagnosis.prediction_error import label
 from synth.diagnosis.result import Cause, Ranked, Verdict
 from synth.diagnosis.sentences import what_is_open

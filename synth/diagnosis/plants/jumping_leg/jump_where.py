@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_data import ANGLE, CURRENT, FORCE, Jump
-from synth.diagnosis.jumps.jump_score import Scored
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_score import Scored
 from synth.diagnosis.result import PHASES, Where
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base

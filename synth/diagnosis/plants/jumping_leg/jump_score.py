@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_data import Jump
-from synth.diagnosis.jumps.jump_predict import N_OWN
-from synth.diagnosis.jumps.jump_solve import STEP, JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_data import Jump
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
+from synth.diagnosis.plants.jumping_leg.jump_solve import STEP, JumpBench, JumpFit
 from synth.threads import in_parallel
 
 ROUNDS = 6  # steps for the trial's own unknowns

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_data import ANGLE, Jump, pooled
-from synth.diagnosis.jumps.jump_score import Scored, score, score_in_turn
-from synth.diagnosis.jumps.jump_search import JumpAssessed, JumpSearch, as_designed
-from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump, pooled
+from synth.diagnosis.plants.jumping_leg.jump_score import Scored, score, score_in_turn
+from synth.diagnosis.plants.jumping_leg.jump_search import JumpAssessed, JumpSearch, as_designed
+from synth.diagnosis.plants.jumping_leg.jump_solve import JumpBench, JumpFit
 from synth.diagnosis.prediction_error import BLOCKS, Misses, label
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS

@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.diagnosed_leg import SHOWN, diagnosed_leg, parts
+from synth.diagnosis.angle_trials import GapTrial, copies, gap_trial, sensor
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.experiment import next_experiment
-from synth.diagnosis.figures import Gap, measure, trial_gaps
-from synth.diagnosis.gap_trials import GapTrial, copies, gap_trial, sensor
 from synth.diagnosis.influence import Hangs, hangs_on
-from synth.diagnosis.predict import Predictor
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_figures import Gap, measure, trial_gaps
+from synth.diagnosis.plants.swinging_chain.chain_menu import next_experiment
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
+from synth.diagnosis.plants.swinging_chain.diagnosed_leg import SHOWN, diagnosed_leg, parts
 from synth.diagnosis.prediction_error import label
 from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
 from synth.diagnosis.search import Assessed, search
 from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import Tolerance, Tolerances
 from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
-from synth.diagnosis.where import missing_torque, where
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.errors import UserError
 from synth.fit.fit_result import Estimate
 from synth.fit.recordings import recordings, thinned_sentences

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_figures import JumpGaps
+from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
 from synth.fit.fit_result import Estimate
 
 STAGES = ("as_designed", "before", "after")

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.angle_trials import GapTrial
 from synth.diagnosis.encoder_counts import Coarse, rounded
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.gap_trials import GapTrial
+from synth.diagnosis.plants.swinging_chain.chain_where import Missing, phases
 from synth.diagnosis.prediction_error import BLOCKS, Misses, label
 from synth.diagnosis.result import TrialGap
 from synth.diagnosis.score import score
 from synth.diagnosis.search import Assessed, Search
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.where import Missing, phases
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.swing.leg_model import Leg
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.diagnosis.jumps.jump_search import JumpSearch
-from synth.diagnosis.jumps.jump_solve import JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_search import JumpSearch
+from synth.diagnosis.plants.jumping_leg.jump_solve import JumpFit
 from synth.diagnosis.verdict import Calibration, Judged, judge
 
 # A push's end leaves more of a cause that has another form than the library's; by 14 cases of ``tests/blind/jumps.py``

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.jumps.jump_candidates import JumpCandidate
-from synth.diagnosis.jumps.jump_data import Jump
-from synth.diagnosis.jumps.jump_predict import N_OWN, JumpPredictor
+from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
+from synth.diagnosis.plants.jumping_leg.jump_data import Jump
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
 from synth.estimation.levenberg_marquardt import Factors, Iterate, Problem, minimise
 from synth.estimation.normal_equations import ReducedNormal, Step, StepLimits, TrialNormal
 from synth.threads import in_parallel

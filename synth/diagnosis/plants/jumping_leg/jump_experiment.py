@@ -13,9 +13,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.information import expected_information, rivals_of, would_tell
-from synth.diagnosis.jumps.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
-from synth.diagnosis.jumps.jump_predict import N_OWN
-from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
+from synth.diagnosis.plants.jumping_leg.jump_solve import JumpBench, JumpFit
 from synth.diagnosis.result import Experiment
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.hopper.motors import motor_of

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.angle_trials import GapTrial
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.parameters import Parameter
 from synth.swing.effects import Effect, registered

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from synth.diagnosis.gap_trials import copies
+from synth.diagnosis.angle_trials import copies
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
 from synth.swing.leg_model import Leg
