@@ -33,7 +33,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
         return 0
     with output_folder(arguments.out) as folder:
         with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
-            from synth.diagnosis.plants.jumping_leg.jump_diagnose import diagnose
+            from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose
             from synth.jump.jump_runs import compiled_jump
 
             compiled_jump(project.design.leg.bending)

@@ -20,7 +20,7 @@ SAME = 0.2  # joints whose noise differs by less than this share are taken to ha
 
 
 @dataclass(frozen=True)
-class GapTrial:
+class AngleTrial:
     """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
 
     ``relative`` (m, n): error of a sample over its channel's noise; None where all are alike.
@@ -43,7 +43,7 @@ class GapTrial:
         """(n,) number of samples that count."""
         return np.asarray(self.counts.sum(axis=0), dtype=float)
 
-    def thinner(self, samples: int) -> GapTrial:
+    def thinner(self, samples: int) -> AngleTrial:
         """At most about ``samples`` of the samples, evenly taken."""
         every = max(1, round(len(self.time) / samples))
         relative = None if self.relative is None else self.relative[::every]
@@ -56,10 +56,10 @@ class GapTrial:
         )
 
 
-def gap_trial(recording: Recording, held_out: bool) -> GapTrial:
+def angle_trial(recording: Recording, held_out: bool) -> AngleTrial:
     """Thin a recording, evenly in its samples."""
     thin = recording.thinned(SAMPLES)
-    return GapTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
+    return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
 
 
 def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.hypotheses import Key
 from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape
 
 SMALL = 0.05  # of its prior's width: where a strength starts
@@ -64,6 +65,21 @@ class ShapedEffect(ABC):
                 default = self.effect.defaults[parameter.name]
                 found[p] = default if held is None else held * self.natural_size(parameter)
         return found
+
+    def named(self, x: Array) -> dict[str, float]:
+        """Parameters that say something, by name, in SI from whitened unknowns (size,)."""
+        values = self.values(x[:, None])[:, 0].tolist()
+        freed = {*self.shape.free, *self.shape.held}
+        return {
+            parameter.name: value
+            for parameter, value in zip(self.effect.parameters, values, strict=True)
+            if parameter.name in freed or parameter.default is None
+        }
+
+    @property
+    @abstractmethod
+    def key(self) -> Key:
+        """Effect and place, as the files name them."""
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""

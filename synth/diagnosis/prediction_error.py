@@ -18,7 +18,7 @@ Picks = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Misses:
+class PredictionErrors:
     """Of scored trials.
 
     ``squares`` : label -> (n_trial, BLOCKS) summed squared misses in rad^2, under "as_designed", "before", "after" and

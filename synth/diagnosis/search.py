@@ -42,7 +42,8 @@ Search = hypotheses.Hypotheses[Fit]
 def as_designed(bench: Workbench) -> Fit:
     """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
     fit = Fit((), np.zeros(bench.n_tolerance), ())
-    fit = bench.evaluate([replace(fit, states=score(bench, fit, bench.trials).states)])[0]
+    states = tuple(state for _, state in score(bench, fit, bench.trials))
+    fit = bench.evaluate([replace(fit, states=states)])[0]
     return replace(fit, frame=bench.frame(fit))
 
 

@@ -14,7 +14,7 @@ BETTER = {"*": "·", "deg": "°", "percent": "%"}  # as units are printed
 
 
 @dataclass(frozen=True)
-class Told:
+class ErrorWording:
     """What the sentence says of the errors.
 
     ``nominal`` : what is compared with the trials, "the nominal leg"; ``error`` : "the error"; ``on`` : where it is
@@ -62,7 +62,7 @@ def _shown(estimate: Estimate) -> str:
 
 
 def sentence(
-    verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: Told
+    verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: ErrorWording
 ) -> str:
     """The whole diagnosis in one or two sentences; ``causes`` and those of each ``tied`` explanation in words."""
     error, floor, after = f"{told.error} on {told.on}", angle(told.floor), angle(told.after)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.angle_trials import AngleTrial
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Whitener:
     scale: Array
 
     @classmethod
-    def of(cls, trial: GapTrial, sigma: Array) -> Whitener:
+    def of(cls, trial: AngleTrial, sigma: Array) -> Whitener:
         """``sigma`` (n,) or (m, n) rad."""
         index = slice(None) if trial.counts.all() else np.flatnonzero(trial.counts)
         scale = 1.0 / np.broadcast_to(sigma, trial.measured.shape)

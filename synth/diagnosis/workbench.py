@@ -16,10 +16,10 @@ from typing import TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Hypothesis, Predictor, groups
 from synth.diagnosis.whitening import Whitener
-from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, Problem, minimise
+from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import Step, StepLimits
 from synth.swing.lane_layout import LANES
@@ -55,6 +55,10 @@ class Fit:
     done: bool = False
     frame: Linearisation | None = field(default=None, repr=False)
 
+    def at(self, unknowns: Array) -> Fit:
+        """The hypothesis with other unknowns, to predict with."""
+        return replace(self, unknowns=unknowns)
+
     @property
     def keys(self) -> tuple[tuple[str, str], ...]:
         """Effect and place of each candidate."""
@@ -71,7 +75,7 @@ class Workbench:
     """
 
     predictor: Predictor
-    trials: tuple[GapTrial, ...]
+    trials: tuple[AngleTrial, ...]
     noise: Array
     effective: float
 
@@ -94,26 +98,26 @@ class Workbench:
         """
         return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
 
-    def tempering(self, trial: GapTrial) -> Array:
+    def tempering(self, trial: AngleTrial) -> Array:
         """(n,) by what a channel's errors are taken larger, since its samples are not independent."""
         return np.sqrt(np.maximum(trial.counted / self.effective, 1.0))
 
-    def sigma(self, trial: GapTrial) -> Array:
+    def sigma(self, trial: AngleTrial) -> Array:
         """(n,) or, where samples differ, (m, n) rad."""
         alike = self.noise * self.tempering(trial)
         return np.asarray(alike if trial.relative is None else alike * trial.relative)
 
-    def residual(self, trial: GapTrial, prediction: Array, state: Array) -> Array:
+    def residual(self, trial: AngleTrial, prediction: Array, state: Array) -> Array:
         """(M,) whitened residual of one trial; inf where the motion diverged."""
         found = self._residual(trial, self.whitener(trial), prediction[:, :, None], state)
         return np.where(np.isfinite(found), found, np.inf)
 
-    def whitener(self, trial: GapTrial) -> Whitener:
+    def whitener(self, trial: AngleTrial) -> Whitener:
         """Of a trial's predictions."""
         return Whitener.of(trial, self.sigma(trial))
 
     @staticmethod
-    def _residual(trial: GapTrial, white: Whitener, prediction: Array, state: Array) -> Array:
+    def _residual(trial: AngleTrial, white: Whitener, prediction: Array, state: Array) -> Array:
         """(M,) of a prediction's first lane; not finite where it diverged."""
         rate, deviation = trial.recording.initial_rate
         free, n = trial.free, len(rate)
@@ -162,7 +166,7 @@ class Workbench:
             tuple(in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials)))
         )
 
-    def _part(self, trial: GapTrial, fit: Fit, state: Array) -> TrialLinearisation:
+    def _part(self, trial: AngleTrial, fit: Fit, state: Array) -> TrialLinearisation:
         alive = np.flatnonzero(self.predictor.tolerances.width.reshape(-1) > 0.0)
         _, slopes = self.slopes(trial, fit, state, alive.tolist())
         below = self.state_prior(trial, state)
@@ -172,7 +176,7 @@ class Workbench:
         q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
         return TrialLinearisation(tolerance, q, r)
 
-    def slopes(self, trial: GapTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+    def slopes(self, trial: AngleTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
         """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
 
         By these ``unknowns``, then by the ``state_rows``.
@@ -199,7 +203,7 @@ class Workbench:
         return found[0][:, :, 0], change.T
 
     @staticmethod
-    def state_prior(trial: GapTrial, state: Array) -> Array:
+    def state_prior(trial: AngleTrial, state: Array) -> Array:
         """(n_state, n_state) rows of the prior of initial rates and of links that give, below the derivatives."""
         free, deviation = trial.free, trial.recording.initial_rate[1]
         links = np.ones(len(state) - 2 * len(deviation))
@@ -271,14 +275,14 @@ def _lanes_of(fit: Fit, trial: int, moved: Sequence[int]) -> Block:
     return Block(fit.hypothesis, unknowns, np.repeat(fit.states[trial][:, None], count + 1, axis=1))
 
 
-def state_rows(trial: GapTrial, state: Array) -> list[int]:
+def state_rows(trial: AngleTrial, state: Array) -> list[int]:
     """Rows of a trial's initial state that are free: rotations and rates of joints not locked, and links that give."""
     n = trial.measured.shape[1]
     return [*trial.free, *[n + j for j in trial.free], *range(2 * n, len(state))]
 
 
 @dataclass(frozen=True)
-class _Hypotheses(Problem[Fit]):
+class _Hypotheses(LeastSquares[Fit]):
     """Hypotheses as least-squares problems; ``frame`` for those that have no linearisation of their own."""
 
     bench: Workbench
@@ -316,7 +320,7 @@ class _Hypotheses(Problem[Fit]):
         return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
 
     @staticmethod
-    def _state(trial: GapTrial, state: Array, change: Array) -> Array:
+    def _state(trial: AngleTrial, state: Array, change: Array) -> Array:
         moved = state.copy()
         moved[state_rows(trial, state)] += change
         return moved

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
-from synth.diagnosis.angle_trials import GapTrial, gap_trial, sensor
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import QUANTITIES, Tolerances
@@ -42,8 +42,8 @@ class Freed:
 
     bench: Workbench
     fit: Fit
-    given: tuple[GapTrial, ...]
-    held: tuple[GapTrial, ...]
+    given: tuple[AngleTrial, ...]
+    held: tuple[AngleTrial, ...]
 
     def after(self, fit: Fit) -> float:
         """RMS error on held-out trials, deg."""
@@ -59,7 +59,7 @@ class Freed:
 def free_fit(project: GapProject) -> Freed:
     """Fit all numbers of the leg and the initial states to the given trials."""
     made = recordings(project.leg, project.trials, ())
-    trials = [gap_trial(r, t.held_out) for r, t in zip(made, project.trials, strict=True)]
+    trials = [angle_trial(r, t.held_out) for r, t in zip(made, project.trials, strict=True)]
     given = tuple(trial for trial in trials if not trial.held_out)
     held = tuple(trial for trial in trials if trial.held_out)
     wide = Tolerances(FREE * Tolerances.of(project.leg, project.tolerance).width)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.swung import TWO, recorded
-from synth.diagnosis.angle_trials import gap_trial
+from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
@@ -14,7 +14,7 @@ from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
 (RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
-TRIAL = gap_trial(RECORDING, False)
+TRIAL = angle_trial(RECORDING, False)
 PREDICTOR = Predictor(TWO, Tolerances.of(TWO, Tolerance()))
 
 

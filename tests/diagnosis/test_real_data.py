@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import copies, gap_trial
+from synth.diagnosis.angle_trials import angle_trial, copies
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.result import GapResult
@@ -98,7 +98,7 @@ def test_the_pendulum_has_dry_friction_in_both_joints_and_a_torque_that_pulls_it
     project = pendulum_project(tmp_path)
     lacking: dict[int, list[tuple[Array, Array]]] = {0: [], 1: []}
     for recording in recordings(project.leg, project.trials, ()):
-        missing = missing_torque(project.leg, gap_trial(recording, False))
+        missing = missing_torque(project.leg, angle_trial(recording, False))
         rate = recording.smoothed.rate[np.searchsorted(recording.smoothed.time, missing.time)]
         for j, found in lacking.items():
             found.append((rate[:, j], missing.torque[:, j]))

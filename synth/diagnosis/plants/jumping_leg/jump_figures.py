@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump, pooled
-from synth.diagnosis.plants.jumping_leg.jump_score import Scored, score, score_in_turn
-from synth.diagnosis.plants.jumping_leg.jump_search import JumpAssessed, JumpSearch, as_designed
-from synth.diagnosis.plants.jumping_leg.jump_solve import JumpBench, JumpFit
-from synth.diagnosis.prediction_error import BLOCKS, Misses, label
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
+from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS
 
@@ -29,52 +28,36 @@ class Rise:
 
 @dataclass(frozen=True)
 class JumpGaps:
-    """Scored trials with what each stage predicts; ``rises`` a trial.
+    """ScoredJump trials with what each stage predicts; ``rises`` a trial.
 
     ``learnt`` : trials to learn from that are not scored, with their rises: of these ``before`` and ``after`` are fits.
     """
 
     trials: tuple[Jump, ...]
-    as_designed: tuple[Scored, ...]
-    before: tuple[Scored, ...]
-    after: tuple[Scored, ...]
-    misses: Misses
+    as_designed: tuple[ScoredJump, ...]
+    before: tuple[ScoredJump, ...]
+    after: tuple[ScoredJump, ...]
+    errors: PredictionErrors
     rises: tuple[Rise, ...]
     learnt: tuple[tuple[Jump, Rise], ...] = ()
 
 
-def measured_gaps(
-    bench: JumpBench, held: Sequence[Jump], found: JumpSearch, accepted: JumpAssessed,
-    others: Sequence[JumpAssessed], seed: int,
-) -> JumpGaps:  # fmt: skip
-    """Predict the scored trials (those held out, else each by the others) as designed, before, after, by the others."""
-    trials = tuple(held) or bench.trials
-    designed = as_designed(bench)
+def rises_of(
+    bench: JumpBench, trials: Sequence[Jump], fits: Sequence[JumpFit], stages: Sequence[Sequence[ScoredJump]]
+) -> tuple[Rise, ...]:
+    """A trial each, by the fits of the three stages and what they predict of it."""
+    return tuple(_rise(bench, trial, fits, [stage[i] for stage in stages]) for i, trial in enumerate(trials))
 
-    def told(fit: JumpFit) -> tuple[Scored, ...]:
-        return score(bench, fit, trials) if held else score_in_turn(bench, fit)
 
-    nominal = score(bench, designed, trials)
-    before = told(found.none.fit)
-    after = before if accepted is found.none else told(accepted.fit)
-    squares = {name: _squares(trials, scored) for name, scored in
-               (("as_designed", nominal), ("before", before), ("after", after))}  # fmt: skip
-    for other in others:
-        squares[label(other.keys)] = squares["after"] if other is accepted else _squares(trials, told(other.fit))
-    counts = np.array([[len(part) for part in np.array_split(trial.time, BLOCKS)] for trial in trials], dtype=float)
-    misses = Misses(squares, counts, counts * pooled(trials, ANGLE) ** 2, seed)
-    stages = (designed, found.none.fit, accepted.fit)
-    rises = tuple(
-        _rise(bench, trial, stages, [item[i] for item in (nominal, before, after)]) for i, trial in enumerate(trials)
+def learnt_rises(bench: JumpBench, fits: Sequence[JumpFit]) -> tuple[tuple[Jump, Rise], ...]:
+    """Of the trials to learn from, by the fits themselves."""
+    return tuple(
+        (trial, _rise(bench, trial, fits, [ScoredJump({}, fit.own[i]) for fit in fits]))
+        for i, trial in enumerate(bench.trials)
     )
-    learnt = tuple(
-        (trial, _rise(bench, trial, stages, [Scored({}, fit.own[i]) for fit in stages]))
-        for i, trial in enumerate(bench.trials if held else ())
-    )
-    return JumpGaps(trials, nominal, before, after, misses, rises, learnt)
 
 
-def _squares(trials: Sequence[Jump], scored: Sequence[Scored]) -> Array:
+def squares(trials: Sequence[Jump], scored: Sequence[ScoredJump]) -> Array:
     """(n_trial, BLOCKS) summed squared misses of the angle, rad^2."""
     found = []
     for trial, told in zip(trials, scored, strict=True):
@@ -83,7 +66,7 @@ def _squares(trials: Sequence[Jump], scored: Sequence[Scored]) -> Array:
     return np.array(found)
 
 
-def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], told: Sequence[Scored]) -> Rise:
+def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], told: Sequence[ScoredJump]) -> Rise:
     measured = None if trial.seen is None else trial.seen.rise
     if trial.torque is not None or trial.leaning:
         return Rise(measured, None, None, None)

@@ -8,7 +8,7 @@ from typing import Any
 
 from synth.diagnosis.plants.jumping_leg.jump_across import Across
 from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
-from synth.diagnosis.plants.jumping_leg.jump_where import Missing
+from synth.diagnosis.plants.jumping_leg.jump_where import MissingHipTorque
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.result import Diagnosis
 from synth.units import quantity
@@ -25,7 +25,7 @@ class JumpGapResult(Diagnosis):
 
     name: str
     gaps: JumpGaps
-    lacks: tuple[Missing, ...]
+    lacks: tuple[MissingHipTorque, ...]
     across: Across
     held_out: bool
     noise: float
@@ -33,18 +33,18 @@ class JumpGapResult(Diagnosis):
 
     def as_json(self) -> dict[str, Any]:
         """``gap.json`` without what it rests on."""
-        misses = self.gaps.misses
-        before, after, best = misses.figure("before"), misses.figure("after"), misses.best_possible
-        of_best = shrink_of_best(before.value, after.value, best.value, misses.floor.value)
+        errors = self.gaps.errors
+        before, after, best = errors.figure("before"), errors.figure("after"), errors.best_possible
+        of_best = shrink_of_best(before.value, after.value, best.value, errors.floor.value)
         return {
             **self.said_as_json(self.name),
             "gap": {
-                "as_designed": misses.figure("as_designed").as_json(),
+                "as_designed": errors.figure("as_designed").as_json(),
                 "before": before.as_json(),
                 "after": after.as_json(),
-                "noise_floor": misses.floor.as_json(),
+                "noise_floor": errors.floor.as_json(),
                 "best_possible": best.as_json(),
-                "shrink": misses.shrink().as_json(),
+                "shrink": errors.shrink().as_json(),
                 "shrink_of_best": None if of_best is None else quantity(of_best, "1"),
                 "scored_on": [trial.name for trial in self.gaps.trials],
             },

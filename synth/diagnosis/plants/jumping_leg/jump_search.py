@@ -10,9 +10,9 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_score import score
-from synth.diagnosis.plants.jumping_leg.jump_solve import JumpBench, JumpFit
 
 LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # times a start's strengths
 SHAPES_LADDER = (1.0, 0.5, 2.0)  # of log-normal ones

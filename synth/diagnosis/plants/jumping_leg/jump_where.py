@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
-from synth.diagnosis.plants.jumping_leg.jump_score import Scored
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 from synth.diagnosis.result import PHASES, Where
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
@@ -20,7 +20,7 @@ SMOOTHED = 0.004  # s, half the stretch over which a rate is taken
 
 
 @dataclass(frozen=True, eq=False)
-class Missing:
+class MissingHipTorque:
     """One trial: ``torque`` (m,) N m that each hip lacks, nan where no plate tells; ``speed`` rad/s, ``phase``."""
 
     torque: Array
@@ -29,7 +29,7 @@ class Missing:
     phase: NDArray[np.int64]
 
 
-def missing(trial: Jump, before: Scored) -> Missing:
+def missing(trial: Jump, before: ScoredJump) -> MissingHipTorque:
     """By virtual work: the missing ground force times the hips' way a radian of the upper links, half a hip each.
 
     The leg's own inertia is left out: it is a hundredth of the body's.
@@ -42,7 +42,7 @@ def missing(trial: Jump, before: Scored) -> Missing:
         slope = np.tan(np.arcsin(np.clip(share, -0.99, 0.99)))
         leverage = trial.leg.length * (np.sin(angle) + np.cos(angle) * slope)
         torque = 0.5 * leverage * (trial.measured[FORCE] - before.channels[FORCE])
-    return Missing(torque, speed, angle - angle[0], _phases(trial, speed))
+    return MissingHipTorque(torque, speed, angle - angle[0], _phases(trial, speed))
 
 
 def _rate(time: Array, angle: Array) -> Array:
@@ -63,7 +63,7 @@ def _phases(trial: Jump, speed: Array) -> NDArray[np.int64]:
     return np.asarray(found, dtype=np.int64)
 
 
-def where(trials: Sequence[Jump], before: Sequence[Scored], lacks: Sequence[Missing]) -> Where:
+def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[MissingHipTorque]) -> Where:
     """Shares over all scored trials; where nothing is above the noise, evenly."""
     places = {"hip": 0.0, "base": 0.0}
     bins: dict[str, dict[str, float]] = {name: dict.fromkeys(THIRDS, 0.0) for name in

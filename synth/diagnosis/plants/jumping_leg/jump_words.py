@@ -1,13 +1,13 @@
-"""The diagnosis of a jumping leg in a sentence: that of a swinging one in the jump's words, and how high it rises."""
+"""What the diagnosis of a jumping leg says in words of its own: its causes, its error, how high it rises."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps, Rise
-from synth.diagnosis.result import Cause, Verdict
-from synth.diagnosis.sentences import Told, angle, parameters_text, scored_on
-from synth.diagnosis.sentences import sentence as sentence_of
+from synth.diagnosis.plants.jumping_leg.jump_figures import Rise
+from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.result import Cause
+from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.jump.effects import motor_effect_named
 
 SUBJECTS = {"hip": "the motors", "all": "the joints", "base": "the ground"}
@@ -18,27 +18,21 @@ def cause_text(cause: Cause) -> str:
     return f"{SUBJECTS[cause.joint]} {motor_effect_named(cause.effect).phrase} ({parameters_text(cause)})"
 
 
-def sentence(
-    verdict: Verdict, causes: Sequence[Cause], tied: Sequence[Sequence[Cause]], probability: float,
-    gaps: JumpGaps, held_out: bool,
-) -> str:  # fmt: skip
-    """The whole diagnosis in one to three sentences."""
-    designed, before, after = (gaps.misses.figure(stage) for stage in ("as_designed", "before", "after"))
-    told = Told(
+def wording(errors: PredictionErrors, held_out: bool) -> ErrorWording:
+    """How the sentence speaks of the upper link's error."""
+    designed, before, after = (errors.figure(stage) for stage in ("as_designed", "before", "after"))
+    return ErrorWording(
         nominal="the design's upper link",
         error="the upper link's error",
         on=scored_on(held_out, "trials"),
         falls_from=f"{angle(designed)} as designed, {angle(before)} at the tolerances' best,",
         before=before,
         after=after,
-        floor=gaps.misses.floor,
+        floor=errors.floor,
     )
-    explanations = [[cause_text(cause) for cause in option] for option in (causes, *tied)]
-    text = sentence_of(verdict, explanations[0], explanations[1:], probability, told)
-    return text + (_rise(gaps.rises) if verdict == "effect" else "")
 
 
-def _rise(rises: Sequence[Rise]) -> str:
+def rise_text(rises: Sequence[Rise]) -> str:
     """How the predicted rise changes, where a plate tells the measured one."""
     known = [r for r in rises if r.measured and r.as_designed is not None and r.after is not None]
     if not known:

@@ -13,7 +13,7 @@ import synth
 from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
-from synth.diagnosis.plants.jumping_leg.jump_score import Scored
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 from synth.diagnosis.result import PHASES
 from synth.diagnosis.write import LIBRARIES, STAGES, described, rms, tolerance_settings
 from synth.files.hopper_gap_project import HopperGapProject
@@ -39,7 +39,7 @@ def write_gap(result: JumpGapResult, project: HopperGapProject, folder: Path) ->
     write_json(folder / "gap.json", gap_json(result, project, names))
 
 
-def predicted_columns(trial: Jump, stages: dict[str, Scored]) -> dict[str, Array]:
+def predicted_columns(trial: Jump, stages: dict[str, ScoredJump]) -> dict[str, Array]:
     """Time, and a channel as measured beside the nominal leg at its best and with the explanation in."""
     columns: dict[str, Array] = {"time [s]": trial.time}
     for channel, measured in trial.measured.items():

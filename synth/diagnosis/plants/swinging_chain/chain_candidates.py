@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.parameters import Parameter
@@ -58,7 +58,7 @@ class Scales:
         return float(sizes.get(unit, 1.0))
 
 
-def scales(leg: Leg, trials: Sequence[GapTrial]) -> Scales:
+def scales(leg: Leg, trials: Sequence[AngleTrial]) -> Scales:
     """Natural sizes of each joint from the trials in which it is free."""
     n = len(leg.joints)
     low, high, speed = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n)
@@ -112,16 +112,6 @@ class Candidate(ShapedEffect):
         middle = joint.zero + joint.sign * self.scales.middle[self.joint]
         return np.asarray(middle + value * self.scales.half[self.joint])
 
-    def named(self, x: Array) -> dict[str, float]:
-        """Parameters that say something, by name, from whitened unknowns (size,)."""
-        values = self.values(x[:, None])[:, 0]
-        shown = {}
-        for p, parameter in enumerate(self.effect.parameters):
-            freed = parameter.name in self.shape.free or parameter.name in self.shape.held
-            if freed or (parameter.default is None):
-                shown[parameter.name] = float(values[p])
-        return shown
-
     def in_rotation(self, x: Array) -> Array:
         """As ``values``, turned to the sense of q where direction matters."""
         values = self.values(x)
@@ -132,7 +122,7 @@ class Candidate(ShapedEffect):
         return np.array(turned).T
 
 
-def candidates(leg: Leg, trials: Sequence[GapTrial], found: Scales) -> list[Candidate]:
+def candidates(leg: Leg, trials: Sequence[AngleTrial], found: Scales) -> list[Candidate]:
     """Every effect at every place where it could act and show, in every shape."""
     free = sorted({j for trial in trials for j in trial.free})
     made = []

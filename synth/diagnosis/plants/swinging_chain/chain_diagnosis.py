@@ -1,4 +1,4 @@
-"""The diagnosis from end to end: trials in, verdict, where, which, how far and what next out."""
+"""The diagnosis of a swinging chain: its adapter to ``synth.diagnosis.diagnose``, and the whole from end to end."""
 
 from __future__ import annotations
 
@@ -9,34 +9,38 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import GapTrial, copies, gap_trial, sensor
-from synth.diagnosis.encoder_counts import Coarse, coarse_counts, usual_noise
+from synth.diagnosis import diagnose as any_plant
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor
+from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.influence import Hangs, hangs_on
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.plants.swinging_chain.chain_figures import Gap, measure, trial_gaps
-from synth.diagnosis.plants.swinging_chain.chain_menu import next_experiment
+from synth.diagnosis.hypotheses import Hypotheses
+from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.plant import MenuItem, Plant
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
+from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
-from synth.diagnosis.plants.swinging_chain.diagnosed_leg import SHOWN, diagnosed_leg, parts
-from synth.diagnosis.prediction_error import label
-from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
-from synth.diagnosis.search import Assessed, search
-from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
-from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
+from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.result import Cause, GapResult
+from synth.diagnosis.score import score
+from synth.diagnosis.search import search
+from synth.diagnosis.sentences import ErrorWording, angle, cause_text, scored_on
+from synth.diagnosis.verdict import Judged, with_counts
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.errors import UserError
+from synth.estimation.information import Forecast
+from synth.estimation.linearisation import LinearisedNormal
 from synth.fit.fit_result import Estimate
 from synth.fit.recordings import recordings, thinned_sentences
-from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
 EFFECTIVE = 50.0  # samples a trial and joint that count as independent, see Workbench
-RANKED = 8  # causes that are listed
 
 
 @dataclass(frozen=True)
@@ -45,16 +49,114 @@ class Scene:
 
     leg: Leg
     bench: Workbench
-    given: tuple[GapTrial, ...]
-    held: tuple[GapTrial, ...]
+    given: tuple[AngleTrial, ...]
+    held: tuple[AngleTrial, ...]
     coarse: tuple[Coarse, ...]
     usual: Array  # (n,) rad, noise without coarse counts
     seed: int
 
     @property
-    def scored(self) -> tuple[GapTrial, ...]:
+    def scored(self) -> tuple[AngleTrial, ...]:
         """The trials that the gap's figures are taken on."""
         return self.held or self.given
+
+
+class SwingingChain(Plant[Fit, AngleTrial, Array]):
+    """A leg of links that swings from releases, or is driven by known torques."""
+
+    def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
+        self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
+        self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
+        names = scene.leg.joint_names
+        self.direct_causes = tuple(
+            Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")})
+            for item in scene.coarse
+        )
+
+    def search(self, say: Callable[[str], None]) -> Hypotheses[Fit]:
+        """Every effect at every place where it could show, alone and with others."""
+        leg, given = self.scene.leg, self.scene.given
+        return search(self.bench, candidates(leg, given, scales(leg, given)), say)
+
+    def designed(self) -> Fit:
+        """The nominal leg to the letter."""
+        return Fit((), np.zeros(self.n_tolerance), ())
+
+    def normal(self, fit: Fit) -> LinearisedNormal:
+        """Normal equations at a fit."""
+        return self.bench.normal(fit)
+
+    def bounds(self, fit: Fit) -> tuple[Array, Array]:
+        """Least and greatest unknowns."""
+        return self.bench.bounds(fit.hypothesis)
+
+    def predict(self, fit: Fit, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
+        """Rotations (m, n) rad in the sense of q, from the initial states that fit best."""
+        begun = [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
+        return tuple(prediction for prediction, _ in score(self.bench, fit, begun))
+
+    def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
+        """As channels with coarse counts would read them."""
+        both = zip(self.scored, predicted, strict=True)
+        return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
+
+    def squares(self, predicted: Sequence[Array]) -> Array:
+        """Squared errors of the rotations."""
+        return squares(self.scored, predicted)
+
+    def samples(self) -> tuple[Array, Array]:
+        """Samples that count, and what the noise alone would sum to."""
+        counts = squares(self.scored, [np.ones_like(t.measured) + t.measured for t in self.scored])
+        return counts, squares(self.scored, [t.measured + self.scene.usual for t in self.scored])
+
+    def with_direct_causes(self, judged: Judged[Fit]) -> Judged[Fit]:
+        """The verdict with coarse counts in."""
+        return with_counts(judged, len(self.scene.coarse) > 0)
+
+    def doubts(self, found: Hypotheses[Fit], judged: Judged[Fit]) -> tuple[str, ...]:
+        """Recordings that the verdict hangs on."""
+        return hangs_on(self.bench, found, judged).warnings()
+
+    def wording(self, errors: PredictionErrors) -> ErrorWording:
+        """How the sentence speaks of the errors."""
+        before, after = errors.figure("before"), errors.figure("after")
+        return ErrorWording(
+            nominal="the nominal leg",
+            error="the error",
+            on=scored_on(self.held_out, "releases"),
+            falls_from=angle(before),
+            before=before,
+            after=after,
+            floor=errors.floor,
+        )
+
+    def cause_text(self, cause: Cause) -> str:
+        """The knee lacks dry friction (torque 0.052 N·m)."""
+        return cause_text(cause)
+
+    def short_text(self, cause: Cause) -> str:
+        """Effect and joint."""
+        return f"{cause.effect} ({cause.joint})"
+
+    def menu(self) -> Sequence[MenuItem[AngleTrial]]:
+        """Releases, locked joints, added masses, tilts and torques."""
+        return menu(self.bench, self.scene.given)
+
+    def forecast(self, fit: Fit, trial: AngleTrial, covariance: Array) -> Forecast | None:
+        """What a hypothesis predicts of an imagined trial."""
+        return forecast(self.bench, fit, trial, covariance)
+
+    def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
+        """A warning where the explanation, good on the trials that it rests on, predicts scored ones no better."""
+        before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
+        names = [trial.recording.name for trial, b, a in zip(self.scored, before, after, strict=True) if a > 1.1 * b]
+        if not names:
+            return ()
+        return (
+            f"{', '.join(names)}: predicted no better with the explanation than without. Either the trials to learn "
+            "from do not fix what matters there (a tip mass shows the leg's overall mass, a tilt its gravity), or "
+            "something else is at work; add a trial of that kind to learn from",
+        )
 
 
 def diagnose(
@@ -78,52 +180,29 @@ def diagnose(
     ------
     UserError : every trial is held out, or a trial cannot be used.
     """
-    say = progress or (lambda text: None)
     scene, warnings = scene_of(leg, trials, tolerance, seed)
-    bench, held_out = scene.bench, bool(scene.held)
-    found = search(bench, candidates(leg, scene.given, scales(leg, scene.given)), say)
-    weighed = judge(found)
-    turned = hangs_on(bench, found, weighed)
-    judged = with_counts(weighed, scene.coarse)
-    say("how far it shrinks")
-    shown = [item for item, _ in judged.singles[:RANKED]]
-    gap = measure(bench, scene.scored, found, judged.accepted, shown, scene.coarse, scene.usual, held_out, seed)
-    explained = judged.verdict in ("effect", "tie")
-    causes = (*_causes(bench, judged.accepted), *_counts(scene)) if explained else ()
-    tied = tuple(_causes(bench, rival) for rival in judged.tied)
-    tolerances = bench.predictor.tolerances
-    nominal = tolerances.leg(leg, found.none.fit.unknowns)
+    plant = SwingingChain(scene, warnings)
+    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    stages, errors, judged = findings.stages, findings.stages.errors, findings.judged
+    tolerances = scene.bench.predictor.tolerances
+    nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
     # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
-    bare = tolerances.leg(leg, judged.accepted.fit.unknowns[: tolerances.size]) if explained else nominal
+    bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in scene.scored]
-    say("what next")
-    explanations = (causes, *tied)
     return GapResult(
+        **findings.said(),
         leg=leg,
-        verdict=judged.verdict,
-        sentence=_sentence(judged, explanations, gap, held_out),
-        explanation=causes,
-        ranked=_ranked(scene, judged, gap),
-        probability_none=judged.none,
-        probability_unknown=judged.unknown,
-        where=where(nominal, scene.scored, gap.before, scene.usual, missing, _blamed(judged, leg)),
-        as_designed=gap.figure("as_designed"),
-        before=gap.figure("before"),
-        after=gap.figure("after"),
-        noise_floor=gap.floor,
-        shrink=gap.shrink(),
-        best_possible=gap.best_possible,
+        where=where(nominal, scene.scored, stages.before, scene.usual, missing, _blamed(judged, leg)),
+        as_designed=errors.figure("as_designed"),
+        before=errors.figure("before"),
+        after=errors.figure("after"),
+        noise_floor=errors.floor,
+        shrink=errors.shrink(),
+        best_possible=errors.best_possible,
         noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
         scored_on=tuple(trial.recording.name for trial in scene.scored),
-        trials=trial_gaps(nominal, gap, missing, held_out, scene.usual),
-        next_experiment=next_experiment(
-            bench, open_explanations(judged), scene.given, _why(judged.verdict, explanations)
-        ),
-        diagnosed=diagnosed_leg(
-            leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
-        ),
-        warnings=(*warnings, *_turning(turned), *(_worse(gap) if explained else ())),
-        tied=tied,
+        trials=trial_gaps(nominal, scene.scored, stages, missing, plant.held_out, scene.usual),
+        diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
     )
 
 
@@ -136,7 +215,7 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
         warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
     struck = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in struck]
-    prepared = [gap_trial(recording, held) for recording, held in kept]
+    prepared = [angle_trial(recording, held) for recording, held in kept]
     given = tuple(trial for trial in prepared if not trial.held_out)
     held = tuple(trial for trial in prepared if trial.held_out)
     if not given:
@@ -149,90 +228,6 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
     return Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _turning(hangs: Hangs) -> tuple[str, ...]:
-    """Warnings where the verdict hangs on single recordings."""
-    said = [
-        f"the verdict hangs on {name}: without it {said}. Look at that recording first (its start, its rest, what was "
-        "different that day), or repeat it"
-        for name, said in hangs.turned
-    ]
-    if hangs.open:
-        names = ", ".join(hangs.open[:5]) + (f" and {len(hangs.open) - 5} more" if len(hangs.open) > 5 else "")
-        said.append(
-            f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that count "
-            "for most were left out in turn. With so many the explanations are nearly tied"
-        )
-    return tuple(said)
-
-
-def _worse(gap: Gap) -> tuple[str, ...]:
-    """A warning where the explanation, good on the trials that it rests on, predicts scored ones no better."""
-    before, after = gap.squares["before"].sum(axis=1), gap.squares["after"].sum(axis=1)
-    names = [trial.recording.name for trial, b, a in zip(gap.trials, before, after, strict=True) if a > 1.1 * b]
-    if not names:
-        return ()
-    return (
-        f"{', '.join(names)}: predicted no better with the explanation than without. Either the trials to learn from "
-        "do not fix what matters there (a tip mass shows the leg's overall mass, a tilt its gravity), or something "
-        "else is at work; add a trial of that kind to learn from",
-    )
-
-
-def _causes(bench: Workbench, found: Assessed) -> tuple[Cause, ...]:
-    """The causes of a hypothesis with their parameters and what the trials leave open of each."""
-    if not found.fit.hypothesis:
-        return ()
-    p = bench.n_tolerance
-    deviation = np.sqrt(np.diag(bench.normal(found.fit).covariance))
-    made, first = [], p
-    for candidate, x in parts(found.fit, p):
-        made.append(_cause(candidate, x, deviation[first : first + candidate.size]))
-        first += candidate.size
-    return tuple(made)
-
-
-def _cause(candidate: Candidate, x: Array, deviation: Array) -> Cause:
-    values, reach = candidate.named(x), {name: [value] for name, value in candidate.named(x).items()}
-    low, high = candidate.bounds()
-    for k in range(candidate.size):
-        for side in (-NORMAL90, NORMAL90):
-            moved = x.copy()
-            moved[k] = np.clip(moved[k] + side * deviation[k], low[k], high[k])
-            for name, value in candidate.named(moved).items():
-                reach[name].append(value)
-    unit = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
-    found = {}
-    for name, value in values.items():
-        written = SHOWN.get(unit[name], unit[name])
-        ends = (min(reach[name]), max(reach[name]))
-        free = name in candidate.shape.free
-        found[name] = Estimate(value, written, *ends) if free else Estimate(value, written)
-    effect, joint = candidate.key
-    return Cause(effect, joint, found)
-
-
-def _counts(scene: Scene) -> tuple[Cause, ...]:
-    """Coarse counts as causes."""
-    names = scene.leg.joint_names
-    return tuple(
-        Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")}) for item in scene.coarse
-    )
-
-
-def _ranked(scene: Scene, judged: Judged[Fit], gap: Gap) -> tuple[Ranked, ...]:
-    made = [
-        Ranked(_causes(scene.bench, item)[0], probability, gap.shrink(label(item.keys)))
-        for item, probability in judged.singles[:RANKED]
-    ]
-    made += [Ranked(cause, judged.counts, gap.shrink()) for cause in _counts(scene)]
-    # A cause that no fit found alone may still be one of several that are accepted.
-    alone = {item.keys[0] for item, _ in judged.singles[:RANKED]}
-    for cause, key in zip(_causes(scene.bench, judged.accepted), judged.accepted.keys, strict=True):
-        if key not in alone:
-            made.append(Ranked(cause, judged.share(key), gap.shrink()))
-    return tuple(sorted(made, key=lambda entry: -entry.probability))
-
-
 def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:
     """Joint -> probability that a cause sits there."""
     found: dict[str, float] = {}
@@ -241,24 +236,3 @@ def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:
         if joint in leg.joint_names:
             found[joint] = found.get(joint, 0.0) + probability
     return found
-
-
-def _sentence(judged: Judged[Fit], explanations: Sequence[Sequence[Cause]], gap: Gap, held_out: bool) -> str:
-    several = len(explanations[0]) > 1
-    before, after = gap.figure("before"), gap.figure("after")
-    told = Told(
-        nominal="the nominal leg",
-        error="the error",
-        on=scored_on(held_out, "releases"),
-        falls_from=angle(before),
-        before=before,
-        after=after,
-        floor=gap.floor,
-    )
-    texts = [[cause_text(cause) for cause in causes] for causes in explanations]
-    probability = 1.0 - judged.none - judged.unknown if several else judged.probability
-    return sentence(judged.verdict, texts[0], texts[1:], probability, told)
-
-
-def _why(verdict: Verdict, explanations: Sequence[Sequence[Cause]]) -> str:
-    return what_is_open(verdict, [" and ".join(f"{c.effect} ({c.joint})" for c in causes) for causes in explanations])

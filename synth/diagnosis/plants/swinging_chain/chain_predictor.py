@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.swing.chain import compiled_chain
@@ -49,7 +49,7 @@ class Predictor:
     tolerances: Tolerances
     tolerance: float = TOLERANCE
 
-    def predict(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
+    def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged.
 
         Blocks of the same structure step together where they fit into sixteen lanes; where one takes the others with
@@ -62,14 +62,14 @@ class Predictor:
                 result[i] = found
         return [found for found in result if found is not None]
 
-    def together(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
+    def together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """As ``predict``, for one of the ``groups``."""
         found = self._together(trial, blocks)
         if len(blocks) > 1 and not np.all(np.isfinite(found[0][-1])):
             found = [self._together(trial, [block])[0] for block in blocks]
         return found
 
-    def _together(self, trial: GapTrial, blocks: Sequence[Block]) -> list[Array]:
+    def _together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """Readings of blocks of one structure that fill at most one group of lanes."""
         n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
         total, ends = sum(widths), np.cumsum([0, *widths])
@@ -141,7 +141,7 @@ class Predictor:
         self,
         readings: Sequence[_Placed],
         joint: int,
-        trial: GapTrial,
+        trial: AngleTrial,
         rotation: Array,
         rate: Array,
     ) -> Array:

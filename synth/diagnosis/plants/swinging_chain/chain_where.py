@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import GapTrial
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.result import PHASES, Where
 from synth.motion.smoothing import smooth
 from synth.swing.damper_curves import torque_at
@@ -24,14 +24,14 @@ Phases = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Missing:
+class MissingTorque:
     """``time`` (w,) s of the windows' middles, ``torque`` (w, n) N m on q that the model lacks to move as recorded."""
 
     time: Array
     torque: Array
 
 
-def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
+def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     """Torque on each joint that the leg as given lacks, averaged over short windows.
 
     Momentum outboard of a joint changes by the joint's own torque and known forces alone, so that a neighbour's missing
@@ -59,7 +59,7 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
     acting = (view(known, support + 1, axis=0)[starts] @ bump) * step
     torque = (change - acting) / area
     torque[:, [j for j in range(len(leg.joints)) if j not in trial.free]] = np.nan
-    return Missing(smoothed.time[starts + support // 2], torque)
+    return MissingTorque(smoothed.time[starts + support // 2], torque)
 
 
 def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
@@ -83,7 +83,7 @@ def rate_noise(time: Array, noise: Array) -> Array:
     return np.asarray(noise * float(np.linalg.norm(inverse[1])) / step)
 
 
-def phases(trial: GapTrial, noise: Array) -> Phases:
+def phases(trial: AngleTrial, noise: Array) -> Phases:
     """(m,) index into ``PHASES`` of a trial's samples.
 
     The envelope at a time is the largest distance from the last pose that any joint has from then on; ``settle`` ends
@@ -120,10 +120,10 @@ def _first_peaks(speed: Array) -> NDArray[np.bool_]:
 
 def where(
     leg: Leg,
-    trials: Sequence[GapTrial],
+    trials: Sequence[AngleTrial],
     predictions: Sequence[Array],
     noise: Array,
-    missing: Sequence[Missing],
+    missing: Sequence[MissingTorque],
     blamed: Mapping[str, float],
 ) -> Where:
     """Shares of the gap that the nominal leg at its best leaves.
@@ -155,7 +155,7 @@ _LABELS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-def _thirds(leg: Leg, trial: GapTrial) -> dict[str, NDArray[np.int64]]:
+def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
     """Index 0..2 of each sample and joint by size of speed, deflection and torque carried, and by time."""
     smoothed = trial.recording.smoothed
     nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
@@ -177,7 +177,9 @@ def _shares(labels: Sequence[str], total: Array) -> dict[str, float]:
     return {label: float(value) for label, value in zip(labels, positive / positive.sum(), strict=True)}
 
 
-def _torque_shares(leg: Leg, trials: Sequence[GapTrial], missing: Sequence[Missing], noise: Array) -> dict[str, float]:
+def _torque_shares(
+    leg: Leg, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque], noise: Array
+) -> dict[str, float]:
     """Share of each joint in the missing torque, each in units of the angle by which its spring would give to it."""
     energy = np.zeros(len(leg.joints))
     for trial, found in zip(trials, missing, strict=True):
@@ -188,7 +190,7 @@ def _torque_shares(leg: Leg, trials: Sequence[GapTrial], missing: Sequence[Missi
     return _shares(leg.joint_names, np.maximum(energy, 0.0) / np.maximum(stiffness, 1e-12) ** 2)
 
 
-def _torque_noise(leg: Leg, trial: GapTrial, noise: Array) -> Array:
+def _torque_noise(leg: Leg, trial: AngleTrial, noise: Array) -> Array:
     """(n,) RMS of the missing torque that the readings' noise alone makes, by adding as much again."""
     generator = np.random.default_rng(0)
     recording = trial.recording

@@ -15,8 +15,6 @@ from synth.diagnosis.workbench import Fit
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
-SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units that people read better
-
 
 def parts(fit: Fit, n_tolerance: int) -> list[tuple[Candidate, Array]]:
     """Each cause with its whitened unknowns (size,)."""

@@ -1,27 +1,23 @@
-"""What next: the jump or pull-up of a menu that would best separate the explanations that are still open.
-
-Predictions are uncertain by noise, each trial's own unknowns, and what the trials so far leave open of the leg.
-"""
+"""Jumps and pull-ups that could be made next, and what a hypothesis predicts of them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.information import expected_information, rivals_of, would_tell
+from synth.diagnosis.plant import MenuItem
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
-from synth.diagnosis.plants.jumping_leg.jump_solve import JumpBench, JumpFit
-from synth.diagnosis.result import Experiment
+from synth.estimation.information import Forecast
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.hopper.motors import motor_of
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
-from synth.threads import in_parallel
 from synth.units import write
 
 PULL, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
@@ -29,34 +25,31 @@ NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of
 LEAN = np.radians(10.0)  # of a suggested leaning jump
 
 
-@dataclass(frozen=True)
-class Choice:
-    """One item of the menu: in words, the ``trials:`` keys, and the trial imagined."""
-
-    what: str
-    trial: Mapping[str, object]
-    jump: Jump
-
-
-def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]) -> list[Choice]:
+def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]) -> list[MenuItem[Jump]]:
     """Other supplies, loads, lengths and ratios, the currents recorded too, a lean, a pull-up."""
     jumps = [trial for trial in trials if trial.torque is None and not trial.leaning] or list(trials)
     usual = jumps[0]
     made = []
     if usual.torque is None:
-        made.append(Choice("one more jump as the first", {}, _imagined(project, catalogue, usual, usual.trial)))
+        made.append(_item("one more jump as the first", {}, _imagined(project, catalogue, usual, usual.trial)))
         for what, keys, change in _changes(usual, catalogue):
-            made.append(Choice(what, keys, _imagined(project, catalogue, usual, replace(usual.trial, **change))))
+            made.append(_item(what, keys, _imagined(project, catalogue, usual, replace(usual.trial, **change))))
         if CURRENT not in usual.measured:
             told = _imagined(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
-            made.append(Choice("the motors' current and the supply's voltage recorded with a jump", {}, told))
+            made.append(_item("the motors' current and the supply's voltage recorded with a jump", {}, told))
         if any(trial.leaning for trial in trials):  # else nothing that a lean would show is among the candidates
             leaning = replace(usual.trial, lean=LEAN)
             told = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
             what = "a jump that starts leaning by 10 deg, its pitch and the foot's slide recorded"
-            made.append(Choice(what, {"lean": "10 deg"}, told))
-    made.append(Choice("an inverted pull-up, with its torque recorded", {}, _pull_up(usual)))
+            made.append(_item(what, {"lean": "10 deg"}, told))
+    made.append(_item("an inverted pull-up, with its torque recorded", {}, _pull_up(usual)))
     return made
+
+
+def _item(what: str, keys: Mapping[str, object], jump: Jump) -> MenuItem[Jump]:
+    """With the angle that the hip is released at, or the pull-up's first."""
+    start = float(jump.jumps.start[0]) if jump.torque is None else float(jump.measured[ANGLE][0])
+    return MenuItem(what, {"file": "jumps/next.csv", **keys}, jump, {"hip": start})
 
 
 def _changes(usual: Jump, catalogue: Catalogue) -> list[tuple[str, dict[str, object], dict[str, Any]]]:
@@ -116,36 +109,8 @@ def _pull_up(usual: Jump) -> Jump:
     return replace(usual, trial=trial, time=time, measured={ANGLE: angle}, sigma=sigma, noise=noise, torque=torque)
 
 
-def next_experiment(
-    bench: JumpBench, rivals: Sequence[tuple[JumpFit, float]], choices: Sequence[Choice], why: str
-) -> Experiment | None:
-    """The choice with the largest expected information on which of the rivals holds; None with fewer than two."""
-    if len(rivals) < 2 or not choices:
-        return None
-    kept, weights = rivals_of(rivals)
-    covariances = [bench.normal(fit).covariance for fit in kept]
-
-    def information(index: int) -> float:
-        trial = choices[index].jump
-        told = [_told(bench, fit, trial, covariance) for fit, covariance in zip(kept, covariances, strict=True)]
-        if not all(np.all(np.isfinite(mean)) for mean, _ in told):
-            return 0.0
-        return expected_information(weights, lambda a, b, at: _distance(told[a][0] - told[b][0], told[at][1]))
-
-    bits = in_parallel(information, len(choices))
-    order = sorted(range(len(choices)), key=lambda i: -bits[i])
-    best = choices[order[0]]
-    return Experiment(
-        would_tell(why, best.what, bits[order[0]]),
-        {"file": "jumps/next.csv", **best.trial},
-        {"hip": float(best.jump.jumps.start[0]) if best.jump.torque is None else float(best.jump.measured[ANGLE][0])},
-        bits[order[0]],
-        tuple((choices[i].what, bits[i]) for i in order),
-    )
-
-
-def _told(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> tuple[Array, Array]:
-    """Whitened prediction (M,) and a root (M, k) of what of its covariance is not noise.
+def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> Forecast | None:
+    """Prediction and its uncertainty, whitened by the noise; None where the simulation fails.
 
     A motor that no trial had yet has the tolerances of a new one.
     """
@@ -163,11 +128,7 @@ def _told(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> tup
         fit = replace(fit, unknowns=unknowns)
     mean, slopes = bench.slopes(trial, fit, np.zeros(N_OWN))
     count = len(fit.unknowns)
-    return mean, np.concatenate([slopes[:, :count] @ spread, slopes[:, count:]], axis=1)
-
-
-def _distance(apart: Array, root: Array) -> float:
-    """Squared Mahalanobis distance under noise and root (Woodbury)."""
-    along = root.T @ apart
-    inner = np.eye(root.shape[1]) + root.T @ root
-    return max(float(apart @ apart) - float(along @ np.linalg.solve(inner, along)), 0.0)
+    if not np.all(np.isfinite(mean)):
+        return None
+    root: Array = np.concatenate([slopes[:, :count] @ spread, slopes[:, count:]], axis=1)
+    return Forecast(mean, root, np.zeros((len(mean), 0)))

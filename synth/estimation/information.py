@@ -1,4 +1,4 @@
-"""What a further trial would tell: expected information on which of the explanations still open holds.
+"""Expected information of a further trial: which of the explanations still open holds.
 
 A lower bound by pairwise distances of Gaussians (Kolchinsky & Tracey, Entropy 19 (2017) 361), with Bhattacharyya's
 distance.
@@ -7,6 +7,7 @@ distance.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -40,6 +41,25 @@ def expected_information(weights: Array, distance: Callable[[int, int, int], flo
     return float(-np.sum(weights * np.log2(overlap @ weights)))
 
 
-def would_tell(why: str, what: str, bits: float) -> str:
-    """The advice in a sentence; ``why`` is one that ends, ``what`` the trial in words."""
-    return f"{why} {what[0].upper()}{what[1:]} would tell most: {bits:.2g} bit."
+@dataclass(frozen=True)
+class Forecast:
+    """A hypothesis' prediction of a trial that was not made, whitened by the trial's noise.
+
+    ``mean`` (M,). ``spread`` (M, k) : root of the covariance that is not noise, what earlier trials leave open.
+    ``free`` (M, l) : derivatives by what may take any value in that trial, as a release's initial state.
+    """
+
+    mean: Array
+    spread: Array
+    free: Array
+
+    def distance(self, other: Forecast, at: Forecast) -> float:
+        """Squared Mahalanobis distance of the means, as uncertain as ``at``, one of the two, is."""
+        q, _ = np.linalg.qr(at.free)
+        apart = self.mean - other.mean
+        apart = apart - q @ (q.T @ apart)
+        spread = at.spread - q @ (q.T @ at.spread)
+        # Woodbury: (1 + S S')^-1 = 1 - S (1 + S'S)^-1 S'
+        inner = np.eye(spread.shape[1]) + spread.T @ spread
+        along = spread.T @ apart
+        return max(float(apart @ apart) - float(along @ np.linalg.solve(inner, along)), 0.0)

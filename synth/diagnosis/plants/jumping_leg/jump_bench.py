@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
-from synth.estimation.levenberg_marquardt import Factors, Iterate, Problem, minimise
+from synth.estimation.levenberg_marquardt import Factors, Iterate, LeastSquares, minimise
 from synth.estimation.normal_equations import ReducedNormal, Step, StepLimits, TrialNormal
 from synth.threads import in_parallel
 
@@ -43,6 +43,10 @@ class JumpFit:
     residuals: tuple[Array, ...] = ()
     slopes: tuple[Array, ...] = ()
     cost: float = np.inf
+
+    def at(self, unknowns: Array) -> JumpFit:
+        """The hypothesis with other unknowns, to predict with."""
+        return replace(self, unknowns=unknowns)
 
     @property
     def keys(self) -> tuple[tuple[str, str], ...]:
@@ -187,7 +191,7 @@ class JumpBench:
 
 
 @dataclass(frozen=True)
-class _Hypothesis(Problem[JumpFit]):
+class _Hypothesis(LeastSquares[JumpFit]):
     """A hypothesis as a least-squares problem; ``best`` : cost of the best one so far."""
 
     bench: JumpBench

@@ -1,0 +1,177 @@
+"""The diagnosis of any plant from its hypotheses on: verdict, causes, how far they shrink the gap, what next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.next_experiment import next_experiment
+from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
+from synth.diagnosis.prediction_error import PredictionErrors, label
+from synth.diagnosis.result import Cause, Experiment, Ranked
+from synth.diagnosis.sentences import sentence, what_is_open
+from synth.diagnosis.verdict import Judged, judge, open_explanations
+from synth.fit.fit_result import Estimate
+from synth.fit.unknowns import NORMAL90
+
+RANKED = 8  # single causes that are listed: more are never read, and each costs a prediction of every scored trial
+SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # units that people read better
+
+
+@dataclass(frozen=True)
+class Findings(Generic[F, S]):
+    """What is said of any plant; the adapter adds what only its plant has."""
+
+    found: Hypotheses[F]
+    judged: Judged[F]
+    stages: StagePredictions[F, S]
+    explained: bool
+    causes: tuple[Cause, ...]
+    tied: tuple[tuple[Cause, ...], ...]
+    ranked: tuple[Ranked, ...]
+    sentence: str
+    next_experiment: Experiment | None
+    warnings: tuple[str, ...]
+
+    @property
+    def best(self) -> F:
+        """The accepted hypothesis where one explains the trials, else the nominal leg at its best."""
+        return (self.judged.accepted if self.explained else self.found.none).fit
+
+    def said(self) -> dict[str, Any]:
+        """The fields of ``result.Diagnosis`` but ``where``."""
+        return {
+            "verdict": self.judged.verdict,
+            "sentence": self.sentence,
+            "explanation": self.causes,
+            "ranked": self.ranked,
+            "probability_none": self.judged.none,
+            "probability_unknown": self.judged.unknown,
+            "tied": self.tied,
+            "next_experiment": self.next_experiment,
+            "warnings": self.warnings,
+        }
+
+
+def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
+    """Say what the built leg does that the nominal one does not; ``say`` is told what is being done."""
+    found = plant.search(say)
+    weighed = judge(found, plant.calibration)
+    doubts = plant.doubts(found, weighed)
+    judged = plant.with_direct_causes(weighed)
+    say("how far it shrinks")
+    stages = _stages(plant, found, judged)
+    explained = judged.verdict in ("effect", "tie")
+    causes = (*causes_of(plant, judged.accepted.fit), *plant.direct_causes) if explained else ()
+    tied = tuple(causes_of(plant, rival.fit) for rival in judged.tied)
+    explanations = (causes, *tied)
+    say("what next")
+    short = [" and ".join(plant.short_text(cause) for cause in each) for each in explanations]
+    return Findings(
+        found,
+        judged,
+        stages,
+        explained,
+        causes,
+        tied,
+        _ranked(plant, judged, stages.errors),
+        _sentence(plant, judged, explanations, stages),
+        next_experiment(plant, open_explanations(judged), what_is_open(judged.verdict, short)),
+        (*plant.warnings, *doubts, *(plant.worse(stages.errors) if explained else ())),
+    )
+
+
+def _stages(plant: Plant[F, T, S], found: Hypotheses[F], judged: Judged[F]) -> StagePredictions[F, S]:
+    """Predict the scored trials as designed, before, after, and with each single cause that is listed."""
+    as_designed = plant.predict(plant.designed(), plant.scored)
+    before = _unseen(plant, found.none.fit)
+    after = plant.as_read(before if judged.accepted is found.none else _unseen(plant, judged.accepted.fit))
+    squares = {
+        "as_designed": plant.squares(as_designed),
+        "before": plant.squares(before),
+        "after": plant.squares(after),
+    }
+    for single, _ in judged.singles[:RANKED]:
+        same = single is judged.accepted
+        squares[label(single.keys)] = plant.squares(after if same else plant.as_read(_unseen(plant, single.fit)))
+    errors = PredictionErrors(squares, *plant.samples(), plant.seed)
+    fits = (plant.designed(), found.none.fit, judged.accepted.fit)
+    return StagePredictions(fits, as_designed, before, after, errors)
+
+
+def _unseen(plant: Plant[F, T, S], fit: F) -> tuple[S, ...]:
+    """Predictions of trials that took no part, or else of each trial by a fit without it."""
+    if plant.held_out or len(plant.scored) == 1:
+        return plant.predict(fit, plant.scored)
+    normal, (low, high) = plant.normal(fit), plant.bounds(fit)
+    made: list[S] = []
+    for index, trial in enumerate(plant.scored):
+        moved = np.clip(fit.unknowns + normal.without(index), low, high)
+        made += plant.predict(fit.at(moved), [trial])
+    return tuple(made)
+
+
+def causes_of(plant: Plant[F, T, S], fit: F) -> tuple[Cause, ...]:
+    """The causes of a hypothesis with their parameters and what the trials leave open of each."""
+    if not fit.hypothesis:
+        return ()
+    deviation = np.sqrt(np.diag(plant.normal(fit).covariance))
+    made, first = [], plant.n_tolerance
+    for candidate in fit.hypothesis:
+        part = slice(first, first + candidate.size)
+        made.append(_cause(candidate, fit.unknowns[part], deviation[part]))
+        first += candidate.size
+    return tuple(made)
+
+
+def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
+    """With 90 % intervals: each parameter's values as its unknowns go from end to end of theirs."""
+    values = candidate.named(x)
+    reach = {name: [value] for name, value in values.items()}
+    low, high = candidate.bounds()
+    for k in range(candidate.size):
+        for side in (-NORMAL90, NORMAL90):
+            moved = x.copy()
+            moved[k] = np.clip(moved[k] + side * deviation[k], low[k], high[k])
+            for name, value in candidate.named(moved).items():
+                reach[name].append(value)
+    unit = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
+    found = {}
+    for name, value in values.items():
+        written = SHOWN.get(unit[name], unit[name])
+        free = name in candidate.shape.free
+        found[name] = Estimate(value, written, min(reach[name]), max(reach[name])) if free else Estimate(value, written)
+    effect, place = candidate.key
+    return Cause(effect, place, found)
+
+
+def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) -> tuple[Ranked, ...]:
+    """Single causes with their probabilities and what each alone would do, likeliest first."""
+
+    def alone(item: Assessed[F], probability: float) -> Ranked:
+        return Ranked(causes_of(plant, item.fit)[0], probability, errors.shrink(label(item.keys)))
+
+    made = [alone(item, probability) for item, probability in judged.singles[:RANKED]]
+    made += [Ranked(cause, judged.counts, errors.shrink()) for cause in plant.direct_causes]
+    # A cause that no fit found alone may still be one of several that are accepted.
+    listed = {item.keys[0] for item, _ in judged.singles[:RANKED]}
+    for cause, key in zip(causes_of(plant, judged.accepted.fit), judged.accepted.keys, strict=True):
+        if key not in listed:
+            made.append(Ranked(cause, judged.share(key), errors.shrink()))
+    return tuple(sorted(made, key=lambda entry: -entry.probability))
+
+
+def _sentence(
+    plant: Plant[F, T, S], judged: Judged[F], explanations: Sequence[Sequence[Cause]], stages: StagePredictions[F, S]
+) -> str:
+    several = len(explanations[0]) > 1
+    texts = [[plant.cause_text(cause) for cause in causes] for causes in explanations]
+    probability = 1.0 - judged.none - judged.unknown if several else judged.probability
+    text = sentence(judged.verdict, texts[0], texts[1:], probability, plant.wording(stages.errors))
+    return text + plant.addendum(judged.verdict, stages)
