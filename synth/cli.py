@@ -16,6 +16,7 @@ from contextlib import suppress
 from typing import NoReturn
 
 from synth import __version__
+from synth.commands import streams
 from synth.commands.arguments import near_miss
 from synth.commands.progress import Progress, printable
 from synth.errors import Problem, UserError
@@ -49,25 +50,26 @@ class Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError):  # a stream that a caller put there may be of another kind
-            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    streams.prepare()
     _quick_start()
     try:
         status = _dispatch(list(sys.argv[1:] if argv is None else argv))
-        sys.stdout.flush()
+        lost = streams.lost()
+        if lost is not None:
+            raise UserError(Problem(f"cannot be written: {lost}; what was asked for is done", "standard output"))
         if argv is None:
             gc.freeze()  # the process ends: not to be looked through once more, a tenth of a second
         return status
     except UserError as error:
-        sys.stderr.write("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
+        streams.write_message("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
+        with suppress(OSError):
+            streams.lost()
         return 2
     except KeyboardInterrupt:
-        sys.stderr.write("synth: interrupted; nothing was left half-written\n")
+        streams.write_message("synth: interrupted; nothing was left half-written\n")
         return 130
     except BrokenPipeError:
-        with suppress(OSError, ValueError):  # so that the flush at exit has somewhere to go
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        streams.read_by_nobody()
         return 141
 
 
@@ -89,16 +91,16 @@ def _dispatch(argv: list[str]) -> int:
     while argv and argv[0].startswith("-"):
         option = argv.pop(0)
         if option in ("-h", "--help"):
-            sys.stdout.write(_help())
+            streams.write_result(sys.stdout, _help())
             return 0
         if option in ("-V", "--version"):
-            sys.stdout.write(f"synth {__version__}\n")
+            streams.write_result(sys.stdout, f"synth {__version__}\n")
             return 0
         if option not in ("-q", "--quiet"):
             raise UserError(f'unknown option "{option}"{near_miss(option, TOP_OPTIONS)} (see synth --help)')
         quiet = True
     if not argv:
-        sys.stderr.write(_help())
+        streams.write_message(_help())
         return 2
     name, *rest = argv
     if name not in COMMANDS:

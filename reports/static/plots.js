@@ -234,6 +234,10 @@
       made.type = "button"; made.setAttribute("aria-pressed", "true"); made.title = `Show or hide ${name}`;
       while (entry.firstChild) made.appendChild(entry.firstChild);
       entry.appendChild(made);
+      if (entry.dataset.off) {
+        made.setAttribute("aria-pressed", "false");
+        for (const plot of own) plot.off.add(name);
+      }
       made.addEventListener("click", function () {
         const on = made.getAttribute("aria-pressed") !== "true";
         made.setAttribute("aria-pressed", String(on));

@@ -141,9 +141,9 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     from synth.design.write_design import design_json
     from synth.files.output import write_json
 
+    write_json(folder / "page.json", page_json(design))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
     content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]
     write_json(folder / "design.json", content)
-    write_json(folder / "page.json", page_json(design))
     write_leg_report(folder)

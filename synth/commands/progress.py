@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from synth.commands.streams import write_message, write_result
+
 TICK = 0.5  # s, between updates on a terminal
 
 
@@ -81,12 +83,12 @@ class Progress:
         self._break_line()
         lines = text.split("\n")
         stream = self._messages if self.as_json else self._results
-        stream.write("".join(f"{printable(line)}\n" for line in lines))
+        write_result(stream, "".join(f"{printable(line)}\n" for line in lines))
 
     def document(self, text: str) -> None:
         """A result's JSON as it stands in its file, on stdout."""
         self._break_line()
-        self._results.write(text if text.endswith("\n") else f"{text}\n")
+        write_result(self._results, text if text.endswith("\n") else f"{text}\n")
 
     def compiling(self, n_link: int, *, effects: bool = True) -> None:
         """Load the equations of motion of ``n_link`` links; compile them, and say so, where that was never done.
@@ -134,5 +136,4 @@ class Progress:
                 self._open = None
 
     def _write(self, text: str) -> None:
-        self._messages.write(text)
-        self._messages.flush()
+        write_message(text, self._messages)

@@ -48,9 +48,11 @@ class Travel:
 class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
-    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together. ``outside``: the rate is not
-    within the wished tolerance, so it is an alternative only. ``closes``: -1 where smaller measured angles close its
-    arms, +1 where larger ones do.
+    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together; ``asked`` is the rate for which
+    it was looked for. ``error``, ``expected`` (rad): of the whole leg with it, nominal and with tolerances.
+    ``outside``: the rate is not within the wished tolerance. ``compared``: it stands in the list only to compare, since
+    a bought spring comes before one to wind. ``closes``: -1 where smaller
+    measured angles close its arms, +1 where larger ones do.
     """
 
     rate: float
@@ -60,9 +62,12 @@ class SpringOption:
     result: SpringResult | None = None
     check: SpringDesign | None = None
     error: float = float("nan")
+    expected: float = float("nan")
     count: int = 1
     outside: bool = False
+    compared: bool = False
     closes: int = -1
+    asked: float = 0.0
 
     @property
     def label(self) -> str:
@@ -171,7 +176,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
     UserError : a bought spring is asked for and none meets the constraints.
     """
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
-    travel, cad = source.turned, source.cad
+    travel = source.turned
     reasons: dict[str, int] = {}
     if not choice.make:
         found = spring_candidates(catalogue, choice, rate, source.parts)
@@ -183,13 +188,13 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
         if len(rows) > MOST:
             reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = len(rows) - MOST
         if rows:
-            return [_bought(row, travel, catalogue, count) for row, count in rows[:MOST]], reasons, []
+            return [_bought(row, travel, catalogue, count, rate) for row, count in rows[:MOST]], reasons, []
         if choice.make is False:
             raise no_spring(joint, found, catalogue.springs)
         said = [f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed"]
     else:
         said = []
-    option, more = _to_wind(joint, choice, rate, travel, catalogue, cad)
+    option, more = spring_to_wind(source, rate)
     return [option], reasons, said + more
 
 
@@ -206,17 +211,18 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
     others = [
         replace(
-            _bought(row, source.turned, source.catalogue, count), outside=off > log(1 + source.choice.rate_tolerance)
+            _bought(row, source.turned, source.catalogue, count, rate),
+            outside=off > log(1 + source.choice.rate_tolerance),
         )
         for off, count, row in found[:NEAREST]
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # none can be wound either
-            others.append(_to_wind(source.joint, source.choice, rate, source.turned, source.catalogue, source.cad)[0])
+            others.append(replace(spring_to_wind(source, rate)[0], compared=True))
     return others
 
 
-def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: int = 1) -> SpringOption:
+def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: int, asked: float) -> SpringOption:
     assert row.rate is not None
     assert row.included_angle is not None
     check = None
@@ -230,13 +236,19 @@ def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: 
         except UserError:
             check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
     closes = 1 if travel.turned_round else -1
-    return SpringOption(row.rate * count, row.included_angle, row=row, check=check, count=count, closes=closes)
+    return SpringOption(
+        row.rate * count, row.included_angle, row=row, check=check, count=count, closes=closes, asked=asked
+    )
 
 
-def _to_wind(
-    joint: str, choice: SpringChoice, rate: float, travel: Travel, catalogue: Catalogue, cad: CadOptions
-) -> tuple[SpringOption, list[str]]:
-    """The spring to wind, or the nearest that can be made with what gives way."""
+def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
+    """The spring to wind for a rate (N m/rad), or the nearest that can be made, and what is to be said.
+
+    Raises
+    ------
+    UserError : none can be wound.
+    """
+    joint, choice, travel, catalogue, cad = source.joint, source.choice, source.turned, source.catalogue, source.cad
     wish = SpringWish(
         rate=rate,
         travel=travel.winding,
@@ -268,7 +280,7 @@ def _to_wind(
         ]
     total = design.rate * design.count
     closes = 1 if travel.turned_round else -1
-    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes), said
+    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), said
 
 
 def sense_warning(joint: str, travel: Travel) -> list[str]:

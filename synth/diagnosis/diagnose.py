@@ -21,6 +21,7 @@ from synth.fit.fit_result import Estimate
 from synth.fit.unknowns import NORMAL90
 
 RANKED = 8  # single causes that are listed: more are never read, and each costs a prediction of every scored trial
+SHOWN_ALONE = 4  # single causes whose predictions are kept, the likeliest first, for the page to show beside the trial
 SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # units that people read better
 
 
@@ -97,12 +98,15 @@ def _stages(plant: Plant[F, T, S], found: Hypotheses[F], judged: Judged[F]) -> S
         "before": plant.squares(before),
         "after": plant.squares(after),
     }
+    alone: dict[str, tuple[S, ...]] = {}
     for single, _ in judged.singles[:RANKED]:
-        same = single is judged.accepted
-        squares[label(single.keys)] = plant.squares(after if same else plant.as_read(_unseen(plant, single.fit)))
+        predicted = after if single is judged.accepted else plant.as_read(_unseen(plant, single.fit))
+        squares[label(single.keys)] = plant.squares(predicted)
+        if len(alone) < SHOWN_ALONE:
+            alone[label(single.keys)] = predicted
     errors = PredictionErrors(squares, *plant.samples(), plant.seed)
     fits = (plant.designed(), found.none.fit, judged.accepted.fit)
-    return StagePredictions(fits, as_designed, before, after, errors)
+    return StagePredictions(fits, as_designed, before, after, alone, errors)
 
 
 def _unseen(plant: Plant[F, T, S], fit: F) -> tuple[S, ...]:

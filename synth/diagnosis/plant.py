@@ -70,13 +70,15 @@ class MenuItem(Generic[T]):
 class StagePredictions(Generic[F, S]):
     """Scored trials predicted by the nominal leg to the letter, at its best, and with the explanation in.
 
-    ``fits`` : of these three, to all trials to learn from.
+    ``fits`` : of these three, to all trials to learn from. ``alone`` : label of a single cause -> as predicted with
+    just that cause, of the likeliest.
     """
 
     fits: tuple[F, F, F]
     as_designed: tuple[S, ...]
     before: tuple[S, ...]
     after: tuple[S, ...]
+    alone: Mapping[str, tuple[S, ...]]
     errors: PredictionErrors
 
 

@@ -29,7 +29,8 @@ ANGLES = {"free_angle": "deg"}  # tolerances that are no shares
 def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
     """Write everything but the page into ``folder``.
 
-    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial; both are named in ``gap.json`` under ``trials``.
+    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial, ``alone/NAME.csv`` a scored trial with each of
+    the likeliest causes alone; all are named in ``gap.json`` under ``trials``.
     """
     names = stems([trial.name for trial in result.trials])
     joints = result.leg.joint_names
@@ -39,6 +40,9 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
         if trial.scored:
             write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, joints))
         write_csv(place(folder / "where", f"{name}.csv"), where_columns(trial, joints))
+        if trial.alone:
+            (folder / "alone").mkdir(exist_ok=True)
+            write_csv(place(folder / "alone", f"{name}.csv"), alone_columns(trial, joints))
     write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
     write_json(folder / "gap.json", gap_json(result, project, names))
 
@@ -49,6 +53,15 @@ def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array
     for j, name in enumerate(joints):
         for kind in ("measured", "before", "after"):
             columns[f"{name} {kind} [deg]"] = np.degrees(getattr(trial, kind)[:, j])
+    return columns
+
+
+def alone_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, and a joint its angle with each of the likeliest causes alone, deg."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for cause, angles in trial.alone.items():
+        for j, name in enumerate(joints):
+            columns[f"{name} with {cause} [deg]"] = np.degrees(angles[:, j])
     return columns
 
 
@@ -115,6 +128,7 @@ def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
         "scored": trial.scored,
         "predicted": f"predicted/{name}.csv" if trial.scored else None,
         "where": f"where/{name}.csv",
+        **({"alone": f"alone/{name}.csv"} if trial.alone else {}),
         "rms": _by_joint([trial], joints),
     }
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 try:
@@ -25,9 +26,21 @@ def held_folder(parent: Path, prefix: str) -> tuple[Path, int | None]:
     while True:
         path = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
         handle = _locked(path, wait=True)
-        if handle is None or path.is_dir():
+        if path.is_dir():
             return path, handle
-        os.close(handle)  # another run saw it before it was locked, and removed it
+        if handle is not None:  # another run saw it before it was locked, and removed it
+            os.close(handle)
+
+
+@contextmanager
+def one_at_a_time(folder: Path) -> Iterator[None]:
+    """Let one process at a time look into the folder and add to it, where locks are to be had."""
+    handle = _locked(folder, wait=True)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
 
 
 def remove_leftovers(parent: Path, prefix: str) -> list[Path]:

@@ -94,6 +94,8 @@ def _fit_near(
     stage = refine(
         model, recordings, values, locals_, options.weight, np.full_like(spread, LEAST_SPREAD), centre=shifts, rounds=2
     )
+    if not np.isfinite(stage.solution.cost):
+        raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the fit before"
     treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)

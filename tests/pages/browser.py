@@ -71,6 +71,7 @@ def opened(browser: Any, path: Path, size: str = "wide", scheme: str = "light") 
     """The file as a user opens it; complaints of the console and requests are collected."""
     width, height = SIZES[size]
     context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+    context.set_default_timeout(30_000)
     found = Opened(context.new_page())
     found.page.on("console", lambda m: found.said.append(m.text) if m.type in ("error", "warning") else None)
     found.page.on("pageerror", lambda error: found.said.append(str(error)))

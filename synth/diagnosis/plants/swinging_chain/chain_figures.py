@@ -59,6 +59,7 @@ def trial_gaps(
                 phase=phases(trial, noise),
                 held_out=held_out,
                 scored=True,
+                alone={name: nominal.to_measured(each[index]) for name, each in stages.alone.items()},
             )
         )
     return tuple(made)
