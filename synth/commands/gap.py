@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
-    from synth.diagnosis.result import GapResult
+    from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
     from synth.files.gap_project import GapProject
 
 
@@ -67,7 +67,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
         result = replace(result, warnings=said, inputs=_inputs(project, arguments.effect))
         with progress.stage("writing"):
             from reports import write_gap_report
-            from synth.diagnosis.write import write_gap
+            from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
 
             write_gap(result, project, folder)
             write_gap_report(folder)

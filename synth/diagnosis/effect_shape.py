@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,25 @@ class ShapedEffect(ABC):
     @abstractmethod
     def natural_size(self, parameter: Parameter) -> float:
         """What a parameter's natural value is multiplied by to be in SI; 1 where it has none."""
+
+    @property
+    def links(self) -> int:
+        """How many links it adds to the leg."""
+        return 0
+
+    @property
+    def nearly_linear(self) -> bool:
+        """Whether its unknowns enter all but linearly, as a shifted reading's or a mass's do."""
+        return False
+
+    @property
+    def is_compliance(self) -> bool:
+        """Whether its strength is a compliance: the stiffer, the dearer to simulate."""
+        return False
+
+    def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
+        """Whether it may be a cause together with the others: no cause is counted twice."""
+        return all(other.key != self.key for other in others)
 
     @property
     def size(self) -> int:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from synth.diagnosis.result import Cause, Verdict
 from synth.fit.fit_result import Estimate
-from synth.swing.effects import effect_named
 
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # as units are printed
 
@@ -38,14 +37,6 @@ def scored_on(held_out: bool, trials: str) -> str:
 def angle(value: Estimate) -> str:
     """An angle in degrees to two digits."""
     return f"{math.degrees(value.value):.2g}°"
-
-
-def cause_text(cause: Cause) -> str:
-    """The knee lacks dry friction (torque 0.052 N·m)."""
-    effect = effect_named(cause.effect)
-    phrase = effect.phrase or f"shows {effect.meaning}"
-    values = parameters_text(cause)
-    return f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
 
 
 def parameters_text(cause: Cause) -> str:

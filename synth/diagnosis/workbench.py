@@ -17,12 +17,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Hypothesis, Predictor, groups
+from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor
 from synth.diagnosis.whitening import Whitener
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import Step, StepLimits
-from synth.swing.lane_layout import LANES
 from synth.threads import in_parallel
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
@@ -74,7 +73,7 @@ class Workbench:
     count as independent.
     """
 
-    predictor: Predictor
+    predictor: LanePredictor
     trials: tuple[AngleTrial, ...]
     noise: Array
     effective: float
@@ -82,7 +81,7 @@ class Workbench:
     @property
     def n_tolerance(self) -> int:
         """Number of tolerance unknowns."""
-        return self.predictor.tolerances.size
+        return self.predictor.n_tolerance
 
     @cached_property
     def total(self) -> float:
@@ -144,7 +143,7 @@ class Workbench:
         A trial with all its groups would be too long a piece: of five, one core does three while the other waits.
         """
         moved = [range(len(fit.unknowns) if first is None else first, len(fit.unknowns)) for fit in fits]
-        packed = groups([fit.hypothesis for fit in fits], [1 + len(unknowns) for unknowns in moved])
+        packed = self.predictor.groups([fit.hypothesis for fit in fits], [1 + len(unknowns) for unknowns in moved])
 
         def one(job: int) -> list[T]:
             i, group = divmod(job, len(packed))
@@ -167,8 +166,8 @@ class Workbench:
         )
 
     def _part(self, trial: AngleTrial, fit: Fit, state: Array) -> TrialLinearisation:
-        alive = np.flatnonzero(self.predictor.tolerances.width.reshape(-1) > 0.0)
-        _, slopes = self.slopes(trial, fit, state, alive.tolist())
+        alive = list(self.predictor.open_tolerances)
+        _, slopes = self.slopes(trial, fit, state, alive)
         below = self.state_prior(trial, state)
         count, extra = len(slopes), len(below)
         tolerance = np.zeros((count + extra, self.n_tolerance))
@@ -185,8 +184,9 @@ class Workbench:
         moves = [(True, k, STEP) for k in unknowns]
         moves += [(False, k, STEP * (RATE_STEP if n <= k < 2 * n else 1.0)) for k in state_rows(trial, state)]
         blocks = []
-        for first in range(0, len(moves), LANES - 1):
-            chunk = moves[first : first + LANES - 1]
+        most = self.predictor.n_lane - 1
+        for first in range(0, len(moves), most):
+            chunk = moves[first : first + most]
             values = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
             states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
             for column, (common, index, step) in enumerate(chunk, start=1):
@@ -310,7 +310,7 @@ class _Hypotheses(LeastSquares[Fit]):
 
     def factors(self, point: Fit) -> tuple[float, ...]:
         """Fewer where the cause enters all but linearly, as a shifted reading or a mass does."""
-        mild = all(candidate.effect.way in ("leg", "reading") for candidate in point.hypothesis)
+        mild = all(candidate.nearly_linear for candidate in point.hypothesis)
         return DAMPINGS[:2] if mild else DAMPINGS
 
     def moved(self, point: Fit, step: Step) -> Fit:

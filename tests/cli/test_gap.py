@@ -18,7 +18,7 @@ import pytest
 from diagnosis.made_effect import CUBIC_DRAG
 from diagnosis.made_result import made_result
 from synth.cli import main
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial
 from synth.swing import effects

@@ -10,8 +10,9 @@ import pytest
 from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.workbench import Fit, Workbench

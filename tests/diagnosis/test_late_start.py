@@ -9,9 +9,10 @@ import numpy as np
 
 from diagnosis.swung import TIME, TWO, best, off, recorded, with_effects
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
-from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.score import first_state
 from synth.diagnosis.workbench import Fit, Workbench, state_rows

@@ -6,8 +6,9 @@ import numpy as np
 
 from diagnosis.swung import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.plants.swinging_chain.chain_predictor import Block, Predictor
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.score import first_state
 from synth.files.gap_project import Tolerance

@@ -14,8 +14,8 @@ import pytest
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import angle_trial, copies
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
-from synth.diagnosis.result import GapResult
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
 

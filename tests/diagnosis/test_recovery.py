@@ -13,8 +13,8 @@ from diagnosis.swung import ONE, TWO, best, causes, heavier, off, recorded, shif
 from fit.simulated_legs import RELEASES, robot
 from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
-from synth.diagnosis.result import GapResult
 from synth.diagnosis.search import Search, search
 from synth.diagnosis.verdict import CALIBRATED
 from synth.files.gap_project import Tolerance

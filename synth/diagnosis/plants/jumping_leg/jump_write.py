@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import synth
 from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
-from synth.diagnosis.result import PHASES
-from synth.diagnosis.write import LIBRARIES, STAGES, described, rms, tolerance_settings
+from synth.diagnosis.write import STAGES, basis_json, rms
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.files.output import place, stems, write_csv, write_json
 from synth.jump.effects import motor_effect_named
@@ -74,15 +70,9 @@ def gap_json(result: JumpGapResult, project: HopperGapProject, names: list[str])
     document["gap"]["joints"] = {"hip": {stage: document["gap"][stage] for stage in STAGES}}
     return {
         **document,
-        "effects": described([entry.cause for entry in result.ranked], motor_effect_named),
         "trials": [_trial(result, i, name) for i, name in enumerate(names)],
-        "phases": list(PHASES),
         "design_at": {name: quantity(value, "1") for name, value in result.unknowns.items()},
-        "warnings": list(result.warnings),
-        "settings": {"seed": project.seed, **tolerance_settings(asdict(project.tolerance), ANGLES)},
-        "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
-        "inputs": {item.name: item.sha256 for item in project.inputs},
-        "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
+        **basis_json(result, project, motor_effect_named, ANGLES, {item.name: item.sha256 for item in project.inputs}),
     }
 
 

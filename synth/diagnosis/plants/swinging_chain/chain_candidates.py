@@ -100,6 +100,21 @@ class Candidate(ShapedEffect):
         ways = {*self.shape.free, *self.shape.held} & {*self.effect.strengths}
         return len(ways) if self.effect.way == "structure" else 0
 
+    @property
+    def nearly_linear(self) -> bool:
+        """What changes the leg's numbers or the readings."""
+        return self.effect.way in ("leg", "reading")
+
+    @property
+    def is_compliance(self) -> bool:
+        """A structure that gives."""
+        return self.effect.way == "structure"
+
+    def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
+        """One place holds one structure and one dry friction; and the engine has no more than so many links."""
+        links = len(self.leg.joints) + sum(each.links for each in (*others, self))
+        return links <= MOST_LINKS and all(compatible(other, self) for other in others)
+
     def natural_size(self, parameter: Parameter) -> float:
         """By the joint's motion, see ``Scales``."""
         return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
@@ -120,6 +135,16 @@ class Candidate(ShapedEffect):
         joint = self.leg.joints[self.joint]
         turned = [turned_to_rotation(self.effect, joint.sign, joint.zero, lane) for lane in values.T.tolist()]
         return np.array(turned).T
+
+
+def compatible(first: ShapedEffect, second: ShapedEffect) -> bool:
+    """One cause is not counted twice, and one place holds one structure and one dry friction."""
+    if first.key == second.key:
+        return False
+    if first.key[1] != second.key[1] or not (isinstance(first, Candidate) and isinstance(second, Candidate)):
+        return True
+    both = first.effect.way == second.effect.way == "structure"
+    return not both and not (first.effect.kin and first.effect.kin == second.effect.kin)
 
 
 def candidates(leg: Leg, trials: Sequence[AngleTrial], found: Scales) -> list[Candidate]:

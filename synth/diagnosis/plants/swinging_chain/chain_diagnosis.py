@@ -20,14 +20,15 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, s
 from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.result import Cause, GapResult
+from synth.diagnosis.result import Cause
 from synth.diagnosis.score import score
 from synth.diagnosis.search import search
-from synth.diagnosis.sentences import ErrorWording, angle, cause_text, scored_on
+from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.diagnosis.verdict import Judged, with_counts
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.errors import UserError
@@ -35,6 +36,7 @@ from synth.estimation.information import Forecast
 from synth.estimation.linearisation import LinearisedNormal
 from synth.fit.fit_result import Estimate
 from synth.fit.recordings import recordings, thinned_sentences
+from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
@@ -132,7 +134,10 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
 
     def cause_text(self, cause: Cause) -> str:
         """The knee lacks dry friction (torque 0.052 N·m)."""
-        return cause_text(cause)
+        effect = effect_named(cause.effect)
+        values = parameters_text(cause)
+        phrase = effect.phrase or f"shows {effect.meaning}"
+        return f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
 
     def short_text(self, cause: Cause) -> str:
         """Effect and joint."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.lanes import Block, Hypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.swing.chain import compiled_chain
@@ -19,26 +21,10 @@ from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
-Hypothesis = tuple[Candidate, ...]
 Places = NDArray[np.intp]
 _Placed = tuple[Candidate, Array, Places]  # with its unknowns, or what they stand for, in these lanes
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
 STEPS = 12_000  # of one trajectory, then it is given up
-
-
-@dataclass(frozen=True)
-class Block:
-    """Up to sixteen legs that differ little from the first and so share its steps.
-
-    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then each candidate's; ``state`` (2 n + 2 m,
-    n_lane): rotations and rates at the trial's start, true ones, not as read; below them, two a link that the
-    candidates add, how far and how fast it is from where it would start if held, in units of
-    ``LegLanes.unsettled``. Links of which nothing is said start as if held.
-    """
-
-    hypothesis: Hypothesis
-    unknowns: Array
-    state: Array
 
 
 @dataclass(frozen=True)
@@ -48,6 +34,32 @@ class Predictor:
     leg: Leg
     tolerances: Tolerances
     tolerance: float = TOLERANCE
+    n_lane: ClassVar[int] = LANES
+
+    @property
+    def n_tolerance(self) -> int:
+        """Number of tolerance unknowns."""
+        return self.tolerances.size
+
+    @property
+    def open_tolerances(self) -> list[int]:
+        """Those of them that are not held at their nominal value."""
+        return np.flatnonzero(self.tolerances.width.reshape(-1) > 0.0).tolist()
+
+    def coarser(self, tolerance: float) -> Predictor:
+        """The same, integrated to another relative tolerance."""
+        return replace(self, tolerance=tolerance)
+
+    def groups(self, hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
+        """Places of the blocks that step together: of one structure, and at most sixteen lanes."""
+        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
+        for index, hypothesis in enumerate(hypotheses):
+            kinds.setdefault(_kind(hypothesis), []).append(index)
+        made = []
+        for indices in kinds.values():
+            indices.sort(key=lambda i: _cost(hypotheses[i]))
+            made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
+        return made
 
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
         """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged.
@@ -57,7 +69,7 @@ class Predictor:
         """
         result: list[Array | None] = [None] * len(blocks)
         hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
-        for group in groups(hypotheses, widths):
+        for group in self.groups(hypotheses, widths):
             for i, found in zip(group, self.together(trial, [blocks[i] for i in group]), strict=True):
                 result[i] = found
         return [found for found in result if found is not None]
@@ -156,22 +168,15 @@ class Predictor:
         return told
 
 
-def groups(hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
-    """Places of the blocks that step together: of one structure, and at most sixteen lanes."""
-    kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
-    for index, hypothesis in enumerate(hypotheses):
-        kinds.setdefault(_kind(hypothesis), []).append(index)
-    made = []
-    for indices in kinds.values():
-        indices.sort(key=lambda i: _cost(hypotheses[i]))
-        made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
-    return made
+def _chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
+    """The candidates of a hypothesis about this plant."""
+    return cast(tuple[Candidate, ...], hypothesis)
 
 
 def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
     """What legs that step together must have in common: structures, and memories joint by joint."""
     found = set()
-    for candidate in hypothesis:
+    for candidate in _chain(hypothesis):
         if candidate.effect.way == "structure":
             found.add((f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint))
         elif candidate.effect.memory:
@@ -184,7 +189,7 @@ def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
 
     The bearing force costs most, then each effect more.
     """
-    load = any(_by_load(candidate) for candidate in hypothesis)
+    load = any(_by_load(candidate) for candidate in _chain(hypothesis))
     return load, sorted(candidate.effect.name for candidate in hypothesis)
 
 
@@ -215,7 +220,7 @@ def _packed(widths: Sequence[int]) -> list[list[int]]:
 def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
     """Each candidate with its unknowns (size, n_lane)."""
     found = []
-    for candidate in block.hypothesis:
+    for candidate in _chain(block.hypothesis):
         found.append((candidate, block.unknowns[first : first + candidate.size]))
         first += candidate.size
     return found
@@ -247,7 +252,7 @@ def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, 
     first = 0
     for block in blocks:
         below, last = 2 * n, first + block.unknowns.shape[1]
-        for candidate in block.hypothesis:
+        for candidate in _chain(block.hypothesis):
             if candidate.effect.way == "structure":
                 given = block.state[below : below + 2 * candidate.links]
                 wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
