@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz kill format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -62,6 +62,9 @@ mutants: $(READY)  ## do the tests notice a wrong formula? forty single changes 
 architecture: $(READY)  ## draw the packages from their imports: docs/architecture.svg
 	$(BIN)/python tools/architecture.py
 
+fuzz-files: COUNT = 2000
+fuzz-files: $(READY)  ## COUNT (2000) damaged projects, tables and command lines of seed SEED, each run in its own process: build/fuzz-files
+	PYTHONPATH=tests $(BIN)/python -m fuzzing --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz-files
 kill: COUNT = 40
 kill: SEED = 1
 kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, sweep and cluster: same bytes, no litter: build/kill

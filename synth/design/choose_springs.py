@@ -13,11 +13,12 @@ import numpy as np
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
+from synth.parts.coil_rate import RATE_FORMS
 from synth.parts.part_candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.design import SpringResult, SpringWish, design_spring
 from synth.spring.evaluate import check_spring
-from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -114,9 +115,9 @@ class SpringOption:
         written = {"make": self.design.as_json()}
         if self.result is not None:
             written["binding"] = list(self.result.binding)
-            written["nearest"] = [
-                {"kind": item.kind, "text": item.text, "make": item.design.as_json()} for item in self.result.nearest
-            ]
+            written["nearest"] = [item.as_json() for item in self.result.nearest]
+            written["lasting"] = [item.as_json() for item in self.result.lasting]
+            written["notes"] = list(self.result.notes)
         return written
 
 
@@ -257,6 +258,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         leg_lengths=(ARM_LENGTH, ARM_LENGTH),
         material=choice.wire or "music",
         objective=choice.objective,
+        rate_form=RATE_FORMS[choice.rate_formula],
         limits=SpringLimits(
             arbor_diameter=cad.shaft_diameter,
             min_inside_diameter=choice.min_inner_diameter,
@@ -267,7 +269,8 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     )
     result = design_spring(wish, catalogue)
     if result.best is not None:
-        design, said = result.best, [f"{joint}: {text}" for text in result.best.warnings]
+        design, said = result.best, [f"{joint}: {text}" for text in (*result.notes, *result.best.warnings)]
+        said += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
     else:
         if not result.nearest:
             raise UserError(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")

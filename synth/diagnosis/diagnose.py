@@ -84,7 +84,7 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         _ranked(plant, judged, stages.errors),
         _sentence(plant, judged, explanations, stages),
         next_experiment(plant, open_explanations(judged), what_is_open(judged.verdict, short)),
-        (*plant.warnings, *doubts, *(plant.worse(stages.errors) if explained else ())),
+        (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors) if explained else ())),
     )
 
 

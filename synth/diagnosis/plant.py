@@ -133,6 +133,10 @@ class Plant(ABC, Generic[F, T, S]):
         """The verdict with the direct causes in."""
         return judged
 
+    def remarks(self, stages: StagePredictions[F, S]) -> tuple[str, ...]:
+        """Warnings on scored trials, whatever the verdict."""
+        return ()
+
     def doubts(self, found: Hypotheses[F], judged: Judged[F]) -> tuple[str, ...]:
         """Warnings of what the verdict hangs on."""
         return ()

@@ -11,8 +11,9 @@ from synth.arrays import Array
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_problem import sought_by
-from synth.fit.fit_result import Estimate, FitResult, JointFit, Variant
+from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.least_squares import Solution, Stage
+from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
 from synth.fit.static_points import Judged, judged
@@ -96,6 +97,7 @@ def result_of(
             *thinned_sentences(recordings),
             *lost,
             *misfits,
+            *_odd(leg, trials, mode),
             *away_from_their_starts(names, trials),
             *_at_edges(unknowns, chosen.values),
             *_left_out(leg),
@@ -189,6 +191,11 @@ def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
     """(p,) each, the ends of the 90 % intervals less the values, from the covariance."""
     half = NORMAL90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return -half, half
+
+
+def _odd(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
+    rms, free = np.array([trial.rms for trial in trials]), np.array([trial.free_angle for trial in trials])
+    return odd_trials([t.name for t in trials], leg.joint_names, rms, free if mode == "per_trial" else None)
 
 
 def _left_out(leg: Leg) -> list[str]:

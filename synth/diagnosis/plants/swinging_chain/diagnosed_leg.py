@@ -20,6 +20,7 @@ def parts(fit: Fit, n_tolerance: int) -> list[tuple[Candidate, Array]]:
     """Each cause with its whitened unknowns (size,)."""
     found, first = [], n_tolerance
     for candidate in fit.hypothesis:
+        assert isinstance(candidate, Candidate)
         found.append((candidate, fit.unknowns[first : first + candidate.size]))
         first += candidate.size
     return found
