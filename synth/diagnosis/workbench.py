@@ -16,9 +16,8 @@ from typing import TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.angle_trials import AngleTrial, Whitener
 from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor
-from synth.diagnosis.whitening import Whitener
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
 from synth.estimation.normal_equations import Step, StepLimits

@@ -49,7 +49,7 @@ class Freed:
         """RMS error on held-out trials, deg."""
         found = score(self.bench, fit, self.held)
         means = []
-        for trial, prediction in zip(self.held, found.predictions, strict=True):
+        for trial, (prediction, _) in zip(self.held, found, strict=True):
             away = np.where(trial.counts, prediction - trial.measured, 0.0)
             count = trial.counts.sum(axis=0)
             means.append(np.sum(away**2, axis=0)[count > 0] / count[count > 0])

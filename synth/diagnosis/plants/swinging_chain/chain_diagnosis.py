@@ -15,7 +15,7 @@ from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.influence import hangs_on
-from synth.diagnosis.plant import MenuItem, Plant
+from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
@@ -35,6 +35,7 @@ from synth.errors import UserError
 from synth.estimation.information import Forecast
 from synth.estimation.linearisation import LinearisedNormal
 from synth.fit.fit_result import Estimate
+from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
@@ -50,6 +51,7 @@ class Scene:
     """Everything that the stages of a diagnosis share."""
 
     leg: Leg
+    tolerances: Tolerances
     bench: Workbench
     given: tuple[AngleTrial, ...]
     held: tuple[AngleTrial, ...]
@@ -115,6 +117,15 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         """The verdict with coarse counts in."""
         return with_counts(judged, len(self.scene.coarse) > 0)
 
+    def remarks(self, stages: StagePredictions[Fit, Array]) -> tuple[str, ...]:
+        """Trials that the nominal leg at its best misses by far more than the others."""
+        rms = []
+        for trial, predicted in zip(self.scored, stages.before, strict=True):
+            squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
+            rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
+        names = [trial.recording.name for trial in self.scored]
+        return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
+
     def doubts(self, found: Hypotheses[Fit], judged: Judged[Fit]) -> tuple[str, ...]:
         """Recordings that the verdict hangs on."""
         return hangs_on(self.bench, found, judged).warnings()
@@ -145,7 +156,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
 
     def menu(self) -> Sequence[MenuItem[AngleTrial]]:
         """Releases, locked joints, added masses, tilts and torques."""
-        return menu(self.bench, self.scene.given)
+        return menu(self.scene.leg, self.bench, self.scene.given)
 
     def forecast(self, fit: Fit, trial: AngleTrial, covariance: Array) -> Forecast | None:
         """What a hypothesis predicts of an imagined trial."""
@@ -189,7 +200,7 @@ def diagnose(
     plant = SwingingChain(scene, warnings)
     findings = any_plant.diagnose(plant, progress or (lambda text: None))
     stages, errors, judged = findings.stages, findings.stages.errors, findings.judged
-    tolerances = scene.bench.predictor.tolerances
+    tolerances = scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
     # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
     bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
@@ -227,10 +238,11 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
         raise UserError("every trial is held out; at least one must be there to learn from")
     found = sensor([trial.recording for trial in given])
     coarse = coarse_counts(found)
-    predictor = Predictor(leg, Tolerances.of(leg, tolerance))
+    tolerances = Tolerances.of(leg, tolerance)
+    predictor = Predictor(leg, tolerances)
     usual = usual_noise(found, coarse)
     bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
-    return Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
+    return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
 def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:

@@ -22,9 +22,8 @@ RAMP = 0.7  # of the torque that holds the widest release so far: a slow torque 
 TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
-def menu(bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
+def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
     """Releases of other sizes and sides, joints locked, a mass at the tip, the base tilted, a slow ramp of torque."""
-    leg = bench.predictor.leg
     usual = [trial for trial in trials if not trial.recording.conditions.locked] or list(trials)
     starts = np.array([trial.recording.smoothed.angle[0] for trial in usual])
     ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
@@ -43,7 +42,7 @@ def menu(bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleT
         angles = dict(zip(leg.joint_names, leg.to_measured(release).tolist(), strict=True))
         torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], LENGTH)
         entry = {"file": "trials/next.csv", **keys}
-        return MenuItem(what, entry, _imagined(bench, release, conditions, ramp), angles, torque)
+        return MenuItem(what, entry, _imagined(leg, bench.noise, release, conditions, ramp), angles, torque)
 
     made = [
         item("a release a third as large", 0.33, {}, plain),
@@ -82,19 +81,21 @@ def _within(leg: Leg, rotation: Array) -> Array:
     return leg.to_rotation(measured)
 
 
-def _imagined(bench: Workbench, release: Array, conditions: Conditions, ramp: tuple[int, float] | None) -> AngleTrial:
+def _imagined(
+    leg: Leg, noise: Array, release: Array, conditions: Conditions, ramp: tuple[int, float] | None
+) -> AngleTrial:
     """A trial without readings; ``ramp``: joint and final torque, N m in the measured sense."""
     n = len(release)
     time = np.arange(0.0, LENGTH, 1.0 / RATE)
     held = np.tile(release, (len(time), 1))
-    smoothed = Smoothed(time, held, np.zeros_like(held), bench.noise, np.zeros(len(time), dtype=bool))
+    smoothed = Smoothed(time, held, np.zeros_like(held), noise, np.zeros(len(time), dtype=bool))
     counts = np.ones((len(time), n), dtype=bool)
     counts[:, list(conditions.locked)] = False
     known = None
     if ramp is not None:
         joint, torque = ramp
         applied = np.zeros((2, n))
-        applied[1, joint] = bench.predictor.leg.joints[joint].sign * torque
+        applied[1, joint] = leg.joints[joint].sign * torque
         known = (np.array([0.0, LENGTH]), applied)
     recording = Recording("next", time, held, counts, conditions, smoothed, known)
     return AngleTrial(recording, time, held, counts, held_out=False)
