@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from robustness.random_legs import Case, random_case
 from synth.errors import UserError
+from synth.estimation.intervals import Estimate
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_result import Estimate, FitResult
+from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score

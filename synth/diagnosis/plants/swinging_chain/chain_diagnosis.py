@@ -33,8 +33,8 @@ from synth.diagnosis.verdict import Judged, with_counts
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.errors import UserError
 from synth.estimation.information import Forecast
+from synth.estimation.intervals import Estimate
 from synth.estimation.linearisation import LinearisedNormal
-from synth.fit.fit_result import Estimate
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.swing.effects import effect_named
