@@ -119,7 +119,7 @@
         const shade = value === null || value <= 0 ? "none" : SHADES[Math.min(8, Math.floor(value / most * 9))];
         const box = draw("rect", { x: left + k * cell, y: i * high, width: cell, height: high, fill: shade, stroke: "#d4d8dd", "stroke-width": 0.6, "pointer-events": "all" }, svg);
         const value1 = value === null ? "–" : (value * times).toFixed(times === 100 ? 1 : 2);
-        if (cell > 26) draw("text", { x: left + (k + 0.5) * cell, y: i * high + 15, "font-size": 9, "text-anchor": "middle", class: "cell", fill: shade === "none" ? "#666" : SHADES.indexOf(shade) > 4 ? "#ffffff" : "#111111", "pointer-events": "none" }, svg).textContent = value1;
+        if (cell > 26) draw("text", { x: left + (k + 0.5) * cell, y: i * high + 15, "font-size": 9, "text-anchor": "middle", class: "cell", fill: shade === "none" ? "#666" : SHADES.indexOf(shade) > 5 ? "#ffffff" : "#111111", "pointer-events": "none" }, svg).textContent = value1;
         if (!d[11]) draw("path", { d: `M${left + k * cell + 2} ${i * high + high - 2}l6 0l-6 -6z`, fill: "#d55e00", "pointer-events": "none" }, svg);
         if (data.front.some((f) => f[0] === d[0] && Math.abs(f[1] - d[2]) < 1e-6)) draw("circle", { cx: left + (k + 1) * cell - 5, cy: i * high + 5, r: 2.6, fill: "#d55e00", stroke: "#fff", "stroke-width": 0.8, "pointer-events": "none" }, svg);
         if (isChosen(d)) draw("rect", { x: left + k * cell + 1, y: i * high + 1, width: cell - 2, height: high - 2, fill: "none", stroke: "#d55e00", "stroke-width": 2.5, "pointer-events": "none" }, svg);

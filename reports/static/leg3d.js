@@ -1,7 +1,7 @@
 // The leg in three dimensions: joints that turn by sliders or play a response, with what springs, dampers and stops then do.
 // Needs three.js, the integrator's damper torque, the page's data and the GLB; without WebGL the picture stays.
 "use strict";
-(async function () {
+addEventListener("load", () => setTimeout(async function () {  // after the page stands with its picture
   const home = document.getElementById("leg3d"), packed = document.getElementById("leg-glb"), given = document.getElementById("leg-data");
   if (!home || !packed || !given || !packed.textContent.trim()) return;
   const page = JSON.parse(given.textContent), joints = page.leg.joints, n = joints.length, DEG = 180 / Math.PI;
@@ -351,6 +351,5 @@
 
   addEventListener("resize", fit);
   fit(); update();
-  renderer.render(scene, camera);
   home.classList.add("turning");
-})();
+}, 0));

@@ -1,6 +1,6 @@
 // Parts swapped and tuned in the page: the leg moved anew by the page's integrator, errors, and the lines for the project.
 "use strict";
-(function () {
+addEventListener("load", () => setTimeout(function () {  // after the page stands: it moves the leg from every release
   const home = document.getElementById("swap-parts"), given = document.getElementById("leg-data");
   if (!home || !given) return;
   const page = JSON.parse(given.textContent), joints = page.leg.joints, replay = page.replay, DEG = 180 / Math.PI;
@@ -101,11 +101,12 @@
   trial.addEventListener("change", draw);
   reset.addEventListener("click", function () { states = joints.map((_, j) => fresh(j)); solve(); });
 
-  let motions = chosenMotions, waiting = 0;
+  let motions = chosenMotions, waiting = 0, first = true;
   function later() { show(); if (!waiting) waiting = setTimeout(function () { waiting = 0; solve(); }, 30); }
   function solve() {
     const now = joints.map((_, j) => acting(states[j], j));
-    motions = replay.releases.map((release) => synthLeg.motion(release, now));
+    if (!first) motions = replay.releases.map((release) => synthLeg.motion(release, now));
+    first = false;
     show();
     const errors = synthLeg.errors(joints, replay, motions);
     home.dataset.error = errors.all; home.dataset.chosen = chosenErrors.all;
@@ -172,4 +173,4 @@
     code.textContent = words.length ? words.join("\n") : "# as chosen: nothing to change in the project";
   }
   solve();
-})();
+}, 0));

@@ -54,7 +54,9 @@
     if (inSvg && holder.getAttribute("fill") === "none") continue;  // a halo behind words
     const style = getComputedStyle(holder);
     const ink = rgba(inSvg ? style.fill : style.color);
-    const paper = behind(inSvg || holder);
+    // Words in a cell of a map stand on the cell drawn just before them.
+    const cell = holder.classList.contains("cell") && getComputedStyle(holder.previousElementSibling).fill;
+    const paper = cell && cell !== "none" ? rgba(cell) : behind(inSvg || holder);
     const [a, b] = [luminance(ink), luminance(paper)].sort((x, y) => y - x);
     const ratio = (a + 0.05) / (b + 0.05);
     const size = parseFloat(style.fontSize), large = size >= 24 || (size >= 18.6 && style.fontWeight >= 700);

@@ -34,6 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, made: ModuleType) -> Path:
 def live(browser: Any, folder: Path) -> Iterator[Opened]:
     with opened(browser, folder / "report.html") as found:
         found.page.locator(".panel3d canvas").wait_for()
+        found.page.locator("#swap-parts[data-error]").wait_for(state="attached")
         found.page.evaluate("document.getElementById('swap-parts').closest('details').open = true")
         yield found
         assert not found.said, found.said
@@ -114,11 +115,10 @@ def test_a_response_plays_and_the_cursor_goes_with_it(live: Opened) -> None:
     page = live.page
     play = page.locator(".panel3d button").first
     play.click()
-    page.wait_for_timeout(700)
-    play.click()
-    plot = page.locator("details#built .panels[data-trial=free_1] .plot").first
-    time = float(plot.get_attribute("aria-valuenow"))
-    assert time > 0.05
+    moving = "(s) => document.querySelector(s).getAttribute('aria-valuenow') > 0.05"
+    page.wait_for_function(moving, arg="details#built .panels[data-trial=free_1] .plot")
+    if play.text_content() != "▶ Play":  # not over yet
+        play.click()
     angle = said_number(page.locator(".joint3d .slide span").first.text_content(), "hip")
     motion = engine_angles(*responses())[0][:, 0]
     assert motion.min() - 0.5 <= angle <= motion.max() + 0.5
@@ -165,7 +165,8 @@ def test_what_the_page_shows_is_what_the_design_says(browser: Any, pages: dict[s
         pytest.skip("this leg folder was made without page.json")
     design = json.loads((folder / "design.json").read_text())
     with opened(browser, pages["leg"]) as found:
-        home = found.page.locator("#swap-parts")
+        home = found.page.locator("#swap-parts[data-chosen]")
+        home.wait_for(state="attached")
         rms = design["response"]["wanted_to_built"]["rms"]["value"]
         assert float(home.get_attribute("data-chosen")) == pytest.approx(rms, abs=NEAR)
         for j, (name, joint) in enumerate(design["joints"].items()):
