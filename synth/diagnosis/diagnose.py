@@ -17,8 +17,7 @@ from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.result import Cause, Experiment, Ranked
 from synth.diagnosis.sentences import sentence, what_is_open
 from synth.diagnosis.verdict import Judged, judge, open_explanations
-from synth.fit.fit_result import Estimate
-from synth.fit.unknowns import NORMAL90
+from synth.estimation.intervals import NORMAL90, Estimate
 
 RANKED = 8  # single causes that are listed: more are never read, and each costs a prediction of every scored trial
 SHOWN_ALONE = 4  # single causes whose predictions are kept, the likeliest first, for the page to show beside the trial

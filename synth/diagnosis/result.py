@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from synth.fit.fit_result import Estimate
+import numpy as np
+
+from synth.arrays import Array
+from synth.estimation.intervals import Estimate
 from synth.units import quantity
 
 FORMAT = "synth/gap/1"
 Verdict = Literal["effect", "none", "tie", "unknown"]
 PHASES = ("release", "swing", "settle", "rest")
+THIRDS = ("low", "middle", "high")
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,14 @@ class Where:
         """The entry ``where``."""
         names = ("joint", "phase", "speed", "position", "load", "time")
         return {name: dict(getattr(self, name)) for name in names}
+
+
+def shares(labels: Sequence[str], total: Array) -> dict[str, float]:
+    """Label -> its share of what is positive; even shares where nothing is."""
+    positive = np.maximum(total, 0.0)
+    if positive.sum() <= 0.0:
+        return dict.fromkeys(labels, 1.0 / len(labels))
+    return {label: float(value) for label, value in zip(labels, positive / positive.sum(), strict=True)}
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from synth.diagnosis.result import Cause, Verdict
-from synth.fit.fit_result import Estimate
+from synth.estimation.intervals import Estimate
 
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # as units are printed
 

@@ -15,12 +15,12 @@ from blind.views import Key, View
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import QUANTITIES, Tolerances
 from synth.diagnosis.score import score
 from synth.diagnosis.search import as_designed, fit_nominal, ratio
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import QUANTITIES, Tolerances
 
 FREE = 20.0  # times the tolerances
 INTEGRATION = 1e-5

@@ -14,7 +14,7 @@ import numpy as np
 from fit.simulated_legs import FREE_ANGLE, RELEASES, SPRING, robot
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
 from synth.diagnosis.result import Cause, Experiment, Ranked, Where
-from synth.fit.fit_result import Estimate
+from synth.estimation.intervals import Estimate
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg
 from synth.units import quantity

@@ -13,14 +13,15 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.workbench import Fit, Workbench
+from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.effects import registered
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 TOLERANCES = Tolerances.of(TWO, Tolerance())
 CONDITIONS = (Conditions(), Conditions((0,)), Conditions((), 0.05), Conditions((), 0.0, 0.3))

@@ -12,13 +12,13 @@ from synth.diagnosis.angle_trials import angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.screening import leverage, prospects, strengthened
 from synth.diagnosis.search import as_designed, search
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"encoder_offset": {"offset": 0.08}}}
 

@@ -13,12 +13,12 @@ from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.score import first_state
 from synth.diagnosis.workbench import Fit, Workbench, state_rows
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import Tolerances
 
 MOUNT = {"rocking_stiffness": 30.0, "arm": 0.1, "inertia": 0.004, "damping_ratio": 0.03}
 LATE = 3  # samples

@@ -9,10 +9,10 @@ from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.score import first_state
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import Tolerances
 
 (RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
 TRIAL = angle_trial(RECORDING, False)

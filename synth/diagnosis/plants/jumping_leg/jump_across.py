@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
-from synth.fit.fit_result import Estimate
+from synth.estimation.intervals import Estimate
 
 STAGES = ("as_designed", "before", "after")
 UNITS = {"length": "1/cm", "gear_ratio": "1"}

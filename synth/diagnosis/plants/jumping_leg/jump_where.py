@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
-from synth.diagnosis.result import PHASES, Where
+from synth.diagnosis.result import PHASES, THIRDS, Where, shares
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
-THIRDS = ("low", "middle", "high")
 STILL = 0.2  # of the fastest: the envelope below which the swing has ended
 SMOOTHED = 0.004  # s, half the stretch over which a rate is taken
 
@@ -84,10 +83,7 @@ def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[
             third = np.minimum((3.0 * along / max(float(along.max()), 1e-12)).astype(int), 2)
             for index, name in enumerate(THIRDS):
                 bins[key][name] += float(energy[third == index].sum())
-    return Where(_shares(places), _shares(phases), *(_shares(bins[k]) for k in ("speed", "position", "load", "time")))
-
-
-def _shares(values: Mapping[str, float]) -> dict[str, float]:
-    kept = {name: max(value, 0.0) for name, value in values.items()}
-    total = sum(kept.values())
-    return {name: value / total if total > 0.0 else 1.0 / len(kept) for name, value in kept.items()}
+    keys = ("speed", "position", "load", "time")
+    return Where(
+        *(shares([*found], np.array([*found.values()])) for found in (places, phases, *(bins[k] for k in keys)))
+    )

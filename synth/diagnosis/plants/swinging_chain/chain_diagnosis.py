@@ -21,7 +21,6 @@ from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_g
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerance, Tolerances
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.prediction_error import PredictionErrors
@@ -33,12 +32,14 @@ from synth.diagnosis.verdict import Judged, with_counts
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.errors import UserError
 from synth.estimation.information import Forecast
+from synth.estimation.intervals import Estimate
 from synth.estimation.linearisation import LinearisedNormal
-from synth.fit.fit_result import Estimate
+from synth.files.tolerance import Tolerance
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial

@@ -15,11 +15,11 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block, Hypothesis
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.swing.chain import compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 Places = NDArray[np.intp]
 _Placed = tuple[Candidate, Array, Places]  # with its unknowns, or what they stand for, in these lanes

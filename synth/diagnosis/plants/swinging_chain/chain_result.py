@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.result import Diagnosis
-from synth.fit.fit_result import Estimate
+from synth.estimation.intervals import Estimate
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.result import PHASES, Where
+from synth.diagnosis.result import PHASES, THIRDS, Where, shares
 from synth.motion.smoothing import smooth
 from synth.swing.damper_curves import torque_at
 from synth.swing.known_torque import averaged
@@ -18,7 +18,6 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
 WINDOW = 0.08  # s, of the bumps that stand in for the second derivative
-THIRDS = ("low", "middle", "high")
 SWING_END = 0.2  # of the release's envelope
 Phases = NDArray[np.int64]
 
@@ -142,12 +141,12 @@ def where(
         rows |= _thirds(leg, trial)
         for name, index in rows.items():
             np.add.at(squares[name], index.ravel(), excess.ravel())
-    shares = {name: _shares(_LABELS[name], total) for name, total in squares.items()}
+    by_name = {name: shares(_LABELS[name], total) for name, total in squares.items()}
     by_torque = _torque_shares(leg, trials, missing, noise)
     rest = max(0.0, 1.0 - sum(blamed.values()))
     joint = {name: blamed.get(name, 0.0) + rest * by_torque[name] for name in leg.joint_names}
     total = sum(joint.values())
-    return Where({name: value / total for name, value in joint.items()}, **shares)
+    return Where({name: value / total for name, value in joint.items()}, **by_name)
 
 
 _LABELS: dict[str, tuple[str, ...]] = {
@@ -170,13 +169,6 @@ def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
     }
 
 
-def _shares(labels: Sequence[str], total: Array) -> dict[str, float]:
-    positive = np.maximum(total, 0.0)
-    if positive.sum() <= 0.0:
-        return dict.fromkeys(labels, 1.0 / len(labels))
-    return {label: float(value) for label, value in zip(labels, positive / positive.sum(), strict=True)}
-
-
 def _torque_shares(
     leg: Leg, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque], noise: Array
 ) -> dict[str, float]:
@@ -187,7 +179,7 @@ def _torque_shares(
         square = np.nan_to_num(found.torque) ** 2 - floor**2
         energy += np.nansum(np.where(np.isfinite(found.torque), square, 0.0), axis=0)
     stiffness = np.array([joint.spring.rate if joint.spring else 1.0 for joint in leg.joints])
-    return _shares(leg.joint_names, np.maximum(energy, 0.0) / np.maximum(stiffness, 1e-12) ** 2)
+    return shares(leg.joint_names, np.maximum(energy, 0.0) / np.maximum(stiffness, 1e-12) ** 2)
 
 
 def _torque_noise(leg: Leg, trial: AngleTrial, noise: Array) -> Array:

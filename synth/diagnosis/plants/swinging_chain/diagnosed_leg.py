@@ -10,10 +10,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.diagnosis.plants.swinging_chain.chain_tolerances import Tolerances
 from synth.diagnosis.workbench import Fit
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 
 def parts(fit: Fit, n_tolerance: int) -> list[tuple[Candidate, Array]]:

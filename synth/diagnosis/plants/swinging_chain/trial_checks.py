@@ -21,7 +21,7 @@ LOOSE = np.radians(2.0)  # a locked joint may give that much
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """One free joint in one trial: ``travel`` from least to greatest smoothed angle, RMS ``motion`` and ``noise``."""
 
     travel: float
@@ -57,7 +57,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
     )
 
 
-def motion_of(recording: Recording, joint: int) -> Motion:
+def motion_of(recording: Recording, joint: int) -> JointMotion:
     """Travel, motion and noise of a joint, all rad.
 
     The variance of the readings is that of the motion and that of the noise together, so their difference is the
@@ -66,10 +66,10 @@ def motion_of(recording: Recording, joint: int) -> Motion:
     smoothed, counts = recording.smoothed, recording.counts[:, joint]
     noise = float(smoothed.noise[joint])
     variance = float(np.var(recording.rotation[counts, joint]))
-    return Motion(float(np.ptp(smoothed.angle[:, joint])), float(np.sqrt(max(variance - noise**2, 0.0))), noise)
+    return JointMotion(float(np.ptp(smoothed.angle[:, joint])), float(np.sqrt(max(variance - noise**2, 0.0))), noise)
 
 
-def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, Motion]]) -> None:
+def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, JointMotion]]) -> None:
     """Refuse trials of which none shows motion, each with what it shows instead."""
     if any(motion.told for joints in seen for motion in joints.values()):
         return
@@ -100,7 +100,7 @@ def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list
     return found
 
 
-def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, Motion]], learnt: Sequence[int]) -> list[str]:
+def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, JointMotion]], learnt: Sequence[int]) -> list[str]:
     still = [k for k in range(len(trials)) if not any(motion.told for motion in seen[k].values())]
     return [
         f"{trials[k].name}: no joint moves above its noise; it tells of the pose at rest only"
@@ -109,7 +109,7 @@ def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, Motion]], le
     ]
 
 
-def _still_joints(leg: Leg, seen: Sequence[dict[int, Motion]]) -> list[str]:
+def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]:
     found = []
     for j, name in enumerate(leg.joint_names):
         motions = [joints[j] for joints in seen if j in joints]
