@@ -86,9 +86,12 @@ def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffec
     return found
 
 
-def tolerance_settings(tolerances: Mapping[str, float], units: Mapping[str, str]) -> dict[str, Any]:
-    """One setting a tolerance, written in its unit or else in percent."""
+def tolerance_settings(tolerances: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
+    """One setting a tolerance, in its unit or else in percent; ``joints``: joint -> those that differ there."""
+    found = {f"tolerance.{name}": value for name, value in tolerances.items() if name != "joints"}
+    for joint, quantities in tolerances.get("joints", {}).items():
+        found |= {f"tolerance.{joint}.{name}": value for name, value in quantities.items()}
     return {
-        f"tolerance.{name}": {**quantity(value, units.get(name, "percent")), "how": "one standard deviation"}
-        for name, value in tolerances.items()
+        key: {**quantity(value, units.get(key.rsplit(".", 1)[1], "percent")), "how": "one standard deviation"}
+        for key, value in found.items()
     }

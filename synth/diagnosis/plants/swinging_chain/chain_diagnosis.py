@@ -20,11 +20,12 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, s
 from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
-from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.result import Cause
+from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.score import score
 from synth.diagnosis.search import search
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
@@ -72,6 +73,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
+        self._free: tuple[FreeTorque, ...] | None = None
         names = scene.leg.joint_names
         self.direct_causes = tuple(
             Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")})
@@ -151,6 +153,17 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         phrase = effect.phrase or f"shows {effect.meaning}"
         return f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
 
+    def free_torques(self, nominal: Fit) -> tuple[FreeTorque, ...]:
+        """Torques of free shape beside the nominal leg at its best, taken once."""
+        if self._free is None:
+            sizes = scales(self.scene.leg, self.scene.given)
+            self._free = free_torques(self.scene.leg, self.bench, nominal, sizes)
+        return self._free
+
+    def addendum(self, verdict: Verdict, stages: StagePredictions[Fit, Array]) -> str:
+        """Where and in what torque is missing, if no effect of the library explains it."""
+        return described(self.free_torques(stages.fits[1])) if verdict == "unknown" else ""
+
     def short_text(self, cause: Cause) -> str:
         """Effect and joint."""
         return f"{cause.effect} ({cause.joint})"
@@ -220,6 +233,7 @@ def diagnose(
         scored_on=tuple(trial.recording.name for trial in scene.scored),
         trials=trial_gaps(nominal, scene.scored, stages, missing, plant.held_out, scene.usual),
         diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
+        free_torque=plant.free_torques(findings.found.none.fit),
     )
 
 

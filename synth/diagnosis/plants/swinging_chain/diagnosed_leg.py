@@ -11,6 +11,7 @@ from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
 from synth.diagnosis.workbench import Fit
+from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
@@ -64,5 +65,11 @@ def _changed(leg: Leg, candidate: Candidate, x: Array) -> Leg:
         if spring is not None:
             angle = joint.zero + joint.sign * float(legs.rest[j, 0])
             spring = replace(spring, rate=float(legs.spring_rate[j, 0]), free_angle=angle)
-        joints.append(replace(joint, link=link, spring=spring))
+        damper, rate = joint.damper, float(legs.damper_rate[j, 0])
+        if damper is not None and damper.rate is not None:
+            damper = replace(damper, rate=rate)
+        elif damper is not None and damper.curve is not None and rate != 0.0:
+            damper = replace(damper, curve=with_rate(damper.curve, rate))
+        own = float(legs.armature[j, 0])
+        joints.append(replace(joint, link=link, spring=spring, damper=damper, armature=own))
     return replace(leg, joints=tuple(joints), tilt=float(np.asarray(legs.tilt)[0]))
