@@ -15,23 +15,25 @@ from synth.diagnosis.encoder_counts import Coarse, coarse_counts, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.experiment import next_experiment
 from synth.diagnosis.figures import Gap, measure, trial_gaps
+from synth.diagnosis.free_torque import described, free_torques
 from synth.diagnosis.gap_trials import GapTrial, copies, gap_trial, sensor
 from synth.diagnosis.influence import Hangs, hangs_on
 from synth.diagnosis.predict import Predictor
 from synth.diagnosis.prediction_error import label
-from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
+from synth.diagnosis.result import Cause, FreeTorque, GapResult, Ranked, Verdict
 from synth.diagnosis.search import Assessed, search
 from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
 from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import Tolerance, Tolerances
 from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
 from synth.diagnosis.where import missing_torque, where
 from synth.errors import UserError
+from synth.files.tolerance import Tolerance
 from synth.fit.fit_result import Estimate
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
@@ -97,12 +99,14 @@ def diagnose(
     # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
     bare = tolerances.leg(leg, judged.accepted.fit.unknowns[: tolerances.size]) if explained else nominal
     missing = [missing_torque(bare, trial) for trial in scene.scored]
+    free = free_torques(bench, found.none.fit, scales(leg, scene.given))
     say("what next")
     explanations = (causes, *tied)
     return GapResult(
         leg=leg,
         verdict=judged.verdict,
-        sentence=_sentence(judged, explanations, gap, held_out),
+        sentence=_sentence(judged, explanations, gap, held_out)
+        + (described(free) if judged.verdict == "unknown" else ""),
         explanation=causes,
         ranked=_ranked(scene, judged, gap),
         probability_none=judged.none,
@@ -123,6 +127,7 @@ def diagnose(
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
+        free_torque=free,
         warnings=(*warnings, *_odd(gap, leg), *_turning(turned), *(_worse(gap) if explained else ())),
         tied=tied,
     )
@@ -267,6 +272,11 @@ def _sentence(judged: Judged[Fit], explanations: Sequence[Sequence[Cause]], gap:
     texts = [[cause_text(cause) for cause in causes] for causes in explanations]
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
     return sentence(judged.verdict, texts[0], texts[1:], probability, told)
+
+
+def _free_text(judged: Judged[Fit], free: Sequence[FreeTorque]) -> str:
+    """Where and in what torque is missing, if no effect of the library explains it."""
+    return described(free) if judged.verdict == "unknown" else ""
 
 
 def _why(verdict: Verdict, explanations: Sequence[Sequence[Cause]]) -> str:

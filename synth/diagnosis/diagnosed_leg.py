@@ -11,9 +11,10 @@ from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.solve import Fit
-from synth.diagnosis.tolerances import Tolerances
+from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units that people read better
 
@@ -65,5 +66,11 @@ def _changed(leg: Leg, candidate: Candidate, x: Array) -> Leg:
         if spring is not None:
             angle = joint.zero + joint.sign * float(legs.rest[j, 0])
             spring = replace(spring, rate=float(legs.spring_rate[j, 0]), free_angle=angle)
-        joints.append(replace(joint, link=link, spring=spring))
+        damper, rate = joint.damper, float(legs.damper_rate[j, 0])
+        if damper is not None and damper.rate is not None:
+            damper = replace(damper, rate=rate)
+        elif damper is not None and damper.curve is not None and rate != 0.0:
+            damper = replace(damper, curve=with_rate(damper.curve, rate))
+        own = float(legs.armature[j, 0])
+        joints.append(replace(joint, link=link, spring=spring, damper=damper, armature=own))
     return replace(leg, joints=tuple(joints), tilt=float(np.asarray(legs.tilt)[0]))

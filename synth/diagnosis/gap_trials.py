@@ -99,7 +99,7 @@ def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
 
 def _same(a: Recording, b: Recording) -> bool:
     """Whether one recording's samples are the other's, from up to ``LATER`` samples after its start on."""
-    if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions:
+    if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions or a.leg is not b.leg:
         return False
     reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
     for first, second in ((a, b), (b, a)):

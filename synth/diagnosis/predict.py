@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.tolerances import Tolerances
 from synth.swing.chain import compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 Hypothesis = tuple[Candidate, ...]
 Places = NDArray[np.intp]
@@ -73,7 +73,7 @@ class Predictor:
         """Readings of blocks of one structure that fill at most one group of lanes."""
         n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
         total, ends = sum(widths), np.cumsum([0, *widths])
-        legs = self._designed.first(total)
+        legs = self._designed_of(trial.recording.leg or self.leg).first(total)
         self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
         state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
         pending: list[_Placed] = []
@@ -82,7 +82,7 @@ class Predictor:
             way = candidate.effect.way
             if way == "torque":
                 _put(legs, candidate, candidate.in_rotation(x), lanes)
-            elif way == "leg":
+            elif way in ("leg", "drive"):
                 _change(legs, candidate, candidate.values(x), lanes)
             elif way == "reading":
                 readings.append((candidate, candidate.values(x), lanes))
@@ -116,9 +116,15 @@ class Predictor:
         return [found[:, :, first:last] for first, last in pairwise(ends)]
 
     @cached_property
-    def _designed(self) -> LegLanes:
-        """The leg as designed in every lane; copied, since what is made of it is changed in place."""
-        return LegLanes.of(self.leg, LANES)
+    def _designed(self) -> dict[int, tuple[Leg, LegLanes]]:
+        """What ``_designed_of`` has made."""
+        return {}
+
+    def _designed_of(self, leg: Leg) -> LegLanes:
+        """A leg as designed in every lane; copied, since what is made of it is changed in place."""
+        if id(leg) not in self._designed:
+            self._designed[id(leg)] = leg, LegLanes.of(leg, LANES)
+        return self._designed[id(leg)][1]
 
     def _gathered(self, blocks: Sequence[Block]) -> list[_Placed]:
         """Every candidate once, with its unknowns (size, n_lane) in all the lanes that it is in.

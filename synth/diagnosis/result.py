@@ -16,6 +16,7 @@ from synth.units import quantity
 
 FORMAT = "synth/gap/1"
 Verdict = Literal["effect", "none", "tie", "unknown"]
+Over = Literal["deflection", "speed"]  # what a free torque depends on
 PHASES = ("release", "swing", "settle", "rest")
 
 
@@ -121,6 +122,42 @@ class Experiment:
 
 
 @dataclass(frozen=True)
+class FreeTorque:
+    """A torque of free shape at one joint.
+
+    ``over`` : what its hats depend on. ``place`` (k,) their middles, rad from the free angle or rad/s, in the measured
+    angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 where they are over speed; ``torque`` (k,) N m in that
+    sense, ``low`` and ``high`` its 90 % interval by leaving out one trial after the other (jackknife).
+    ``taken`` : share of the error's RMS above the noise that it takes away on trials that took no part.
+    """
+
+    joint: str
+    over: Over
+    place: Array
+    direction: Array
+    torque: Array
+    low: Array
+    high: Array
+    taken: float
+
+    def as_json(self) -> dict[str, Any]:
+        """One entry of ``free_torque`` in ``gap.json``."""
+        unit = "rad" if self.over == "deflection" else "rad/s"
+        return {
+            "joint": self.joint,
+            "over": self.over,
+            "taken": quantity(self.taken, "1"),
+            "curve": {
+                "place": {"value": self.place.tolist(), "unit": unit},
+                "direction": self.direction.tolist(),
+                "torque": {"value": self.torque.tolist(), "unit": "N*m"},
+                "low": {"value": self.low.tolist(), "unit": "N*m"},
+                "high": {"value": self.high.tolist(), "unit": "N*m"},
+            },
+        }
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """What is said of a built leg, whether it swings or jumps.
 
@@ -165,7 +202,7 @@ class GapResult(Diagnosis):
     ``as_designed``, ``before``, ``after``, ``noise_floor`` : RMS angle errors in rad over joints and samples of the
     ``scored_on`` trials. ``noise`` : joint -> its noise, rad. ``best_possible`` : RMS that the best set of effects of
     the library reaches there, however unlikely. ``warnings`` : what the data themselves leave in doubt.
-    ``diagnosed`` : the nominal leg with the explanation in.
+    ``diagnosed`` : the nominal leg with the explanation in. ``free_torque`` : what is missing, whatever its cause.
     """
 
     leg: Leg
@@ -179,6 +216,7 @@ class GapResult(Diagnosis):
     scored_on: tuple[str, ...]
     trials: tuple[TrialGap, ...]
     diagnosed: Leg
+    free_torque: tuple[FreeTorque, ...] = ()
     inputs: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
@@ -195,6 +233,7 @@ class GapResult(Diagnosis):
         return {
             **self.said_as_json(self.leg.name),
             "gap": gap,
+            "free_torque": [item.as_json() for item in self.free_torque],
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
             "next_experiment": self.next_as_json(),
             "warnings": list(self.warnings),

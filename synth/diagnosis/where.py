@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.result import PHASES, Where
-from synth.motion.smoothing import smooth
+from synth.motion.smoothing import Smoothed, odd_points, smooth
 from synth.swing.damper_curves import torque_at
 from synth.swing.known_torque import averaged
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
-WINDOW = 0.08  # s, of the bumps that stand in for the second derivative
+WINDOW = 8 / 3  # of the smoothing's width, of the bumps that stand in for the second derivative
 THIRDS = ("low", "middle", "high")
 SWING_END = 0.2  # of the release's envelope
 Phases = NDArray[np.int64]
@@ -36,17 +36,19 @@ def missing_torque(leg: Leg, trial: GapTrial) -> Missing:
 
     Momentum outboard of a joint changes by the joint's own torque and known forces alone, so that a neighbour's missing
     torque does not show here. In the weak form (bump times equation, integrated by parts; see ``fit.weak_form``) no
-    second derivative of a recording is taken.
+    second derivative of a recording is taken. A trial that was made with a leg of its own is held against that one, as
+    designed.
     """
+    leg = trial.recording.leg or leg
     smoothed = trial.recording.smoothed
     step = float(smoothed.time[1] - smoothed.time[0])
     count = len(smoothed.time)
-    support = max(8, min(round(WINDOW / step), (count - 1) // 3))
+    support = max(8, min(round(WINDOW * smoothed.width / step), (count - 1) // 3))
     u = np.linspace(-1.0, 1.0, support + 1)
     bump = (1.0 - u * u) ** 3
     slope = -6.0 * u * (1.0 - u * u) ** 2 * 2.0 / (support * step)
     conditions = trial.recording.conditions
-    found = coefficients(leg, conditions.tip_mass)
+    found = coefficients(leg, conditions.tip)
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
     known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
     if trial.recording.known_torque is not None:
@@ -75,10 +77,10 @@ def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
     return torque
 
 
-def rate_noise(time: Array, noise: Array) -> Array:
+def rate_noise(smoothed: Smoothed, noise: Array) -> Array:
     """Standard deviation (n,) rad/s of the smoothed rates that readings' ``noise`` (n,) rad makes, see ``smooth``."""
-    step = float(np.median(np.diff(time)))
-    half = max(5, round(0.03 / step) // 2 * 2 + 1) // 2
+    step = float(np.median(np.diff(smoothed.time)))
+    half = odd_points(smoothed.width, step) // 2
     inverse = np.linalg.pinv(np.vander(np.arange(-half, half + 1.0), 4, increasing=True))
     return np.asarray(noise * float(np.linalg.norm(inverse[1])) / step)
 
@@ -97,7 +99,7 @@ def phases(trial: GapTrial, noise: Array) -> Phases:
     reach = np.maximum(away.max(axis=0), 1e-9)
     envelope = np.maximum.accumulate((away / reach)[::-1], axis=0)[::-1].max(axis=1)
     speed = np.abs(smoothed.rate[:, free])
-    floor = 3.5 * rate_noise(time, noise[free])  # of some thousand samples none by chance
+    floor = 3.5 * rate_noise(smoothed, noise[free])  # of some thousand samples none by chance
     first_peak = int(np.argmax(_first_peaks(speed)))
     moving = np.flatnonzero(np.any(speed > floor, axis=1))
     rest = int(moving[-1]) + 1 if len(moving) else 0
@@ -196,7 +198,7 @@ def _torque_noise(leg: Leg, trial: GapTrial, noise: Array) -> Array:
     locked = list(recording.conditions.locked)
     lost = ~recording.counts | ~np.isfinite(shaken)
     lost[:, locked] = False  # a locked joint's samples do not count, but it is held where the recording has it
-    again = smooth(recording.time, shaken, lost)
+    again = smooth(recording.time, shaken, lost, recording.smoothed.width)
     for j in locked:
         again.angle[:, j], again.rate[:, j] = recording.smoothed.angle[:, j], 0.0
     more = replace(trial, recording=replace(recording, smoothed=again))

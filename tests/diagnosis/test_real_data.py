@@ -6,15 +6,19 @@ Nothing of these data is in the product; where they are absent, these tests say 
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.candidates import scales
+from synth.diagnosis.diagnose import diagnose, scene_of
+from synth.diagnosis.free_torque import free_torques
 from synth.diagnosis.gap_trials import copies, gap_trial
 from synth.diagnosis.result import GapResult
+from synth.diagnosis.search import search
 from synth.diagnosis.where import missing_torque
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
@@ -123,3 +127,18 @@ def test_repeats_with_samples_more_before_the_release_are_copies(tmp_path: Path)
     made = recordings(project.leg, project.trials, ())
     pairs = copies(made, [trial.held_out for trial in project.trials])
     assert {frozenset(pair) for pair in pairs} == {frozenset((k, k + 6)) for k in range(6)}
+
+
+@pytest.mark.parametrize("half", [0, 1])
+def test_both_halves_of_the_ankles_releases_lack_a_torque_of_speed_there(half: int, tmp_path: Path) -> None:
+    """The design has the damper as a straight line; drops with the damper alone show a concave law."""
+    project = leg_project(tmp_path, "ankle")
+    trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
+    scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
+    base = search(scene.bench, [], lambda _: None).none.fit
+    (first,) = free_torques(scene.bench, base, scales(project.leg, scene.given))
+    assert (first.joint, first.over) == ("ankle", "speed")
+    assert first.taken > 0.25
+    # Measured from the straight line: more resistance at low speed than at high speed.
+    fast = first.torque[np.argmax(first.place)] - first.torque[np.argmin(first.place)]
+    assert fast > 0.0  # pushes along with the motion where it is fastest: the line resists too much there
