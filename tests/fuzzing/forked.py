@@ -74,7 +74,9 @@ def run_case(seed: int, room: Path, *, undamaged: bool = False, quick: bool = Fa
     for name, data in base.files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
-    command = list(base.command) if undamaged else _command(generator, base, quick)
+    command = _command(generator, base, quick) if not undamaged else list(base.command)
+    if undamaged and quick and base.slow and ("--dry-run",) in base.options:
+        command.append("--dry-run")
     changes = []
     for _ in range(0 if undamaged else generator.choice([0, 1, 1, 1, 2, 3]) if base.files else 1):
         names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
