@@ -65,6 +65,7 @@ architecture: $(READY)  ## draw the packages from their imports: docs/architectu
 fuzz-files: COUNT = 2000
 fuzz-files: $(READY)  ## COUNT (2000) damaged projects, tables and command lines of seed SEED, each run in its own process: build/fuzz-files
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz-files
+
 kill: COUNT = 40
 kill: SEED = 1
 kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, sweep and cluster: same bytes, no litter: build/kill

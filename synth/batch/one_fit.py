@@ -12,6 +12,7 @@ from synth.files.leg_file import write_leg
 from synth.files.output import write_json
 from synth.files.page_outline import outline_json
 from synth.files.projects import FitProject
+from synth.files.tolerance import links_json
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.methods import fit_by, require_method
@@ -68,6 +69,7 @@ def fit_project(given: Ready) -> FitResult:
         project.prior,
         static=project.static,
         intervals=project.fit.intervals,
+        tolerance=project.tolerance,
     )
     result = fit_by(project.leg, given.fitted, options, project.fit)
     if given.held_out:
@@ -76,7 +78,9 @@ def fit_project(given: Ready) -> FitResult:
         result = with_held_out(result, given.held_out)
     inputs = {item.name: item.sha256 for item in project.inputs}
     inputs |= {trial.name: trial.sha256 for trial in project.trials}
-    return replace(result, inputs=inputs)
+    defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]
+    tolerance = links_json(project.tolerance, project.leg)
+    return replace(result, inputs=inputs, tolerance=tolerance, defaults=tuple(defaults))
 
 
 def write_fit(result: FitResult, folder: Path) -> None:

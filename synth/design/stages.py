@@ -74,7 +74,14 @@ def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = 
     """
     require_method(project.fit, str(project.path))
     intervals = project.fit.intervals
-    return FitOptions(project.free_angle, project.fit.weight, curves or {}, project.fit.seed, intervals=intervals)
+    return FitOptions(
+        project.free_angle,
+        project.fit.weight,
+        curves or {},
+        project.fit.seed,
+        intervals=intervals,
+        tolerance=project.tolerance,
+    )
 
 
 def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[TrialFit, ...]:

@@ -23,15 +23,16 @@ from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
 from synth.diagnosis.search import Assessed, search
 from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
 from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import Tolerance, Tolerances
 from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
 from synth.diagnosis.where import missing_torque, where
 from synth.errors import UserError
+from synth.files.tolerance import Tolerance
 from synth.fit.fit_result import Estimate
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial

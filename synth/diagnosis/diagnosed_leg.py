@@ -11,9 +11,9 @@ from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.solve import Fit
-from synth.diagnosis.tolerances import Tolerances
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units that people read better
 

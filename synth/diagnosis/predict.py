@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.diagnosis.candidates import Candidate
 from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.tolerances import Tolerances
 from synth.swing.chain import compiled_chain
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 Hypothesis = tuple[Candidate, ...]
 Places = NDArray[np.intp]

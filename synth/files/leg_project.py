@@ -29,6 +29,7 @@ from synth.files.project_options import (
     Turn,
 )
 from synth.files.schema import Because, Default, read_section
+from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title, gathering
 from synth.files.yaml_lines import Key
@@ -68,6 +69,8 @@ class LegProject:
         measured dampers by joint.
     defaults
         what the file leaves out, for the report.
+    tolerance
+        what the source's and the target's leg files leave open of their links, joint by joint.
     """
 
     path: Path
@@ -86,6 +89,7 @@ class LegProject:
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
     parts: PartsOptions = field(default_factory=PartsOptions)
+    tolerance: Tolerance = field(default_factory=Tolerance)
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,7 @@ class _LegDesignFile:
     scale: Any = None
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
     fit: Any = None
+    tolerance: Any = None
     select: Any = None
     dampers: Any = None
     cad: Any = None
@@ -173,6 +178,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     if mixed is not None:
         reader.refuse(mixed, ("target",))
     fit = reader.section(FitOptions, "fit")
+    tolerance = read_tolerance(reader, target)
     parts = _parts(reader, select, written.get("select"))
     joints = _joints(reader, select, target)
     dampers = _dampers(reader, written.get("dampers"), target)
@@ -183,6 +189,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     assert target is not None
     assert fit is not None
     assert cad is not None
+    assert tolerance is not None
     return LegProject(
         path=reader.document.path,
         name=file.name or target.name,
@@ -197,9 +204,10 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         joints=joints,
         dampers=dampers,
         cad=cad,
-        defaults=tuple(reader.defaults),
+        defaults=tuple(of_links(reader.defaults)),
         inputs=tuple(reader.inputs),
         parts=parts,
+        tolerance=tolerance,
     )
 
 

@@ -57,9 +57,8 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
         mode,
         why,
         scatter,
-        softened.sentences,
-        intervals=options.intervals,
-        seed=options.seed,
+        options,
+        softened=softened.sentences,
         least=softened.least,
     )
 
@@ -99,9 +98,7 @@ def _fit_near(
     why = "each trial's shift as in the fit before"
     treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)
-    return result_of(
-        model, recordings, treatments, near.free_angle, why, scatter, intervals=options.intervals, seed=options.seed
-    )
+    return result_of(model, recordings, treatments, near.free_angle, why, scatter, options)
 
 
 def _treatments(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.fit.interval_sources import IntervalSource
 from synth.fit.proposal import Proposal
 from synth.fit.static_points import Judged
 from synth.fit.unknowns import NORMAL90
@@ -190,6 +191,9 @@ class FitResult:
     proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
     drawn: tuple[Leg, ...] = ()  # legs that the trials allow, for whoever chooses by the fit
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
+    sources: tuple[IntervalSource, ...] = ()  # what the intervals are made of, a rate or free angle each
+    tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, as the project and its defaults say
+    defaults: tuple[Mapping[str, str], ...] = ()  # what the project leaves out
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""
@@ -221,6 +225,9 @@ class FitResult:
             "proposals": [proposal.as_json() for proposal in self.proposals],
             "static": static,
             "intervals": dict(self.intervals),
+            "interval_sources": [source.as_json() for source in self.sources],
+            "tolerance": dict(self.tolerance),
+            "defaults": [dict(default) for default in self.defaults],
             "warnings": list(self.warnings),
             "method": self.method,
             "cost": self.cost,

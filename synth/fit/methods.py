@@ -137,7 +137,7 @@ def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) 
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
     treatments = {mode: Treatment(Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
-    return result_of(model, recordings, treatments, mode, why, scatter, searched=True)
+    return result_of(model, recordings, treatments, mode, why, scatter, options, searched=True)
 
 
 def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:

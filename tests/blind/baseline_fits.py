@@ -18,9 +18,9 @@ from synth.diagnosis.predict import Predictor
 from synth.diagnosis.score import score
 from synth.diagnosis.search import as_designed, fit_nominal, ratio
 from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import QUANTITIES, Tolerances
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import QUANTITIES, Tolerances
 
 FREE = 20.0  # times the tolerances
 INTEGRATION = 1e-5

@@ -14,12 +14,13 @@ from synth.diagnosis.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.gap_trials import GapTrial, gap_trial
 from synth.diagnosis.predict import Block, Predictor
 from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import Tolerance, Tolerances
+from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.effects import registered
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 TOLERANCES = Tolerances.of(TWO, Tolerance())
 CONDITIONS = (Conditions(), Conditions((0,)), Conditions((), 0.05), Conditions((), 0.0, 0.3))

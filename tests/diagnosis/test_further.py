@@ -17,10 +17,10 @@ from synth.diagnosis.screening import leverage, prospects
 from synth.diagnosis.search import as_designed, search
 from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.start_sizes import strengthened
-from synth.diagnosis.tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"encoder_offset": {"offset": 0.08}}}
 

@@ -14,10 +14,10 @@ from synth.diagnosis.gap_trials import gap_trial
 from synth.diagnosis.predict import Block, Predictor
 from synth.diagnosis.score import first_state
 from synth.diagnosis.solve import Fit, Workbench, state_rows
-from synth.diagnosis.tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import Tolerances
 
 MOUNT = {"rocking_stiffness": 30.0, "arm": 0.1, "inertia": 0.004, "damping_ratio": 0.03}
 LATE = 3  # samples

@@ -9,9 +9,9 @@ from synth.diagnosis.candidates import Candidate, candidates, scales
 from synth.diagnosis.gap_trials import gap_trial
 from synth.diagnosis.predict import Block, Predictor
 from synth.diagnosis.score import first_state
-from synth.diagnosis.tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import Tolerances
 
 (RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
 TRIAL = gap_trial(RECORDING, False)

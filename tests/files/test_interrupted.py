@@ -68,6 +68,25 @@ def test_a_run_that_is_hung_up_leaves_nothing_and_nohup_is_heeded(tmp_path: Path
     assert names(tmp_path) == ["out"]
 
 
+@pytest.mark.parametrize(("sent", "raised"), [(signal.SIGTERM, SystemExit), (signal.SIGINT, KeyboardInterrupt)])
+def test_a_signal_that_a_library_turns_into_its_own_error_is_still_the_signal(
+    sent: signal.Signals, raised: type[BaseException], tmp_path: Path
+) -> None:
+    """As a module in C does that is being loaded: ImportError, initialization failed."""
+
+    def loading() -> None:
+        try:
+            os.kill(os.getpid(), sent)
+        except BaseException as error:
+            raise ImportError("initialization failed") from error
+
+    before = signal.getsignal(sent)
+    with pytest.raises(raised), output_folder(tmp_path / "out"):
+        loading()
+    assert names(tmp_path) == []
+    assert signal.getsignal(sent) == before
+
+
 def test_what_a_killed_run_left_goes_with_the_next_and_what_a_living_one_writes_stays(tmp_path: Path) -> None:
     with running(tmp_path / "out") as process:
         process.kill()

@@ -65,6 +65,10 @@ def test_fit_project_and_its_defaults(folder: Path) -> None:
         ("fit.cost", "trajectory"),
         ("fit.weight", "noise"),
         ("fit.intervals", "sensitivities"),
+        ("tolerance.length", "0.5 %"),
+        ("tolerance.mass", "1 %"),
+        ("tolerance.com", "1 %"),
+        ("tolerance.inertia", "2 %"),
     ]
     assert [file.name for file in project.inputs] == ["project.yaml", "animal/a.leg.yaml"]
     assert all(len(file.sha256) == 64 for file in project.inputs)
@@ -80,7 +84,9 @@ def test_fit_options_and_prior(folder: Path) -> None:
     assert project.prior.spring == pytest.approx(0.2)
     assert project.prior.free_angle == pytest.approx(math.radians(5))
     assert project.prior.damper is None
-    assert [d.key for d in project.defaults] == ["fit.cost", "fit.weight", "fit.intervals"]
+    listed = [d.key for d in project.defaults]
+    assert listed[:3] == ["fit.cost", "fit.weight", "fit.intervals"]
+    assert listed[3:] == ["tolerance.length", "tolerance.mass", "tolerance.com", "tolerance.inertia"]
 
 
 @pytest.mark.parametrize(

@@ -175,7 +175,9 @@ def _judged(
     after = _contents(box, folder / "out")
     allowed = {str(folder / "out.json")} if status == 0 else set()
     allowed |= {str(folder / "spring.json")} if status == 0 else set()
+    kept = str(folder / ".out.fits") if (folder / "out" / "fits.json").exists() else str(folder / "\0")
     new = sorted(name for name in after if before.get(name) != after[name] and name not in allowed)
+    new = [name for name in new if not name.startswith(kept)]  # what a folder keeps of the fits that went well
     gone = sorted(set(before) - set(after))
     if (new or gone) and not _told_where(words, status):
         return "WROTE", ", ".join([*new, *gone])[:300]

@@ -200,7 +200,8 @@ def cells(generator: random.Random, path: Path) -> str:
     elif kind in ("constant", "zeros", "holes", "noise", "step"):
         for k in body:
             if column < len(rows[k]):
-                made = {"zeros": "0", "constant": rows[1][column], "holes": "" if k % 3 else rows[k][column],
+                first = rows[1][column % len(rows[1])]
+                made = {"zeros": "0", "constant": first, "holes": "" if k % 3 else rows[k][column],
                         "noise": f"{generator.gauss(0.0, 50.0):.4f}", "step": "10" if k % 2 else "100"}  # fmt: skip
                 rows[k][column] = made[kind]
     elif kind == "few":

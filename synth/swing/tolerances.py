@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.files.gap_project import Tolerance as Tolerance
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
-QUANTITIES = ("length", "mass", "com", "inertia", "spring_rate", "damper_rate", "rest")
+LINK_QUANTITIES = ("length", "mass", "com", "inertia")
+QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest")
+
+
+class Widths(Protocol):
+    """What a project says of its tolerances."""
+
+    def widths(self, leg: Leg) -> Array:
+        """(7, n) one standard deviation of each of ``QUANTITIES`` at each joint: shares, of the rests rad."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +32,9 @@ class Tolerances:
     width: Array
 
     @classmethod
-    def of(cls, leg: Leg, tolerance: Tolerance) -> Tolerances:
+    def of(cls, leg: Leg, tolerance: Widths) -> Tolerances:
         """From the project's tolerances."""
-        relative = [tolerance.length, tolerance.mass, tolerance.com, tolerance.inertia, tolerance.spring]
-        widths = [*relative, tolerance.damper, tolerance.free_angle]
-        return cls(np.repeat(np.array(widths)[:, None], len(leg.joints), axis=1))
+        return cls(tolerance.widths(leg))
 
     @property
     def size(self) -> int:
@@ -51,8 +57,6 @@ class Tolerances:
 
     def leg(self, leg: Leg, x: Array) -> Leg:
         """The nominal leg with these errors."""
-        from dataclasses import replace
-
         n = self.width.shape[1]
         shift = x.reshape(len(QUANTITIES), n) * self.width
         factor = np.exp(shift)
