@@ -148,9 +148,15 @@ def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffec
     return found
 
 
-def tolerance_settings(tolerances: Mapping[str, float], units: Mapping[str, str]) -> dict[str, Any]:
-    """One setting a tolerance, written in its unit or else in percent."""
+def tolerance_settings(tolerances: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
+    """One setting a tolerance, written in its unit or else in percent; ``joints`` holds those of single joints."""
+    told = {name: value for name, value in tolerances.items() if name != "joints"}
+    for joint, own in tolerances.get("joints", {}).items():
+        told |= {f"{joint}.{name}": value for name, value in own.items()}
     return {
-        f"tolerance.{name}": {**quantity(value, units.get(name, "percent")), "how": "one standard deviation"}
-        for name, value in tolerances.items()
+        f"tolerance.{name}": {
+            **quantity(value, units.get(name.rpartition(".")[2], "percent")),
+            "how": "one standard deviation",
+        }
+        for name, value in told.items()
     }
