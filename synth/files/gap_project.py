@@ -63,10 +63,11 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
     """
     reader = ProjectReader.open(path, "gap", resolve_part)
     file = reader.section(_GapFile)
-    leg, trials = reader.leg_and_trials()
+    leg, trials = reader.leg_and_trials(other_legs=True)
     tolerance = read_tolerance(reader, leg)
     if leg is not None:
         leg = _with_rates(leg, reader)
+        trials = tuple(t if t.leg is None else replace(t, leg=_with_rates(t.leg, reader)) for t in trials)
     reader.finish()
     assert file is not None
     assert leg is not None

@@ -96,13 +96,16 @@ class ProjectReader:
             return leg
         return None
 
-    def leg_and_trials(self) -> tuple[Leg | None, tuple[Trial, ...]]:
-        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so."""
+    def leg_and_trials(self, *, other_legs: bool = False) -> tuple[Leg | None, tuple[Trial, ...]]:
+        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so.
+
+        ``other_legs`` : a trial may name a leg of its own.
+        """
         name, entries = self.written.get("leg"), self.written.get("trials")
         leg = self.leg(name, ("leg",)) if isinstance(name, str) else None
         if leg is None or not isinstance(entries, list) or not entries:
             return leg, ()
-        return leg, self.trials(entries, leg, ("trials",))
+        return leg, self.trials(entries, leg, ("trials",), other_legs=other_legs)
 
     def matched(self, patterns: Sequence[str], key: Key) -> tuple[Path, ...]:
         """The files of the patterns listed at ``key``, each once."""
@@ -114,10 +117,15 @@ class ProjectReader:
             self.note(path)
         return tuple(found)
 
-    def trials(self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = ()) -> tuple[Trial, ...]:
+    def trials(
+        self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = (), *, other_legs: bool = False
+    ) -> tuple[Trial, ...]:
         """The trials listed at ``key``, of which at least one must be left to fit."""
+        other = self.leg if other_legs else None
         with gathering(self.problems, self.document, key):
-            trials = read_trials(entries, self.folder, leg, document=self.document, key=key, locked=locked)
+            trials = read_trials(
+                entries, self.folder, leg, document=self.document, key=key, locked=locked, other_leg=other
+            )
             if all(trial.held_out for trial in trials):
                 self.refuse("every trial is held out: none is left to fit", key)
             return tuple(trials)
