@@ -49,7 +49,7 @@ def prepared() -> None:
     os.environ.setdefault("SYNTH_THREADS", "1")
     import synth.cli
     import synth.design.leg_design
-    import synth.diagnosis.diagnose
+    import synth.diagnosis.plants.swinging_chain.chain_diagnosis
     import synth.hopper.study
     import synth.motion.importers.convert  # noqa: F401
     from synth.swing.chain import compiled_chain
