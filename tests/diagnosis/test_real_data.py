@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.diagnosis.candidates import scales
-from synth.diagnosis.diagnose import diagnose, scene_of
-from synth.diagnosis.free_torque import free_torques
-from synth.diagnosis.gap_trials import copies, gap_trial
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.angle_trials import angle_trial, copies
+from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
+from synth.diagnosis.plants.swinging_chain.free_torque import free_torques
 from synth.diagnosis.search import search
-from synth.diagnosis.where import missing_torque
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
 
@@ -102,7 +102,7 @@ def test_the_pendulum_has_dry_friction_in_both_joints_and_a_torque_that_pulls_it
     project = pendulum_project(tmp_path)
     lacking: dict[int, list[tuple[Array, Array]]] = {0: [], 1: []}
     for recording in recordings(project.leg, project.trials, ()):
-        missing = missing_torque(project.leg, gap_trial(recording, False))
+        missing = missing_torque(project.leg, angle_trial(recording, False))
         rate = recording.smoothed.rate[np.searchsorted(recording.smoothed.time, missing.time)]
         for j, found in lacking.items():
             found.append((rate[:, j], missing.torque[:, j]))
@@ -136,7 +136,7 @@ def test_both_halves_of_the_ankles_releases_lack_a_torque_of_speed_there(half: i
     trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
     base = search(scene.bench, [], lambda _: None).none.fit
-    (first,) = free_torques(scene.bench, base, scales(project.leg, scene.given))
+    (first,) = free_torques(project.leg, scene.bench, base, scales(project.leg, scene.given))
     assert (first.joint, first.over) == ("ankle", "speed")
     assert first.taken > 0.25
     # Measured from the straight line: more resistance at low speed than at high speed.
