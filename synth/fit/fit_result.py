@@ -9,31 +9,16 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.interval_sources import IntervalSource
 from synth.fit.proposal import Proposal
-from synth.fit.static_points import Judged
-from synth.fit.unknowns import NORMAL90
+from synth.fit.static_points import JudgedPoint
 from synth.motion.characteristics import Characteristics
 from synth.motion.first_state import FirstState
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/fit/1"
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value with its 90 % interval, SI; ``unit`` is what it is written in."""
-
-    value: float
-    unit: str
-    low: float | None = None
-    high: float | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """``{"value", "unit", "interval90"}``."""
-        interval = None if self.low is None or self.high is None else (self.low, self.high)
-        return quantity(self.value, self.unit, interval)
 
 
 @dataclass(frozen=True)
@@ -187,7 +172,7 @@ class FitResult:
     lost_samples: int
     inputs: Mapping[str, str] = field(default_factory=dict)
     cost: str = "trajectory"
-    static: tuple[Judged, ...] = ()  # the static points beside the fit
+    static: tuple[JudgedPoint, ...] = ()  # the static points beside the fit
     proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
     drawn: tuple[Leg, ...] = ()  # legs that the trials allow, for whoever chooses by the fit
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
 from synth.fit.link_errors import WORDS, LinkErrors
-from synth.fit.unknowns import NORMAL90, SpringsAndDampers
+from synth.fit.unknowns import SpringsAndDampers
 from synth.units import quantity
 
 TRIALS = "trials"

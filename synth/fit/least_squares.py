@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.levenberg_marquardt import Iterate, Nielsen, Problem, minimise
+from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Nielsen, minimise
 from synth.estimation.normal_equations import ArrowNormal, Information, Step, StepLimits
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
@@ -85,7 +85,7 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _TrajectoryFit(Problem[_State]):
+class _TrajectoryFit(LeastSquares[_State]):
     """Whole trajectories as a least-squares problem; ``fixed`` : only what belongs to each trial is estimated."""
 
     model: TrajectoryModel

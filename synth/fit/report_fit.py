@@ -8,22 +8,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_problem import sought_by
-from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
+from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.link_errors import link_errors
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
-from synth.fit.static_points import Judged, judged
+from synth.fit.static_points import JudgedPoint, judged
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
 from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
-from synth.fit.unknowns import NORMAL90, SpringsAndDampers
+from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.tolerances import LINK_QUANTITIES
@@ -185,7 +186,7 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
     ]
 
 
-def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:
+def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[JudgedPoint, ...]:
     """The static points beside the fit."""
     n = len(unknowns.leg.joints)
     rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
@@ -193,7 +194,7 @@ def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:
     return judged(unknowns.balances, rate, rest)
 
 
-def _off_balance(leg: Leg, static: Sequence[Judged]) -> list[str]:
+def _off_balance(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
     """Sentences on static points that the fit cannot reconcile with the trials."""
     return [
         f"static point {item.balance.name}, {leg.joint_names[item.balance.joint]}: the spring would bear "

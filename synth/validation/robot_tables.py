@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import Estimate
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
-from synth.fit.fit_result import Estimate, FitResult, Variant
+from synth.fit.fit_result import FitResult, Variant
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.swing.chain import Conditions, simulate

@@ -9,11 +9,12 @@ import pytest
 
 from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
-from synth.diagnosis.predict import Block, Predictor
-from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.lanes import Block
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
@@ -26,12 +27,12 @@ TOLERANCES = Tolerances.of(TWO, Tolerance())
 CONDITIONS = (Conditions(), Conditions((0,)), Conditions((), 0.05), Conditions((), 0.0, 0.3))
 
 
-def made_trials() -> tuple[GapTrial, ...]:
+def made_trials() -> tuple[AngleTrial, ...]:
     """A trial under each of ``CONDITIONS``; the leg as designed but for its tolerances."""
     leg, found = off(TWO, 3, 0.5), []
     for number, conditions in enumerate(CONDITIONS):
         found += recorded(leg, AWAY[number : number + 1], conditions=conditions, held_out=0, seed=number, first=number)
-    return tuple(gap_trial(recording, False) for recording in recordings(TWO, found, ()))
+    return tuple(angle_trial(recording, False) for recording in recordings(TWO, found, ()))
 
 
 TRIALS = made_trials()
@@ -62,7 +63,7 @@ def separately(fit: Fit, number: int, state: Array | None = None) -> Array:
     return read(leg, trial.time, motion[:, :2], motion[:, 2:])
 
 
-def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: GapTrial) -> Array:
+def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: AngleTrial) -> Array:
     """As ``simulate``, but for the added link, which is deflected by what held the leg before its release."""
     legs = LegLanes.whole(leg)
     chain, own = compiled_chain(legs.n), list(legs.own)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from real_rigs.recorded import RIGS, absent
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
 
 

@@ -26,8 +26,8 @@ from reports.figures.named_laws import law_of
 from reports.reading import Table
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_where import error_over_time
-from synth.diagnosis.result import GapResult
-from synth.diagnosis.write import write_gap
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.leg_file import read_leg
 

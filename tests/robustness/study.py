@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case
 from synth.errors import UserError
+from synth.estimation.intervals import Estimate
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
-from synth.fit.fit_result import Estimate, FitResult
+from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
