@@ -10,6 +10,7 @@ from synth.design.fit_responses import write_fit_responses
 from synth.errors import Problem, UserError
 from synth.files.leg_file import write_leg
 from synth.files.output import write_json
+from synth.files.page_outline import outline_json
 from synth.files.projects import FitProject
 from synth.files.tolerance import links_json
 from synth.fit.fit_options import FitOptions
@@ -89,6 +90,7 @@ def write_fit(result: FitResult, folder: Path) -> None:
     write_json(folder / "fit.json", result.as_json())
     write_leg(result.leg, folder / "fitted.leg.yaml")
     write_fit_responses(result, folder / "responses" / "source")
+    write_json(folder / "page.json", outline_json(result.leg))
     write_fit_report(folder)
 
 

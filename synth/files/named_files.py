@@ -10,12 +10,14 @@ from typing import Any
 
 from synth.errors import Problem
 from synth.files.leg_file import PartResolver, read_leg
-from synth.files.paths import inside, matching
+from synth.files.paths import inside, matching, read_bytes
 from synth.files.schema import Default, Section, read_section
 from synth.files.trial_list import Trial, read_trials
 from synth.files.validate import check_kind, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
 from synth.swing.leg_model import Leg
+
+LARGEST = 100_000_000  # bytes; each format has a limit of its own below
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,9 @@ class ProjectReader:
         """Record a file among the inputs."""
         name = path.relative_to(self.folder).as_posix()
         if all(known.name != name for known in self.inputs):
-            self.inputs.append(InputFile(name, sha256(path.read_bytes()).hexdigest()))
+            with gathering(self.problems):
+                data = read_bytes(path, LARGEST, "no file of a project is so large")
+                self.inputs.append(InputFile(name, sha256(data).hexdigest()))
 
     def leg(self, name: str, key: Key) -> Leg | None:
         """The leg file named at ``key``."""

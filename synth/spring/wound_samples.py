@@ -9,6 +9,7 @@ wire and coils (of the free body), and either ``turns`` (wound on the mandrel) o
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
+from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import RateForm
 from synth.parts.wire import WireMaterial
@@ -28,6 +30,7 @@ COLUMNS = {
     "rate": "N*m/rad", "leg_length": "m",
 }  # fmt: skip
 NEEDED = ("mandrel", "wire", "coils")
+LARGEST = 1_000_000  # bytes of either file
 HALF = 0.5  # a counted number of coils is moved to the fraction that the free angle gives, by less than this
 
 
@@ -40,9 +43,9 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
     """
     name = str(path)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = [row for row in csv.reader(stream) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError) as error:
+        stream = io.StringIO(read_bytes(path, LARGEST, "a row a coil that was wound").decode("utf-8-sig"), newline="")
+        lines = [row for row in csv.reader(stream) if any(cell.strip() for cell in row)]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise UserError(Problem(f"cannot be read: {error}", name)) from None
     if len(lines) < 2:
         raise UserError(Problem("holds no sample; the first line holds the headers, name [unit]", name))
@@ -166,7 +169,7 @@ def read_calibration(path: Path) -> Calibration:
     UserError : it cannot be read or is none.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_bytes(path, LARGEST, "a calibration has a dozen lines").decode("utf-8"))
         if content["format"] != FORMAT:
             raise KeyError("format")
         back, rate = content["spring_back"], content["rate"]
@@ -175,8 +178,8 @@ def read_calibration(path: Path) -> Calibration:
             raise ValueError("a factor is not above 0")
         spread = float(rate["spread"]["value"]) if "spread" in rate else None
         return Calibration(*values, spread, int(back["samples"]), int(rate["samples"]))
-    except OSError as error:
-        raise UserError(Problem(f"cannot be read: {error.strerror}", str(path), key="--calibration")) from None
-    except (ValueError, KeyError, TypeError) as error:
+    except UserError as error:
+        raise UserError([Problem(one.text, one.file, key="--calibration") for one in error.problems]) from None
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         text = f"is no result of synth spring calibrate ({error})"
         raise UserError(Problem(text, str(path), key="--calibration")) from None
