@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 
 USUAL_PACE = 0.04  # s, see ``motion.pace``: half a radian of a limb at 2 Hz
+# power of time in each: a newton is kg m/s^2
 _OF_UNIT = {"s": 1, "ms": 1, "min": 1, "Hz": -1, "rpm": -1, "N": -2, "ozf": -2, "lbf": -2, "J": -2, "W": -3}
 _FACTOR = re.compile(r"([*/]?)\s*([A-Za-z]+)(?:\s*\^\s*(-?\d+))?")
 
