@@ -86,6 +86,19 @@ class Recording:
         """Joints that are not locked."""
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
+    def later(self, first: int) -> Recording:
+        """The same motion from sample ``first`` on, its time from 0."""
+        start, counts = self.time[first], self.counts[first:]
+        time, rotation = self.time[first:] - start, self.rotation[first:]
+        held = np.isin(np.arange(rotation.shape[1]), self.conditions.locked)
+        smoothed = smooth(time, rotation, ~(counts | held))
+        for j in self.conditions.locked:
+            smoothed.rate[:, j] = 0.0
+        known = self.known_torque
+        if known is not None:
+            known = (known[0] - start, known[1])
+        return replace(self, time=time, rotation=rotation, counts=counts, smoothed=smoothed, known_torque=known)
+
     def stretched(self, factor: float) -> Recording:
         """The same motion ``factor`` times slower: amplitudes stay, rates fall with it.
 
