@@ -15,6 +15,7 @@ from synth.diagnosis.write import STAGES, basis_json, rms
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
 from synth.files.output import place, stems, write_csv, write_json
+from synth.files.page_outline import outline_json
 from synth.swing.effects import effect_named
 from synth.units import quantity
 
@@ -40,6 +41,7 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
             write_csv(place(folder / "alone", f"{name}.csv"), alone_columns(trial, joints))
     write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
     write_json(folder / "gap.json", gap_json(result, project, names))
+    write_json(folder / "page.json", outline_json(result.leg))
 
 
 def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
