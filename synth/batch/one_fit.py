@@ -15,6 +15,7 @@ from synth.files.projects import FitProject
 from synth.files.tolerance import links_json
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult
+from synth.fit.hand import later
 from synth.fit.methods import fit_by, require_method
 from synth.fit.recordings import Recording, recordings
 
@@ -70,12 +71,13 @@ def fit_project(given: Ready) -> FitResult:
         static=project.static,
         intervals=project.fit.intervals,
         tolerance=project.tolerance,
+        release=project.release,
     )
     result = fit_by(project.leg, given.fitted, options, project.fit)
     if given.held_out:
         from synth.design.stages import with_held_out  # here: all of the design comes with it
 
-        result = with_held_out(result, given.held_out)
+        result = with_held_out(result, later(given.held_out, result.cut) or given.held_out)
     inputs = {item.name: item.sha256 for item in project.inputs}
     inputs |= {trial.name: trial.sha256 for trial in project.trials}
     defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]

@@ -24,6 +24,7 @@ from synth.files.project_options import (
     FreeAngle,
     JointChoice,
     PartsOptions,
+    Release,
     SpringChoice,
     ToleranceOptions,
     Turn,
@@ -71,6 +72,8 @@ class LegProject:
         what the file leaves out, for the report.
     tolerance
         what the source's and the target's leg files leave open of their links, joint by joint.
+    release
+        ``free``: what something drives at first in the source's recordings is cut; ``recorded``: all is fitted.
     """
 
     path: Path
@@ -90,6 +93,7 @@ class LegProject:
     inputs: tuple[InputFile, ...]
     parts: PartsOptions = field(default_factory=PartsOptions)
     tolerance: Tolerance = field(default_factory=Tolerance)
+    release: Release = "free"
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,7 @@ class _LegDesignFile:
     kind: str
     source: Annotated[Any, Field(examples=["{leg: rat/rat.leg.yaml, trials: [rat/releases/*.csv]}"])]
     target: Annotated[str, Field(examples=["dog/dog.leg.yaml"])]
+    release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
     name: Title | None = None
     scale: Any = None
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
@@ -208,6 +213,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         inputs=tuple(reader.inputs),
         parts=parts,
         tolerance=tolerance,
+        release=file.release,
     )
 
 

@@ -19,6 +19,7 @@ Turn = Annotated[float, Quantity("rad", above=0, most=radians(3600))]
 Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
 Count = Annotated[int, Field(ge=1, le=4)]
 
+Release = Literal["free", "recorded"]
 FreeAngle = Literal["auto", "common", "per_trial"]
 Method = Literal["least_squares", "piecewise", "swarm"]
 Cost = Literal["trajectory", "transient", "characteristics"]

@@ -11,7 +11,7 @@ from pydantic import Field
 from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.project_options import FitOptions, FreeAngle, Prior
+from synth.files.project_options import FitOptions, FreeAngle, Prior, Release
 from synth.files.schema import Because, Default
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
@@ -28,6 +28,7 @@ class _FitFile:
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
+    release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
     name: Title | None = None
     fit: Any = None
     tolerance: Any = None
@@ -41,7 +42,7 @@ class FitProject:
 
     ``prior`` None: values in the leg file are starting points at most. ``defaults``: what the file leaves out.
     ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: what the leg file leaves
-    open of its links.
+    open of its links. ``release``: ``free``: what something drives at first is cut; ``recorded``: all is fitted.
     """
 
     path: Path
@@ -55,6 +56,7 @@ class FitProject:
     inputs: tuple[InputFile, ...]
     static: tuple[StaticPoint, ...] = ()
     tolerance: Tolerance = field(default_factory=Tolerance)
+    release: Release = "free"
 
 
 def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
@@ -94,7 +96,7 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     defaults, inputs = tuple(of_links(reader.defaults)), tuple(reader.inputs)
     name = file.name or leg.name
     return FitProject(
-        document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance
+        document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance, file.release
     )
 
 

@@ -22,7 +22,8 @@ class FitOptions:
     fit of the same recordings, whose spring rates, free angles and their spread this one starts from and keeps to.
     ``static``: poses in which the leg was held still by known torques. ``intervals``: by sensitivities, or by bootstrap
     over blocks of residuals. ``tolerance``: what the leg file leaves open of its links, which the intervals carry;
-    None: the links are known exactly.
+    None: the links are known exactly. ``release``: ``free``: what something drives at first is looked for and cut
+    (``hand``); ``recorded``: the recordings are free from their first sample on.
     """
 
     free_angle: str = "auto"
@@ -34,3 +35,4 @@ class FitOptions:
     static: tuple[StaticPoint, ...] = ()
     intervals: str = "sensitivities"
     tolerance: Tolerance | None = None
+    release: str = "recorded"

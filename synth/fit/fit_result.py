@@ -178,6 +178,7 @@ class FitResult:
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
     sources: tuple[IntervalSource, ...] = ()  # what the intervals are made of, a rate or free angle each
     tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, as the project and its defaults say
+    cut: float = 0.0  # s after each recording's first sample, from which on it was fitted
     defaults: tuple[Mapping[str, str], ...] = ()  # what the project leaves out
 
     def as_json(self) -> dict[str, Any]:
@@ -212,6 +213,7 @@ class FitResult:
             "intervals": dict(self.intervals),
             "interval_sources": [source.as_json() for source in self.sources],
             "tolerance": dict(self.tolerance),
+            "fitted_from": quantity(self.cut, "s"),
             "defaults": [dict(default) for default in self.defaults],
             "warnings": list(self.warnings),
             "method": self.method,

@@ -18,6 +18,7 @@ from synth.motion.velocity import unlike, with_velocities
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import no_denser
 from synth.swing.leg_model import Leg
+from synth.swing.time_unit import time_unit
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
@@ -85,6 +86,19 @@ class Recording:
         """Joints that are not locked."""
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
+    def later(self, first: int) -> Recording:
+        """The same motion from sample ``first`` on, its time from 0."""
+        start, counts = self.time[first], self.counts[first:]
+        time, rotation = self.time[first:] - start, self.rotation[first:]
+        held = np.isin(np.arange(rotation.shape[1]), self.conditions.locked)
+        smoothed = smooth(time, rotation, ~(counts | held))
+        for j in self.conditions.locked:
+            smoothed.rate[:, j] = 0.0
+        known = self.known_torque
+        if known is not None:
+            known = (known[0] - start, known[1])
+        return replace(self, time=time, rotation=rotation, counts=counts, smoothed=smoothed, known_torque=known)
+
     def stretched(self, factor: float) -> Recording:
         """The same motion ``factor`` times slower: amplitudes stay, rates fall with it.
 
@@ -150,7 +164,9 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     known = None
     if trial.torques is not None:
         moments = trial.time - trial.time[read][0] - thin.time[0]
-        known = no_denser(moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]))
+        known = no_denser(
+            moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]), time_unit(smoothed.pace)
+        )
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence)
 

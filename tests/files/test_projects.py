@@ -64,6 +64,7 @@ def test_fit_project_and_its_defaults(folder: Path) -> None:
     assert project.prior is None
     assert [(d.key, d.value) for d in project.defaults] == [
         ("free_angle", "auto"),
+        ("release", "free"),
         ("fit.method", "least_squares"),
         ("fit.cost", "trajectory"),
         ("fit.weight", "noise"),
@@ -88,8 +89,8 @@ def test_fit_options_and_prior(folder: Path) -> None:
     assert project.prior.free_angle == pytest.approx(math.radians(5))
     assert project.prior.damper is None
     listed = [d.key for d in project.defaults]
-    assert listed[:3] == ["fit.cost", "fit.weight", "fit.intervals"]
-    assert listed[3:] == ["tolerance.length", "tolerance.mass", "tolerance.com", "tolerance.inertia"]
+    assert listed[:4] == ["release", "fit.cost", "fit.weight", "fit.intervals"]
+    assert listed[4:] == ["tolerance.length", "tolerance.mass", "tolerance.com", "tolerance.inertia"]
 
 
 @pytest.mark.parametrize(
