@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from cad.checked_layout import clear_upper_arm_angle
 from cad.dimensions import (
     JointDimensions,
     LegDimensions,
@@ -25,7 +26,6 @@ from cad.fittings import (
     MountDimensions,
     PrintDimensions,
 )
-from cad.layout import clear_upper_arm_angle
 from cad.limits import DimensionError, DimensionProblem
 
 if TYPE_CHECKING:

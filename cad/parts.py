@@ -23,7 +23,9 @@ COLOURS: dict[str, tuple[float, float, float]] = {
     "damper": (0.25, 0.25, 0.28),
     "spring": (0.72, 0.73, 0.76),
     "shaft": (0.55, 0.56, 0.60),
-    "arm_shaft": (0.80, 0.30, 0.30),
+    "seat": (0.80, 0.30, 0.30),
+    "cap": (0.55, 0.20, 0.20),
+    "screw": (0.35, 0.37, 0.42),
     "link": (0.86, 0.86, 0.84),
     "damper_adapter": (0.55, 0.35, 0.65),
     "encoder_seat": (0.45, 0.70, 0.70),
@@ -31,8 +33,8 @@ COLOURS: dict[str, tuple[float, float, float]] = {
 }
 
 # g/cm^3 of what is not printed; the bought damper's and encoder's insides are not known.
-DENSITIES = {"spring": 7.85, "shaft": 7.85, "arm_shaft": 7.85, "link": 2.70}
-MATERIALS = {"spring": "spring steel", "shaft": "steel", "arm_shaft": "steel", "link": "aluminium tube"}
+DENSITIES = {"spring": 7.85, "shaft": 7.85, "screw": 7.85, "link": 2.70}
+MATERIALS = {"spring": "spring steel", "shaft": "steel", "screw": "steel", "link": "aluminium tube"}
 
 
 @dataclass(frozen=True)
