@@ -17,7 +17,7 @@ STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's t
 LEAST_STOP = 0.5  # deg past the wanted travel, that a stop's own accuracy takes
 COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
 CLOSE_WOUND_PITCH = 1.03  # of the wire diameter: neighbouring coils just do not touch, whatever the index
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9 _-]{0,39}")
+_NAME = re.compile(r"\w(?:[\w .-]{0,58}[\w-])?")  # of every alphabet; it names columns and files
 
 
 @dataclass(frozen=True)
@@ -219,9 +219,7 @@ class JointDimensions:
         prefix = f"{self.name}."
         found = range_problems(self, prefix)
         if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
-            found.append(
-                DimensionProblem("name", self.name, "a letter, then letters, digits, space, _ or -", "it names files")
-            )
+            found.append(DimensionProblem("name", self.name, "letters, digits, space, _.-", "it names files"))
         if self.sign not in (1, -1):
             found.append(DimensionProblem(prefix + "sign", self.sign, "+1 or -1", "the sense of the measured angle"))
         if self.springs not in (1, 2):

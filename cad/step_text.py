@@ -8,6 +8,7 @@ numbers that should be zero: 0 or 1e-16 by the order in which surfaces were inte
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 
 TIMESTAMP = "2000-01-01T00:00:00"  # in every header instead of the clock
 _STATEMENT = re.compile(r"#(\d+) = (.*?);\n", re.DOTALL)
@@ -33,13 +34,25 @@ def normalised_step(text: str) -> str:
         when the colours are not laid out as this kernel does, rather than write a file that may be wrong.
     """
     text = re.sub(r"(FILE_NAME\(\s*'[^']*'\s*,\s*)'[^']*'", rf"\g<1>'{TIMESTAMP}'", text, count=1)
-    return _ordered_colours(_numbered_links(_without_rounding(text)))
+    return _ordered_colours(_numbered_links(_encoded(_without_rounding(text))))
 
 
 def _without_rounding(text: str) -> str:
     """Numbers under 1e-12 as zero; each statement on one line, since a number's length moves the line breaks."""
     head, mark, data = text.partition("DATA;\n")
     return head + mark + _ROUNDING.sub("0.", re.sub(r"(?<!;)\n\s*", "", data))
+
+
+def _encoded(text: str) -> str:
+    """Letters beyond ASCII as ISO 10303-21 wants them, in UTF-16; the kernel takes each byte of UTF-8 for a letter."""
+
+    def encode(match: re.Match[str]) -> str:
+        letters = match.group()
+        with suppress(UnicodeError):
+            letters = letters.encode("latin-1").decode("utf-8")
+        return rf"\X2\{letters.encode('utf-16-be').hex().upper()}\X0" + "\\"
+
+    return re.sub(r"[^\x00-\x7f]+", encode, text)
 
 
 def _numbered_links(text: str) -> str:

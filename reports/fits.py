@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from reports import page
+from reports.openings.tables import fits_opening
 from reports.reading import read_result
 from reports.section import Section
 from reports.sections import fits
 
-SECTIONS: tuple[Section, ...] = (fits.FAILED, fits.ACROSS, fits.LEGS, fits.WARNINGS)
+SECTIONS: tuple[Section, ...] = (fits.LEGS, fits.ACROSS, fits.FAILED, fits.WARNINGS)
 
 
 def write_fits_report(folder: Path) -> Path:
@@ -20,4 +21,5 @@ def write_fits_report(folder: Path) -> Path:
     ReportError
         If ``fits.json`` is missing or no result of many fits.
     """
-    return page.write_page(read_result(folder, "fits.json", "fits"), "Fits of many legs", SECTIONS)
+    result = read_result(folder, "fits.json", "fits")
+    return page.write_page(result, "Fits of many legs", SECTIONS, fits_opening(result, fits.ACROSS))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from reports.page import gap_opening, write_page
+from reports.openings.gap import gap_opening
+from reports.openings.hopper import study_opening, truth_opening
+from reports.page import write_page
 from reports.reading import read_result
 from reports.section import Section
 from reports.sections import (
@@ -20,16 +22,14 @@ from reports.sections import (
     hopper_parts,
     hopper_truth,
     inputs,
-    warnings,
 )
 from reports.sections.hopper_equations import SECTION as EQUATIONS
 
 STUDY_SECTIONS: tuple[Section, ...] = (
-    warnings.SECTION,
-    hopper_choice.SECTION,
     hopper_choice.MAP,
-    hopper_models.SECTION,
+    hopper_choice.SECTION,
     hopper_jump.SECTION,
+    hopper_models.SECTION,
     hopper_parts.SECTION,
     inputs.SECTION,
     files.SECTION,
@@ -43,14 +43,13 @@ TRUTH_SECTIONS: tuple[Section, ...] = (
     EQUATIONS,
 )
 GAP_SECTIONS: tuple[Section, ...] = (
-    hopper_gap.WHERE,
     gap_which.SECTION,
     gap_how_far.SECTION,
+    hopper_gap.WHERE,
     hopper_gap.ACROSS,
     gap_next.SECTION,
-    warnings.SECTION,
-    inputs.SECTION,
     gap_terms.SECTION,
+    inputs.SECTION,
 )
 
 
@@ -62,12 +61,14 @@ def write_hopper_report(folder: Path) -> Path:
     ReportError
         If ``hopper.json`` is missing or no study of a jumping leg, or a file that it names is damaged.
     """
-    return write_page(read_result(folder, "hopper.json", "hopper"), "Jumping leg", STUDY_SECTIONS)
+    result = read_result(folder, "hopper.json", "hopper")
+    return write_page(result, "Jumping leg", STUDY_SECTIONS, study_opening(result))
 
 
 def write_truth_report(folder: Path) -> Path:
     """Write ``report.html`` from ``truth.json``."""
-    return write_page(read_result(folder, "truth.json", "hopper-truth"), "Models and measurement", TRUTH_SECTIONS)
+    result = read_result(folder, "truth.json", "hopper-truth")
+    return write_page(result, "Models and measurement", TRUTH_SECTIONS, truth_opening(result))
 
 
 def write_jump_gap_report(folder: Path) -> Path:

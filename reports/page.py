@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -13,8 +13,14 @@ from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader
 from markupsafe import Markup
 
 from reports import quantities, stick_figure
+from reports.opening import Opening, marked, shortly, told
+from reports.openings.fit import fit_opening
+from reports.openings.gap import gap_opening
+from reports.openings.imported import import_opening
+from reports.openings.leg import leg_opening
 from reports.reading import Result, read_result
-from reports.section import Missing, Section, sequence
+from reports.scripts import policy, script
+from reports.section import Missing, Section
 from reports.sections import (
     built,
     checks,
@@ -34,51 +40,50 @@ from reports.sections import (
     sets,
     spring_sheet,
     summary,
-    warnings,
 )
+from reports.sections.warnings import warnings_of
 
 LEG_SECTIONS: tuple[Section, ...] = (
-    warnings.SECTION,
+    built.SECTION,
     summary.SECTION,
-    inputs.SECTION,
-    estimates.SECTION,
-    motion.SECTION,
     parts.SECTION,
     sets.SECTION,
-    damper_curves.SECTION,
-    built.SECTION,
     spring_sheet.SECTION,
+    damper_curves.SECTION,
+    estimates.SECTION,
+    motion.SECTION,
     checks.SECTION,
     pictures.SECTION,
+    inputs.SECTION,
     files.SECTION,
     equations.SECTION,
 )
 FIT_SECTIONS: tuple[Section, ...] = (
-    warnings.SECTION,
-    inputs.SECTION,
-    estimates.SECTION,
     motion.SECTION,
+    estimates.SECTION,
+    inputs.SECTION,
     equations.SECTION,
 )
 GAP_SECTIONS: tuple[Section, ...] = (
-    gap_where.SECTION,
     gap_which.SECTION,
     gap_how_far.SECTION,
+    gap_where.SECTION,
     gap_next.SECTION,
-    warnings.SECTION,
-    inputs.SECTION,
     gap_terms.SECTION,
+    inputs.SECTION,
 )
+SCRIPTS = ("page.js",)
+UNFOLDED = 1  # sections; what lies beyond the second screen is folded
 
 
 @dataclass(frozen=True)
 class Shown:
     """A section as it stands on the page."""
 
-    number: int
     name: str
     title: str
     html: Markup
+    open: bool
 
 
 def write_leg_report(folder: Path) -> Path:
@@ -98,17 +103,20 @@ def write_leg_report(folder: Path) -> Path:
     ReportError
         If ``design.json`` is missing or no leg design, or a file that it names is damaged.
     """
-    return write_page(read_result(folder, "design.json", "leg-design"), "Leg design", LEG_SECTIONS)
+    result = read_result(folder, "design.json", "leg-design")
+    return write_page(result, "Leg design", LEG_SECTIONS, leg_opening(result))
 
 
 def write_fit_report(folder: Path) -> Path:
     """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
-    return write_page(read_result(folder, "fit.json", "fit"), "Fit to recorded motion", FIT_SECTIONS)
+    result = read_result(folder, "fit.json", "fit")
+    return write_page(result, "Fit to recorded motion", FIT_SECTIONS, fit_opening(result))
 
 
 def write_import_report(folder: Path) -> Path:
     """Write ``report.html``, the imported leg as a stick figure, from ``import.json``; see ``write_leg_report``."""
-    return write_page(read_result(folder, "import.json", "import"), "Imported motion", (stick_figure.SECTION,))
+    result = read_result(folder, "import.json", "import")
+    return write_page(result, "Imported motion", (stick_figure.SECTION,), import_opening(result))
 
 
 def write_gap_report(folder: Path) -> Path:
@@ -117,24 +125,9 @@ def write_gap_report(folder: Path) -> Path:
     return write_page(result, "Gap between model and measurement", GAP_SECTIONS, gap_opening(result))
 
 
-def gap_opening(result: Result) -> Markup:
-    """The diagnosis in a sentence, and what it was scored on."""
-    trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
-    scored = [trial for trial in trials if trial.get("scored")]
-    return Markup(
-        environment()
-        .get_template("gap-opening.html")
-        .render(
-            sentence=result.content.get("sentence") or "",
-            verdict=result.content.get("verdict") or "–",
-            scored=len(scored),
-            held_out=all(trial.get("held_out") for trial in scored),
-            warnings=len(sequence(result.content, "warnings")),
-        )
-    )
-
-
-def write_page(result: Result, kind: str, sections: Sequence[Section], opening: Markup | None = None) -> Path:
+def write_page(
+    result: Result, kind: str, sections: Sequence[Section], opening: Opening, scripts: Sequence[str] = SCRIPTS
+) -> Path:
     """Write ``report.html`` of these sections beside the result; those without content are listed as left out."""
     shown: list[Shown] = []
     left_out: list[tuple[str, str]] = []
@@ -145,16 +138,21 @@ def write_page(result: Result, kind: str, sections: Sequence[Section], opening: 
             left_out.append((section.title, content.why))
             continue
         html = templates.get_template(f"{section.template or section.name}.html").render(**content, file=result.name)
-        shown.append(Shown(len(shown) + 1, section.name, section.title, Markup(html)))
+        shown.append(Shown(section.name, section.title, Markup(html), len(shown) < UNFOLDED))
+    used = [script(name) for name in scripts]
     page = templates.get_template("page.html").render(
         kind=kind,
         name=result.content.get("name") or "",
-        opening=opening or "",
+        opening=opening,
+        told=told(warnings_of(result)),
         file=result.name,
         versions=result.content.get("versions") or {},
         sections=shown,
         left_out=left_out,
+        equations=any(section.name == "equations" for section in shown),
         style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
+        scripts=used,
+        policy=Markup(policy(used)),
     )
     target = result.folder / "report.html"
     target.write_text(page, encoding="utf-8", newline="\n")
@@ -191,6 +189,8 @@ def environment() -> Environment:
         "signed": quantities.signed,
         "percent": quantities.whole_percent,
         "percent_interval": quantities.percent_interval,
+        "shortly": shortly,
+        "marked": marked,
     }
     environment.filters.update(filters)
     return environment

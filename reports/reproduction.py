@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from reports import page
+from reports.openings.tables import reproduction_opening
 from reports.reading import Json, Result, read_result
 from reports.section import Missing, Section, mapping, sequence
 
@@ -19,7 +20,8 @@ def write_reproduction_report(folder: Path) -> Path:
         If ``reproduction.json`` is missing or no reproduction.
     """
     result = read_result(folder, "reproduction.json", "reproduction")
-    return page.write_page(result, "Thesis tables, published against ours", _sections(result))
+    kind = "Thesis tables, published against ours"
+    return page.write_page(result, kind, _sections(result), reproduction_opening(result))
 
 
 def _sections(result: Result) -> tuple[Section, ...]:

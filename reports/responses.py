@@ -47,7 +47,7 @@ class Response:
         kinds = [kind for kind in lines if f"{joint} {kind}" in self.table.columns]
         if len(times) < 2 or not kinds:
             return None
-        curves = [Curve(self.table.columns[f"{joint} {kind}"], lines[kind]) for kind in kinds]
+        curves = [Curve(self.table.columns[f"{joint} {kind}"], lines[kind], kind) for kind in kinds]
         unit = self.unit(joint, kinds[0])
         return Panel(joint, unit, times, curves, remark, "angle" if unit in ("deg", "rad") else "")
 

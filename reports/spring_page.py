@@ -7,11 +7,16 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from reports.opening import Cell, Figures, Opening
+from reports.opening import told as told_of
 from reports.page import environment
-from reports.reading import read_result
-from reports.section import mapping
+from reports.quantities import in_si, number, text
+from reports.reading import Json, read_result
+from reports.scripts import policy, script
+from reports.section import mapping, sequence
 from reports.sections.spring_sheet import drawing_of, groups_of
 from reports.sections.winding import sheet_content
+from reports.severity import judged
 
 
 def write_winding_sheet(folder: Path) -> Path:
@@ -25,8 +30,60 @@ def write_winding_sheet(folder: Path) -> Path:
     content = read_result(folder, "spring.json", "spring").content
     make = mapping(content, "make") or mapping(content, "checked")
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
-    style = Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8"))
+    told = told_of([
+        *(judged("", str(text), "violations", "decide") for text in sequence(make, "violations")),
+        *(judged("", str(text), "warnings") for text in sequence(make, "warnings")),
+    ])  # fmt: skip
+    scripts = [script("page.js")]
+    page = (
+        environment()
+        .get_template("winding-sheet.html")
+        .render(
+            **shown,
+            opening=_opening(make, shown),
+            told=told,
+            style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
+            scripts=scripts,
+            policy=Markup(policy(scripts)),
+        )
+    )
     target = folder / "winding_sheet.html"
-    page = environment().get_template("winding-sheet.html").render(**shown, style=style)
     target.write_text(page, encoding="utf-8", newline="\n")
     return target
+
+
+def _opening(make: Json, shown: Json) -> Opening:
+    """What to wind, whether it lasts, and where to begin."""
+    count = make.get("count") or 1
+    many = f"{count} springs, each of " if isinstance(count, int) and count > 1 else ""
+    verdict = (
+        f"Wind {many}{text(make.get('body_coils'))} coils of {text(make.get('wire_diameter'))} "
+        f"{make.get('material') or 'wire'}, {text(make.get('mean_diameter'))} mean diameter, "
+        f"for {text(make.get('rate'))}."
+    )
+    stress, allowed, safety = in_si_text(make, "stress"), in_si_text(make, "allowed_stress"), make.get("safety")
+    violated = sequence(make, "violations")
+    trust = f"At full travel the wire bears {stress} of the {allowed} allowed." if stress and allowed else ""
+    steps = [str(shown["winding"]["steps"][0])] if shown["winding"].get("steps") else []
+    rows = [
+        [Cell(words), Cell(text(make.get(key)))]
+        for key, words in (
+            ("rate", "Spring rate"), ("travel", "Travel, winding"), ("moment", "Moment at full travel"),
+            ("included_angle", "Angle of the free arms"), ("body_length", "Body length, free"),
+            ("outer_diameter", "Outside diameter, widest"), ("safety_1e5", "Strength over stress, 10⁵ cycles"),
+        )
+        if make.get(key)
+    ]  # fmt: skip
+    if isinstance(safety, dict):
+        rows.append([Cell("Yield over stress"), Cell(text(safety))])
+    figure = shown["drawing"] or Markup("")
+    caption = "Both views at one scale, free spring, close wound." if figure else ""
+    return Opening(verdict, trust, steps, figure, caption, Figures(("The spring", ""), rows), not violated)
+
+
+def in_si_text(make: Json, key: str) -> str:
+    """A stress in MPa, empty where there is none."""
+    value = mapping(make, key).get("value")
+    if not isinstance(value, (int, float)):
+        return ""
+    return text(make[key]) if in_si(make[key]) is None else f"{number(value, 4)} {make[key].get('unit')}"

@@ -7,6 +7,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
+from pathlib import PurePosixPath
 from typing import Any
 
 from markupsafe import Markup
@@ -86,7 +87,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         item["total"] = trial.get("samples_in_source")
         if motion is not None and motion.seen and len(shown) < MOST:
             item["stick"] = stick_figure(file, stick, motion, _tracked(trial))
-            item["angles"] = trial_figure(f"{file}: measured angles", panels[file], limits)
+            item["angles"] = trial_figure(f"{file}: measured angles", panels[file], limits, PurePosixPath(file).stem)
         shown.append(item)
     lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "way of the tip")]
     if any(trial.get("points") for trial in trials):
@@ -192,7 +193,7 @@ def _panels(stick: Stick, motion: Motion) -> list[Panel]:
     """Angles over time, a panel a joint."""
     line = Line(BLUE, 1.4)
     return [
-        Panel(joint.name, "deg", motion.times, [Curve([pose[index] for pose in motion.angles], line)], "")
+        Panel(joint.name, "deg", motion.times, [Curve([pose[index] for pose in motion.angles], line, "measured")], "")
         for index, joint in enumerate(stick.joints)
     ]
 

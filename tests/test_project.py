@@ -20,7 +20,7 @@ import synth
 from synth.files.gap_project import Tolerance, read_gap_project
 from synth.files.leg_project import read_leg_project
 from synth.files.projects import read_fit_project
-from synth.files.results import value_in_si
+from synth.files.result_values import value_in_si
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "synth" / "examples"

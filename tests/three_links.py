@@ -6,9 +6,9 @@ import numpy as np
 
 from synth.design.part_lanes import Acting
 from synth.design.response import Release, WantedResponse
-from synth.model.chain import Conditions
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
 from synth.parts.damper_law import power_law_curve
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 TIME = np.linspace(0.0, 1.2, 41)
 LEG = Leg(

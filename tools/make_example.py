@@ -21,8 +21,8 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from peers.mujoco_leg import simulate  # noqa: E402, the same independent engine as the tests'
 from synth.files.gap_project import Tolerance  # noqa: E402
-from synth.files.leg import read_leg  # noqa: E402
-from synth.model.leg import Damper, Leg, Link, Spring  # noqa: E402
+from synth.files.leg_file import read_leg  # noqa: E402
+from synth.swing.leg_model import Damper, Leg, Link, Spring  # noqa: E402
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
 from blind.jump_cases import UNITS, Asked, Sensors, draw_errors, record  # noqa: E402, an engine of its own
-from synth.parts.catalog import Catalogue  # noqa: E402
+from synth.parts.catalogs import Catalogue  # noqa: E402
 
 SEED = 11
 EFFECTS = {"joint_damping.damping": 5e-4}  # N m s/rad, at the rate where the power law has a linear one's torque

@@ -15,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 
 from motion.driven_releases import driven_release
-from synth.files.leg import read_leg
+from synth.files.leg_file import read_leg
 from synth.motion.release import find_release
 
 SHARES = (5, 25, 50, 75, 95)

@@ -22,5 +22,8 @@ def swatch(line: Line) -> Markup:
 
 def legend(entries: Sequence[tuple[Line, str]]) -> Markup:
     """Lines with their names, one after another."""
-    items = Markup("").join(Markup("<span>{}&nbsp;{}</span>").format(swatch(line), name) for line, name in entries)
+    items = Markup("").join(
+        Markup('<span data-curve="{}">{}&nbsp;{}</span>').format(name.split(":")[0].split(",")[0], swatch(line), name)
+        for line, name in entries
+    )
     return Markup('<p class="legend">{}</p>').format(items)

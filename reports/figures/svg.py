@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from html import escape
 
 from markupsafe import Markup
 
 Point = tuple[float, float]
+NARROW = 480.0  # a drawing wider than this is not made narrower than ``LEGIBLE`` of its width: it can be scrolled
+LEGIBLE = 0.72  # its 11-unit letters are then 8 pixels high
 
 
 def coordinate(value: float) -> str:
@@ -31,10 +34,20 @@ class Svg:
 
     def __init__(self, width: float, height: float, title: str) -> None:
         self.width, self.height = width, height
+        least = f";min-width:{coordinate(LEGIBLE * width)}px" if width > NARROW else ""
         self._parts = [
             f'<svg viewBox="0 0 {coordinate(width)} {coordinate(height)}" role="img" '
-            f'style="max-width:{coordinate(width)}px"><title>{escape(title)}</title>'
+            f'style="max-width:{coordinate(width)}px{least}"><title>{escape(title)}</title>'
         ]
+
+    @contextmanager
+    def named(self, name: str) -> Iterator[None]:
+        """Elements that belong to the curve of that name, so that it can be switched off."""
+        if name:
+            self._parts.append(f'<g data-curve="{escape(name)}">')
+        yield
+        if name:
+            self._parts.append("</g>")
 
     def line(self, start: Point, end: Point, style: str = "") -> None:
         """A straight line; ``style`` holds SVG attributes, written by us and never by a user."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup
 
@@ -12,21 +13,22 @@ from reports.figures.axes import Axes, Scale, padded
 from reports.figures.palette import BLACK, GREY, Line
 from reports.figures.svg import Point, Svg, shortened, thinned
 from reports.quantities import unit_text
+from reports.scripts import data_block
 
-WIDTH = 960.0
-HEIGHT = 172.0  # of a row of panels
+WIDTH, HEIGHT = 340.0, 172.0  # of a panel: as wide as a telephone
 LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0
-MOST_COLUMNS = 3
 BUCKETS = 150
+MOST_SAMPLES = 600  # of a curve that the page's cursor and tables hold; the folder's file has them all
 LEAST_RANGE = 2.0  # degrees on the angle axis, so that noise does not fill a panel of a joint at rest
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve of a panel: where its numbers stand, how it is drawn, and what the legend calls it."""
+    """One curve of a panel: its numbers, how it is drawn, and what the legend and the cursor call it."""
 
     values: Sequence[float]
     line: Line
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -63,44 +65,64 @@ def shared_limits(panels: Sequence[Panel]) -> Limits:
     return Limits(time, angle)
 
 
-def columns_for(n_joint: int) -> int:
-    """Panels side by side: as many as joints, but where a row of them would be too narrow."""
-    return n_joint if n_joint <= MOST_COLUMNS else (2 if n_joint == 4 else MOST_COLUMNS)
+def trial_figure(title: str, panels: Sequence[Panel], limits: Limits, trial: str = "") -> Markup:
+    """All joints of one trial, a drawing each, side by side where there is room.
+
+    ``trial`` names the recording; plots of the same one share the page's cursor.
+    """
+    shown = Markup("").join(_drawing(f"{title}, {panel.joint}", panel, limits) for panel in panels)
+    return Markup('<div class="panels" data-trial="{}">{}</div>').format(trial, shown)
 
 
-def trial_figure(title: str, panels: Sequence[Panel], limits: Limits) -> Markup:
-    """All joints of one trial."""
-    columns = columns_for(len(panels))
-    width = WIDTH if columns > 1 else WIDTH * 0.6
-    svg = Svg(width, HEIGHT * math.ceil(len(panels) / columns), title)
-    for index, panel in enumerate(panels):
-        row, column = divmod(index, columns)
-        _draw(svg, panel, limits, (column * width / columns, row * HEIGHT), width / columns)
-    return svg.markup
-
-
-def _draw(svg: Svg, panel: Panel, limits: Limits, corner: Point, width: float) -> None:
-    left, top = corner
+def _drawing(title: str, panel: Panel, limits: Limits) -> Markup:
+    """The panel's drawing and, for the cursor, its numbers."""
     start, end = limits.time or (panel.times[0], panel.times[-1])
     low, high = limits.angle[panel.joint]
     axes = Axes(
-        Scale(start, end if end > start else start + 1.0, left + LEFT, left + width - RIGHT),
-        Scale(low, high, top + HEIGHT - BOTTOM, top + TOP),
+        Scale(start, end if end > start else start + 1.0, LEFT, WIDTH - RIGHT),
+        Scale(low, high, HEIGHT - BOTTOM, TOP),
     )
+    svg = Svg(WIDTH, HEIGHT, title)
     axes.frame(svg)
     unit = unit_text(panel.unit)
-    most = max(8, int((width - 110) / 6.2))
+    most = max(8, int((WIDTH - 110) / 6.2))
     svg.text(
-        (left + 4, top + 13),
+        (4, 13),
         f"{shortened(panel.joint, most - len(unit) - len(panel.what) - 4)} {panel.what} [{unit}]",
         f'font-size="11.5" fill="{BLACK}" font-weight="600"',
     )
-    svg.text((axes.x.end, top + 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')
+    svg.text((axes.x.end, 13), panel.remark, f'font-size="11" fill="{BLACK}" text-anchor="end"')
     middle = (axes.x.start + axes.x.end) / 2
-    svg.text((middle, top + HEIGHT - 7), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
+    svg.text((middle, HEIGHT - 7), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
     for curve in panel.curves:
         points = axes.points(thinned(panel.times, curve.values, BUCKETS))
-        if curve.line.dots:
-            svg.dots(points, curve.line.width, curve.line.colour)
-        else:
-            svg.polyline(points, curve.line.style)
+        with svg.named(curve.name):
+            if curve.line.dots:
+                svg.dots(points, curve.line.width, curve.line.colour)
+            else:
+                svg.polyline(points, curve.line.style)
+    return Markup('<div class="plot">{}<script type="application/json">{}</script></div>').format(
+        svg.markup, data_block(_numbers(panel, axes, unit))
+    )
+
+
+def _numbers(panel: Panel, axes: Axes, unit: str) -> dict[str, Any]:
+    """What the cursor needs: both scales and every curve, at most so many samples."""
+    every = max(1, math.ceil(len(panel.times) / MOST_SAMPLES))
+    return {
+        "joint": panel.joint,
+        "what": panel.what,
+        "unit": unit,
+        "x": [axes.x.low, axes.x.high, axes.x.start, axes.x.end],
+        "y": [axes.y.low, axes.y.high, axes.y.start, axes.y.end],
+        "time": [_short(time) for time in panel.times[::every]],
+        "curves": [
+            {"name": c.name, "dots": c.line.dots, "values": [_short(value) for value in c.values[::every]]}
+            for c in panel.curves
+        ],
+    }
+
+
+def _short(value: float) -> float | None:
+    """Five digits; None for what is missing."""
+    return float(f"{value:.5g}") if math.isfinite(value) else None

@@ -27,7 +27,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     shown = extremes(files, {file: _error(found) for file, found in read.items()})
     return {
         "figures": _figures([read[file] for file in shown]),
-        "legend": legend([(RECORDED, "animal, scaled"), (WANTED, "wanted"), (BUILT, "built")]),
+        "legend": legend([(RECORDED, "animal, scaled in time"), (WANTED, "wanted"), (BUILT, "built")]),
         "folder": FOLDER,
         "total": len(files),
         "shown": len(shown),
@@ -55,7 +55,10 @@ def _figures(responses: list[Response]) -> list[Json]:
             drawn.append((response, panels))
     limits = shared_limits([panel for _, panels in drawn for panel in panels])
     return [
-        {"trial": response.name, "svg": trial_figure(f"{response.name}: wanted and built angles", panels, limits)}
+        {
+            "trial": response.name,
+            "svg": trial_figure(f"{response.name}: wanted and built angles", panels, limits, response.name),
+        }
         for response, panels in drawn
     ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import PurePosixPath
 from typing import Any
 
 from markupsafe import Markup
@@ -24,6 +25,7 @@ STEPS = (
     ("noise_floor", "noise floor", "what the sensors leave"),
 )
 _LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
+LEGEND = legend([(RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after")])
 WIDTH, LABEL = 640.0, 120.0
 
 
@@ -44,7 +46,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "joints": [{"name": name, **joint, "noise": mapping(result.content, "noise").get(name)}
                    for name, joint in joints.items()],
         "trials": trials,
-        "legend": legend([(RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after")]),
+        "legend": LEGEND,
         "figures": _figures(result, [trial for trial in trials if str(trial.get("file")) in shown]),
         "total": len(trials),
         "held_out": all(trial.get("held_out") for trial in trials),
@@ -100,11 +102,33 @@ def _figures(result: Result, trials: list[Mapping[str, Any]]) -> list[Json]:
         {
             "trial": str(trial.get("file")),
             "held_out": bool(trial.get("held_out")),
-            "svg": trial_figure(f"{trial.get('file')}: measured, before and after", panels, limits),
-            "errors": trial_figure(f"{trial.get('file')}: errors before and after", errors, error_limits),
+            "svg": trial_figure(f"{trial.get('file')}: measured, before and after", panels, limits, _name(trial)),
+            "errors": trial_figure(f"{trial.get('file')}: errors before and after", errors, error_limits, _name(trial)),
         }
         for trial, panels, errors in found
     ]
+
+
+def worst_figure(result: Result) -> tuple[Markup, str] | None:
+    """The scored trial and joint with the largest error before: measured, before and after, and what it is."""
+    trials = [t for t in sequence(result.content, "trials") if isinstance(t, Mapping) and t.get("scored")]
+    for trial in sorted(trials, key=_worst, reverse=True):
+        response = read_response(result, str(trial.get("predicted")))
+        panels = [] if response is None else _angles(response, trial)
+        if response is None or not panels:
+            continue
+        errors = {panel.joint: value_of(mapping(trial, "rms", panel.joint).get("before")) or 0.0 for panel in panels}
+        worst = max(panels, key=lambda panel: errors[panel.joint])
+        below = [panel for panel in _errors(response) if panel.joint == worst.joint]
+        upper = trial_figure("measured, before and after", [worst], shared_limits([worst]), _name(trial))
+        lower = trial_figure("errors before and after", below, shared_limits(below), _name(trial))
+        return LEGEND + upper + lower, f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
+    return None
+
+
+def _name(trial: Mapping[str, Any]) -> str:
+    """The trial's name, by which its plots know each other."""
+    return PurePosixPath(str(trial.get("file"))).stem
 
 
 def _angles(response: Response, trial: Mapping[str, Any]) -> list[Panel]:
@@ -129,7 +153,7 @@ def _errors(response: Response) -> list[Panel]:
         if response.rms(joint, "measured", "before") is None:
             continue
         curves = [
-            Curve([x - y for x, y in zip(columns[f"{joint} {kind}"], measured, strict=True)], _LINES[kind])
+            Curve([x - y for x, y in zip(columns[f"{joint} {kind}"], measured, strict=True)], _LINES[kind], kind)
             for kind in ("before", "after")
         ]
         panels.append(Panel(joint, response.unit(joint, "measured"), times, curves, "", "error"))

@@ -106,9 +106,9 @@ def _errors(result: Result, joints: list[str]) -> Markup | None:
         if len(times) < 2:
             continue
         noise = in_si(mapping(result.content, "noise").get(joint))
-        curves = [Curve(before, BEFORE), Curve(after, AFTER)]
+        curves = [Curve(before, BEFORE, "nominal at its best"), Curve(after, AFTER, "with the explanation")]
         if noise is not None:
-            curves.insert(0, Curve([math.degrees(noise)] * len(times), FLOOR))
+            curves.insert(0, Curve([math.degrees(noise)] * len(times), FLOOR, "noise"))
         remark = "" if noise is None else f"noise {number(math.degrees(noise), 2)}°"
         panels.append(Panel(joint, "deg", times, curves, remark, "error"))
         highest = max(value for curve in curves for value in curve.values if math.isfinite(value))

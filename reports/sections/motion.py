@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from pathlib import PurePosixPath
 from typing import Any
+
+from markupsafe import Markup
 
 from reports.figures.legend import legend
 from reports.figures.palette import FITTED, RECORDED
@@ -15,6 +18,7 @@ from reports.section import Missing, Section, fit_key, fit_of, mapping, sequence
 
 FOLDER = "responses/source"
 _LINES = {"measured": RECORDED, "fitted": FITTED}
+LEGEND = legend([(RECORDED, "measured"), (FITTED, "fitted")])
 _CHARACTERISTICS = ("rise_time", "damping_ratio", "damped_frequency", "overshoot", "settling_time", "initial_rate")
 
 
@@ -36,7 +40,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     return {
         "figures": _figures({str(trial.get("file")): trial for trial in trials}, responses, joints),
         "absent": [name for name, response in responses.items() if response is None],
-        "legend": legend([(RECORDED, "measured"), (FITTED, "fitted")]),
+        "legend": LEGEND,
         "folder": FOLDER,
         "total": len(trials),
         "shown": len(shown),
@@ -47,6 +51,21 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "held_out": out,
         "joints": joints,
     }
+
+
+def worst_figure(result: Result) -> tuple[Markup, str] | None:
+    """The trial that fits worst, and what it is; None where no response is in the folder."""
+    fit, files = fit_of(result), result.files(FOLDER)
+    trials = [trial for trial in sequence(fit, "trials") if isinstance(trial, dict)]
+    known = [trial for trial in trials if math.isfinite(_error(trial))]
+    for trial in sorted(known, key=_error, reverse=True):
+        name = str(trial.get("file"))
+        response = _response(result, name, files)
+        found = _figures({name: trial}, {name: response}, list(mapping(fit, "joints"))) if response else []
+        if found:
+            many = f" of {len(trials)}" if len(trials) > 1 else ""
+            return LEGEND + Markup(found[0]["svg"]), f"{name}: the trial{many} that fits worst."
+    return None
 
 
 def _error(trial: Json) -> float:
@@ -86,7 +105,7 @@ def _figures(trials: dict[str, Json], responses: dict[str, Response | None], joi
             "trial": name,
             "file": response.file,
             "held_out": bool(trials[name].get("held_out")),
-            "svg": trial_figure(f"{name}: measured and fitted angles", panels, limits),
+            "svg": trial_figure(f"{name}: measured and fitted angles", panels, limits, PurePosixPath(name).stem),
         }
         for name, response, panels in found
     ]

@@ -9,14 +9,15 @@ from typing import Any
 from reports.reading import Result, png_uri
 from reports.section import Missing, Section, mapping, sequence
 
-WHOLE = ("assembly", "leg")  # names of pictures of the whole
+WHOLE = ("assembly", "leg")  # names of pictures of the whole leg
 
 
 def content(result: Result) -> dict[str, Any] | Missing:
-    """PNG pictures as data URIs; that of the whole leg first and large."""
+    """PNG pictures as data URIs; that of the whole leg stands in the opening."""
     named = [item for item in sequence(result.content, "pictures") if isinstance(item, Mapping)]
     if not named:
         return Missing("design.json names no picture")
+    named = [item for item in named if PurePosixPath(str(item.get("path"))).stem not in WHOLE]
     shown, absent = [], []
     for item in named:
         name = str(item.get("path"))
@@ -25,9 +26,6 @@ def content(result: Result) -> dict[str, Any] | Missing:
             absent.append(name)
         else:
             shown.append({"path": name, "caption": item.get("caption") or name, "uri": png_uri(path)})
-    for picture in shown:
-        picture["large"] = PurePosixPath(picture["path"]).stem in WHOLE
-    shown.sort(key=lambda picture: not picture["large"])
     joints = mapping(result.content, "joints")
     offsets = {name: joint.get("arm_offset") for name, joint in joints.items() if isinstance(joint, Mapping)}
     frees = {name: _free_angle(joint) for name, joint in joints.items()}

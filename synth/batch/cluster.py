@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from synth.batch.ended import Ended, differences, performed, versions
+from synth.batch.task_outcome import Ended, differences, performed, versions
 from synth.errors import Problem, UserError
 
 if TYPE_CHECKING:

@@ -6,14 +6,15 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
-from synth.batch.ended import versions
+from synth.batch.task_outcome import versions
 from synth.errors import Problem, UserError
+from synth.files.paths import refuse_unreadable_name, text_of
 from synth.files.projects import FitProject
 from synth.files.yaml_lines import load
 
@@ -37,44 +38,84 @@ class Found:
 def find_projects(folder: Path) -> list[Found]:
     """Every project of kind ``fit`` in the folder's tree, by name; ``case/fit.yaml`` is called ``case``.
 
-    A YAML file that cannot be read counts as a project: it may be meant as one. Hidden folders are left alone, and so
-    are files of other kinds.
+    A YAML file that cannot be read counts as a project: it may be meant as one. So does a folder that cannot be
+    opened. Hidden folders are left alone, and so are files of other kinds.
 
     Raises
     ------
     UserError : there is none, or too many.
     """
-    found: list[Found] = []
-    for place, folders, files in os.walk(folder):
+    found: list[_File] = []
+
+    def closed(error: OSError) -> None:
+        place = Path(str(error.filename))
+        problem = Problem(f"cannot be opened: {error.strerror}", text_of(place))
+        found.append(_File(place.relative_to(folder).as_posix(), place, (problem,)))
+
+    for place, folders, files in os.walk(folder, onerror=closed):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for file in sorted(files):
             if file.startswith(".") or not file.endswith(SUFFIXES) or file.endswith(LEG_FILES):
                 continue
             path = Path(place) / file
-            stem = path.relative_to(folder).with_suffix("").as_posix()
+            name = path.relative_to(folder).as_posix()
             try:
+                refuse_unreadable_name(path.relative_to(folder))
                 if load(path).value.get("kind", "fit") == "fit":
-                    found.append(Found(stem, path))
+                    found.append(_File(name, path))
             except UserError as error:
-                found.append(Found(stem, path, tuple(error.problems)))
+                found.append(_File(name, path, tuple(error.problems)))
     if not any(not item.problems for item in found):
         problems = [problem for item in found for problem in item.problems]
         text = "holds no project that could be fitted: a YAML file with the line kind: fit"
         raise UserError([Problem(text, str(folder)), *problems])
     if len(found) > PROJECT_LIMIT:
         raise UserError(Problem(f"holds {len(found)} projects, at most {PROJECT_LIMIT} can be fitted", str(folder)))
-    return _short_names(found)
+    return _named(found)
 
 
-def _short_names(found: list[Found]) -> list[Found]:
-    """``case`` for ``case/fit`` where nothing else is called so."""
-    taken = {item.name for item in found}
-    named = []
-    for item in found:
-        short = item.name.removesuffix("/fit")
-        inside = any(other.startswith(f"{short}/") for other in taken if other != item.name)
-        named.append(item if short in taken or inside else Found(short, item.path, item.problems))
+@dataclass(frozen=True)
+class _File:
+    """A project's file by its name ``below`` the folder that is fitted; ``problems`` as of ``Found``."""
+
+    below: str
+    path: Path
+    problems: tuple[Problem, ...] = ()
+
+
+def _named(files: Sequence[_File]) -> list[Found]:
+    """Every project under a name of its own, as short as may be: ``case``, ``case/fit`` or ``case/fit.yaml``.
+
+    The results of a project lie in a folder of its name. So no two names may be equal, and none may lie inside
+    another: ``a/report.html.yaml`` would write its folder where ``a.yaml`` writes its report. Whole file names never
+    clash, since a file is no folder; each round gives the names that clash their next longer form.
+    """
+    forms = [_forms(file.below) for file in files]
+    used = [0] * len(files)
+    while clashing := _clashes([form[k] for form, k in zip(forms, used, strict=True)]):
+        for index in clashing:
+            used[index] = min(used[index] + 1, len(forms[index]) - 1)
+    named = [Found(form[k], file.path, file.problems) for file, form, k in zip(files, forms, used, strict=True)]
     return sorted(named, key=lambda item: item.name)
+
+
+def _forms(below: str) -> list[str]:
+    """The names that a file may give its project, shortest first, each of text that can be written."""
+    stem = below.removesuffix(Path(below).suffix)
+    forms = [stem.removesuffix("/fit"), stem, below]
+    return [text_of(form) for form in dict.fromkeys(forms)]
+
+
+def _clashes(names: Sequence[str]) -> list[int]:
+    """Places of the names that equal another, or in which another lies."""
+    places: dict[str, list[int]] = {}
+    for index, name in enumerate(names):
+        places.setdefault(name, []).append(index)
+    found = {index for same in places.values() if len(same) > 1 for index in same}
+    for name in names:
+        for parent in map(str, PurePosixPath(name).parents):
+            found |= set(places.get(parent, []))
+    return sorted(found)
 
 
 def identity_of(project: FitProject) -> dict[str, str]:

@@ -13,7 +13,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
-from synth.batch.ended import Ended, performed
+from synth.batch.task_outcome import Ended, performed
 from synth.errors import Problem
 from synth.threads import children_of_one_thread
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from synth.design.fit_responses import write_fit_responses
 from synth.errors import Problem, UserError
-from synth.files.leg import write_leg
+from synth.files.leg_file import write_leg
 from synth.files.output import write_json
 from synth.files.projects import FitProject
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult
 from synth.fit.methods import fit_by, require_method
-from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
-from synth.fit.result import FitResult
 
 
 @dataclass(frozen=True, eq=False)

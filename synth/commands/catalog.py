@@ -18,7 +18,7 @@ from synth.errors import UserError
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
     from synth.parts.rows import MaterialRow, Row
 
 LONG = ("as_published", "source", "note")  # columns that only ``show`` has
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Do one of the three."""
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     extra = [Path(name) for name in arguments.catalog]
     if arguments.action == "check":
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 def _shown(name: str, extra: list[Path]) -> str:
     """One part, or what fits the wish in a file."""
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     if not name.casefold().endswith((".yaml", ".yml")):
         return _part_text(Catalogue.load(extra), name)
@@ -71,7 +71,7 @@ def _shown(name: str, extra: list[Path]) -> str:
 
 def _check(paths: list[Path], progress: Progress) -> int:
     """Raise every mistake of the user's files; of the built-in ones, whose flagged rows are meant, list them."""
-    from synth.parts.catalog import check_catalogue
+    from synth.parts.catalogs import check_catalogue
 
     problems = check_catalogue(paths)
     if paths and problems:
@@ -103,7 +103,7 @@ def _overview(catalogue: Catalogue) -> str:
 def _family_text(catalogue: Catalogue, family: str) -> str:
     """The rows of one family, without the columns of words that ``show`` has."""
     from synth.commands.table_text import table_text
-    from synth.parts.catalog import catalogue_rows_as_table
+    from synth.parts.catalogs import catalogue_rows_as_table
 
     table = catalogue_rows_as_table(family, catalogue)
     kept = [index for index, title in enumerate(table.header) if title not in LONG]

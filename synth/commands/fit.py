@@ -17,7 +17,7 @@ from synth.commands.fit_choice import add_fit_arguments, fit_choice, not_for_fol
 if TYPE_CHECKING:
     from synth.batch.one_fit import Ready
     from synth.commands.progress import Progress
-    from synth.fit.result import FitResult
+    from synth.fit.fit_result import FitResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from synth.commands.arguments import one_of
 
 if TYPE_CHECKING:
-    from synth.files.options import FitOptions
+    from synth.files.project_options import FitOptions
 
 _CHOICES = {
     "method": (("least_squares", "piecewise", "swarm"), "how springs and dampers are sought"),

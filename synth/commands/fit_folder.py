@@ -5,21 +5,22 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from synth.batch.cluster import connected
-from synth.batch.ended import Ended
 from synth.batch.folder import Found, Kept, find_projects, identity_of
+from synth.batch.folder_summary import Failed, fits_json, messages, table
 from synth.batch.local import run_here
 from synth.batch.one_fit import fit_files, ready
-from synth.batch.summary import Failed, fits_json, messages, table
+from synth.batch.task_outcome import Ended
 from synth.errors import Problem, UserError
-from synth.files.output import output_folder, write_csv, write_json
+from synth.files.output import output_folder, place, write_csv, write_json
 from synth.files.projects import read_fit_project
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
 
 if TYPE_CHECKING:
@@ -108,6 +109,11 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
         failed.append(Failed(name, messages(problems)))
         told(name, "cannot be fitted")
 
+    def fault(name: str, crash: str) -> None:
+        sys.stderr.write(crash)
+        failed.append(Failed(name, (crash.strip().splitlines()[-1],), crash=True))
+        told(name, "a fault of this program's")
+
     def waiting() -> Iterator[tuple[str, Any]]:
         for item in found:
             if item.problems:
@@ -122,6 +128,9 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
             except UserError as error:
                 refuse(item.name, tuple(error.problems))
                 continue
+            except Exception:  # a fault of ours in one project is no reason to lose the others
+                fault(item.name, traceback.format_exc())
+                continue
             identities[item.name] = identity
             yield item.name, project
 
@@ -130,9 +139,7 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
             kept.save(name, identities.pop(name), ended.value)
             told(name, "fitted")
         elif ended.crash:
-            sys.stderr.write(ended.crash)
-            failed.append(Failed(name, (ended.crash.strip().splitlines()[-1],), crash=True))
-            told(name, "a fault of this program's")
+            fault(name, ended.crash)
         else:
             refuse(name, ended.problems)
     return sorted(failed, key=lambda item: item.name)
@@ -144,7 +151,7 @@ def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed]) -> 
     without = {item.name for item in failed}
     fitted = [name for name in names if name not in without]
     for name in fitted:
-        shutil.copytree(kept.files(name), folder / "legs" / name)
+        shutil.copytree(kept.files(name), place(folder / "legs", name))
     content = fits_json(folder, fitted, failed)
     write_json(folder / "fits.json", content)
     write_csv(folder / "fits.csv", table(content))

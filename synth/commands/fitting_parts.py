@@ -10,14 +10,14 @@ from math import degrees, log, pi
 import numpy as np
 
 from synth.commands.table_text import table_text
-from synth.files.options import PartsOptions
 from synth.files.part_wish import DamperWished, PartWish, SpringWished
-from synth.model.curves import torque_at
-from synth.model.leg import Damper
+from synth.files.project_options import PartsOptions
 from synth.parts.arrangement import arrangements
-from synth.parts.candidates import damper_reasons, of_family, spring_reasons
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
+from synth.parts.part_candidates import damper_reasons, of_family, spring_reasons
 from synth.parts.rows import DamperRow, TorsionSpringRow
+from synth.swing.damper_curves import torque_at
+from synth.swing.leg_model import Damper
 
 MOST = 30  # rows that are named one by one, of those that fit and of those that do not
 

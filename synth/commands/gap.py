@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
+    from synth.diagnosis.result import GapResult
     from synth.files.gap_project import GapProject
-    from synth.gap.result import GapResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,13 +34,20 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         from synth.commands.gap_jumps import run_jumps
 
         return run_jumps(arguments, progress)
+    from synth.swing.effects.users_own import blamed_on
+
+    with blamed_on({str(Path(file).resolve()): file for file in arguments.effect}):
+        return _run_swings(arguments, progress)
+
+
+def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
 
-    from synth.effects import load_file
+    from synth.diagnosis.trial_checks import check_trials
     from synth.files.gap_project import read_gap_project
     from synth.files.output import output_folder
-    from synth.gap.check import check_trials
     from synth.parts.resolver import resolver
+    from synth.swing.effects import load_file
 
     with progress.stage("reading the project"):
         for file in arguments.effect:
@@ -59,7 +66,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         result = replace(result, warnings=said, inputs=_inputs(project, arguments.effect))
         with progress.stage("writing"):
             from reports import write_gap_report
-            from synth.gap.write import write_gap
+            from synth.diagnosis.write import write_gap
 
             write_gap(result, project, folder)
             write_gap_report(folder)
@@ -75,7 +82,7 @@ def _diagnosed(project: GapProject, progress: Progress) -> GapResult:
     """The diagnosis; what it says that it is doing becomes stages, each ending where the next begins."""
     from contextlib import ExitStack
 
-    from synth.gap.diagnose import diagnose
+    from synth.diagnosis.diagnose import diagnose
 
     with progress.stage("diagnosing"), ExitStack() as open_stage:
 

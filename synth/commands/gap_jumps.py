@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, diagnose, write ``gap.json``, predictions and a report."""
+    from synth.diagnosis.jumps.jump_data import prepared
     from synth.errors import UserError
     from synth.files.hopper_gap_project import read_hopper_gap_project
     from synth.files.output import output_folder
-    from synth.hopper_gap.data import prepared
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     if arguments.effect:
         raise UserError("--effect is for swinging legs; those of the jumping leg are built in")
@@ -32,8 +32,8 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
         return 0
     with output_folder(arguments.out) as folder:
         with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
-            from synth.hopper.jump import compiled_jump
-            from synth.hopper_gap.diagnose import diagnose
+            from synth.diagnosis.jumps.jump_diagnose import diagnose
+            from synth.jump.jump_runs import compiled_jump
 
             compiled_jump(project.design.leg.bending)
         with progress.stage("diagnosing"), ExitStack() as stage:
@@ -45,7 +45,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
             result = diagnose(project, catalogue, say)
         with progress.stage("writing"):
             from reports.hopper import write_jump_gap_report
-            from synth.hopper_gap.write import write_gap
+            from synth.diagnosis.jumps.jump_write import write_gap
 
             write_gap(result, project, folder)
             write_jump_gap_report(folder)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from synth.commands.progress import Progress
     from synth.files.hopper_project import HopperProject
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.files.hopper_project import read_hopper_project
     from synth.files.hopper_recordings import KINDS, kind_of
     from synth.hopper.study import sweep_problem
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     if (kind := kind_of(arguments.file)) in KINDS:
         _require_here(arguments, f"a file of kind {kind} is identified here in seconds")
@@ -74,12 +74,12 @@ def _require_here(arguments: argparse.Namespace, why: str) -> None:
 
 
 def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> None:
-    from synth.commands.hopper_parts import draw_parts
+    from synth.commands.laminate_parts import draw_parts
     from synth.files.output import output_folder
     from synth.hopper.checkpoint import Checkpoint
-    from synth.hopper.jump import compiled_jump
     from synth.hopper.study import study, warnings_of
-    from synth.hopper.write import write_designs, write_jump
+    from synth.hopper.write_study import write_designs, write_jump
+    from synth.jump.jump_runs import compiled_jump
 
     with output_folder(arguments.out) as folder, ExitStack() as stack:
         cluster = None
@@ -134,7 +134,7 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
 def _report(found: Any, folder: Path, parts: dict[str, Any]) -> None:
     from reports.hopper import write_hopper_report
     from synth.files.output import write_json
-    from synth.hopper.write import hopper_json
+    from synth.hopper.write_study import hopper_json
 
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     write_json(folder / "hopper.json", hopper_json(found, files, folder) | ({"parts": parts} if parts else {}))
@@ -144,12 +144,12 @@ def _report(found: Any, folder: Path, parts: dict[str, Any]) -> None:
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:
     """One of the study's three experiments on recorded data."""
     from synth.files import hopper_recordings as files
-    from synth.files.output import output_folder, write_csv, write_json
+    from synth.files.output import output_folder, place, write_csv, write_json
     from synth.hopper import write_identified as write
     from synth.hopper.identify_damping import identify_damping
     from synth.hopper.identify_motor import identify_motor
     from synth.hopper.validate_jumps import validate
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     with output_folder(arguments.out) as folder, progress.stage(f"reading and identifying, {kind}"):
         if kind == "hopper-motor":
@@ -163,7 +163,7 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
             result = validate(jumps, Catalogue.load(jumps.design.catalogs))
             write_csv(folder / "first_jump.csv", result.curves)
             found = write.head(kind, jumps.name, jumps.inputs) | write.validation_json(result)
-        write_json(folder / f"{kind.removeprefix('hopper-')}.json", found)
+        write_json(place(folder, f"{kind.removeprefix('hopper-')}.json"), found)
     for line in write.lines(found):
         progress.say(line)
     progress.say(f"result: {Path(arguments.out) / (kind.removeprefix('hopper-') + '.json')}")
@@ -174,7 +174,7 @@ def _truth(arguments: argparse.Namespace, progress: Progress) -> None:
     from reports.hopper import write_truth_report
     from synth.files.output import output_folder, write_json
     from synth.hopper.truth import truth_json
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     with output_folder(arguments.out) as folder:
         with progress.stage("simulating the published leg and its neighbours by every model"):

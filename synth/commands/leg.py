@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from synth.design.leg_design import LegDesign
     from synth.files.leg_project import LegProject
     from synth.files.stage_cache import StageCache
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
     from synth.files.stage_cache import StageCache, key_of
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
     from synth.parts.resolver import resolver
 
     with progress.stage("reading the project"):
@@ -86,10 +86,10 @@ def _made(
     report: Path,
 ) -> UserError | None:
     """Do the whole work into ``folder``; where gates fail, the error to end with once the folder is whole."""
-    from synth.commands.drawn import NOT_DRAWN, draw_solids, require_drawn
+    from synth.commands.solid_files import NOT_DRAWN, draw_solids, require_drawn
     from synth.design.bom import write_bom
     from synth.design.leg_design import fastest_rates
-    from synth.design.write import write_files
+    from synth.design.write_design import write_files
     from synth.files.robot_xml import write_robot_files
 
     design = _designed(project, catalogue, cache, progress)
@@ -116,7 +116,7 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
     from dataclasses import replace
 
     from synth.design.leg_design import LegDesign, design_leg
-    from synth.files.options import CadOptions
+    from synth.files.project_options import CadOptions
     from synth.files.stage_cache import digest_of, key_of
 
     # The choice of springs looks at the joint's room: shaft, clearance and wall.
@@ -135,7 +135,7 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
     """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
     from reports import write_leg_report
-    from synth.design.write import design_json
+    from synth.design.write_design import design_json
     from synth.files.output import write_json
 
     files = sorted(path for path in folder.rglob("*") if path.is_file())

@@ -13,7 +13,7 @@ from synth.errors import Problem, UserError
 
 if TYPE_CHECKING:
     from synth.files.leg_project import LegProject
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
     from synth.parts.rows import DamperRow, TorsionSpringRow
 
 SHOWN = 2  # alternatives of each part on the screen

@@ -67,8 +67,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 def _project(arguments: argparse.Namespace) -> ImportProject:
     """The project named, or one made of a single recording and the options."""
     from synth.files.import_project import ForeignFile, ImportProject, Mapping, read_import_project
-    from synth.files.leg import read_leg
-    from synth.parts.catalog import Catalogue
+    from synth.files.leg_file import read_leg
+    from synth.parts.catalogs import Catalogue
     from synth.parts.resolver import resolver
 
     path = Path(arguments.file)

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 
 from synth.commands.progress import printable
-from synth.parts.catalog import Catalogue
-from synth.parts.check import geometric_rates
+from synth.parts.catalogs import Catalogue
+from synth.parts.row_check import geometric_rates
 from synth.parts.rows import DamperRow, Row, TorsionSpringRow
 from synth.units import factor
 

@@ -79,8 +79,8 @@ class Progress:
 
         Without ``effects`` for springs, linear dampers and gravity alone.
         """
-        from synth.model.chain import compiled_chain, is_compiled
-        from synth.model.generate import cache_folder, without_products
+        from synth.compiling.code_cache import cache_folder, without_products
+        from synth.swing.chain import compiled_chain, is_compiled
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"
         text = f"loading the equations of motion for {links}"

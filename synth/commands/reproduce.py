@@ -25,8 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, go through the tables, write ``reproduction.json`` and the page."""
     from synth.files.output import output_folder, write_json
-    from synth.thesis.data import JOINTS, read_lab_data
-    from synth.thesis.reproduce import reproduce, reproduction_json
+    from synth.validation.thesis_data import JOINTS, read_lab_data
+    from synth.validation.thesis_reproduction import reproduce, reproduction_json
 
     with progress.stage("reading the folder"):
         data = read_lab_data(arguments.folder)

@@ -19,9 +19,9 @@ from synth.errors import Problem
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.commands.spring_files import Answer
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
     from synth.spring.design import SpringWish
-    from synth.spring.result import SpringLimits
+    from synth.spring.spring_result import SpringLimits
 
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
@@ -78,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read what is wanted, design or check, write, print."""
     from synth.commands.spring_files import write_folder, write_result
-    from synth.parts.catalog import Catalogue
+    from synth.parts.catalogs import Catalogue
 
     wish, given = _read(arguments)
     catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
@@ -157,7 +157,7 @@ def _hand(arguments: argparse.Namespace, read: Quantities) -> str:
 def _limits(read: Quantities) -> SpringLimits:
     from dataclasses import replace
 
-    from synth.spring.result import SpringLimits
+    from synth.spring.spring_result import SpringLimits
 
     limits = SpringLimits(
         arbor_diameter=read.read("--arbor", "m"),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from synth.commands.spring_text import winding_sheet
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, write_json
-from synth.spring.result import SpringDesign
+from synth.spring.spring_result import SpringDesign
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 
 from synth.commands.table_text import table_text
-from synth.parts.check import DISAGREEMENT
+from synth.parts.row_check import DISAGREEMENT
 from synth.spring.design import SpringResult
-from synth.spring.result import SpringDesign
+from synth.spring.spring_result import SpringDesign
 from synth.spring.winding import stress_relief
 
 Row = tuple[str, Callable[[SpringDesign], str]]

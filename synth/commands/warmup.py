@@ -27,8 +27,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     import time
 
     wanted = _links(arguments.links)
-    from synth.model.chain import is_compiled
-    from synth.model.generate import cache_folder
+    from synth.compiling.code_cache import cache_folder
+    from synth.swing.chain import is_compiled
 
     start = time.perf_counter()
     n_compiled = 0
@@ -50,15 +50,15 @@ def _compile_jumps(progress: Progress) -> None:
     """Every way of bending, the recorder, the planar form and the pull-up."""
     import numpy as np
 
-    from synth.hopper import recorder  # noqa: F401  compiled when imported
     from synth.hopper.fold import fold
-    from synth.hopper.jump import compiled_jump
-    from synth.hopper.layout import LAYOUTS
-    from synth.hopper.models import MODELS, columns
     from synth.hopper.motors import motor_of
-    from synth.hopper.planar import planar_record
-    from synth.model.hopper_leg import Contact, HopperLeg
-    from synth.parts.catalog import Catalogue
+    from synth.jump import recorder  # noqa: F401  compiled when imported
+    from synth.jump.hopper_leg import Contact, HopperLeg
+    from synth.jump.jump_layout import LAYOUTS
+    from synth.jump.jump_models import MODELS, columns
+    from synth.jump.jump_runs import compiled_jump
+    from synth.jump.planar_jump import planar_record
+    from synth.parts.catalogs import Catalogue
 
     with progress.stage("compiling jumping legs"):
         for bending in LAYOUTS:

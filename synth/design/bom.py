@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.design.leg_design import LegDesign
-from synth.design.write import bought_or_wound
+from synth.design.write_design import bought_or_wound
 from synth.files.output import write_csv
 
 HEADER = ("joint", "item", "vendor", "part", "quantity", "mass [g]", "source")

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from synth.files.output import stems, write_csv
-from synth.fit.result import FitResult
-from synth.model.leg import Array
+from synth.arrays import Array
+from synth.files.output import place, stems, write_csv
+from synth.fit.fit_result import FitResult
 
 
 def write_fit_responses(result: FitResult, folder: Path) -> None:
@@ -20,4 +20,4 @@ def write_fit_responses(result: FitResult, folder: Path) -> None:
         for j, name in enumerate(names):
             columns[f"{name} measured [deg]"] = np.degrees(trial.measured[:, j])
             columns[f"{name} fitted [deg]"] = np.degrees(trial.fitted[:, j])
-        write_csv(folder / f"{stem}.csv", columns)
+        write_csv(place(folder, f"{stem}.csv"), columns)

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from synth.design.dampers import DamperOption
+from synth.arrays import Array
+from synth.design.choose_dampers import DamperOption
+from synth.design.choose_springs import SpringOption
 from synth.design.part_lanes import ROWS, PartLanes, column
-from synth.design.springs import SpringOption
-from synth.files.options import ToleranceOptions
-from synth.model.layout import CURVE_POINTS
-from synth.model.leg import Array
+from synth.files.project_options import ToleranceOptions
 from synth.parts.damper_law import CONCAVE_EXPONENT
-from synth.parts.tolerance import DamperTolerance, SpringTolerance, bought_damper, bought_spring, measured_damper
+from synth.parts.part_tolerance import DamperTolerance, SpringTolerance, bought_damper, bought_spring, measured_damper
+from synth.swing.lane_layout import CURVE_POINTS
 from synth.units import quantity
 
 CAUSES = ("spring rate", "free angle", "damper torque", "law of the damper")  # of each joint

@@ -10,9 +10,9 @@ import numpy as np
 
 from synth.design.leg_design import LegDesign, fastest_rates
 from synth.errors import Problem, UserError
-from synth.model.curves import torque_at
-from synth.model.leg import Joint
-from synth.model.mechanics import rest_pose
+from synth.swing.damper_curves import torque_at
+from synth.swing.leg_model import Joint
+from synth.swing.mechanics import rest_pose
 
 if TYPE_CHECKING:
     from cad import JointDimensions, LegDimensions, PrintDimensions

@@ -9,25 +9,26 @@ from math import degrees, pi, remainder
 
 import numpy as np
 
-from synth.design.carried import Target, TargetEffect, notes, target_of, with_effects
-from synth.design.dampers import (
+from synth.arrays import Array
+from synth.design.choice_robustness import Told, told
+from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
     choose_dampers,
     curve_warnings,
     measured_curves,
 )
+from synth.design.choose_springs import SpringChoiceMade, SpringSource, spring_warnings, travels
+from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedResponse
-from synth.design.sets import SetsMade, choose_sets
-from synth.design.springs import SpringChoiceMade, SpringSource, spring_warnings, travels
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
-from synth.design.told import Told, told
+from synth.design.target_effects import Target, TargetEffect, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
+from synth.fit.fit_result import FitResult, JointFit, TrialFit
 from synth.fit.methods import fit_by
-from synth.fit.result import FitResult, JointFit, TrialFit
-from synth.model.leg import Array, Leg
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
+from synth.swing.leg_model import Leg
 
 Stage = Callable[[str], AbstractContextManager[object]]
 

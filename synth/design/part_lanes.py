@@ -15,11 +15,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.design.response import Release, WantedResponse
-from synth.model.curves import compiled_rows
-from synth.model.layout import CURVE_POINTS, LANES
-from synth.model.leg import Array, Damper, Leg
-from synth.model.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.damper_curves import compiled_rows
+from synth.swing.lane_layout import CURVE_POINTS, LANES
+from synth.swing.leg_model import Damper, Leg
+from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 Index = NDArray[np.int64]
 

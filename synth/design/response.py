@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.unknowns import SpringsAndDampers
-from synth.model.chain import Chain, Conditions, compiled_chain
-from synth.model.leg import Array, Leg, Spring
-from synth.model.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.chain import Chain, Conditions, compiled_chain
+from synth.swing.leg_model import Leg, Spring
+from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 TUNING_STEPS = 8
 TUNED_RELEASES = 7  # about so many releases tell which spring suits a damper; errors are reckoned over all

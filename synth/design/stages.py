@@ -11,13 +11,13 @@ from synth.design.response import Release
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import require_method
-from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording, recordings
 from synth.fit.report_fit import trial_fits
-from synth.fit.result import FitResult, TrialFit
-from synth.fit.score import score
-from synth.model.leg import DamperCurve
+from synth.fit.unseen_score import score
+from synth.swing.leg_model import DamperCurve
 
 
 @dataclass(frozen=True)

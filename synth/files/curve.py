@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.files.table import in_si, read_table
-from synth.model.leg import DamperCurve
+from synth.files.csv_table import in_si, read_table
+from synth.files.output import write_text
+from synth.swing.leg_model import DamperCurve
 
 UNITS = {"speed": "rad/s", "torque": "N*m"}
 POINT_LIMIT = 10_000
@@ -55,4 +56,4 @@ def read_curve(path: Path) -> DamperCurve:
 def write_curve(curve: DamperCurve, path: Path) -> None:
     """Write the curve in SI at full precision; ``read_curve`` gives back the same numbers."""
     rows = [f"{speed!r},{torque!r}\n" for speed, torque in zip(curve.speed, curve.torque, strict=True)]
-    path.write_text("speed [rad/s],torque [N*m]\n" + "".join(rows), encoding="utf-8")
+    write_text(path, "speed [rad/s],torque [N*m]\n" + "".join(rows))

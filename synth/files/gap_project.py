@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from synth.files.leg import PartResolver
-from synth.files.reading import InputFile, ProjectReader
+from synth.files.leg_file import PartResolver
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.schema import Because, Default
-from synth.files.trials import Trial
-from synth.files.validate import Quantity
-from synth.model.leg import Damper, Leg, Spring
+from synth.files.trial_list import Trial
+from synth.files.validate import Quantity, Title
+from synth.swing.leg_model import Damper, Leg, Spring
 
 HALF_DEGREE = radians(0.5)
 MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
@@ -48,7 +48,7 @@ class _GapFile:
     leg: Annotated[str, Field(examples=["nominal.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     tolerance: Any = None
-    name: str | None = None
+    name: Title | None = None
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
 

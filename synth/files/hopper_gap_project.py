@@ -13,16 +13,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from synth.arrays import Array
 from synth.errors import UserError
+from synth.files.csv_table import read_table
 from synth.files.hopper_project import HopperProject, design_named
 from synth.files.hopper_recordings import HopperRecording, read_recording
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default
-from synth.files.table import read_table
-from synth.files.validate import FileModel, Quantity, check_part, gathering
+from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
 from synth.files.yaml_lines import load
-from synth.model.leg import Array
 
 PULL_UP = "hip torque"  # the column that makes a recording one
 JUMP_COLUMNS = {"time": "s", "upper link": "rad"}
@@ -111,7 +111,7 @@ class _GapFile:
     motor: str | None = None
     length: Length | None = None
     tolerance: Any = None
-    name: str | None = None
+    name: Title | None = None
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from pydantic import Field
 
 from synth.errors import Problem
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default
-from synth.files.validate import Quantity, gathering
+from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import Document
-from synth.model.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions, Tolerances, in_reach
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions, Tolerances, in_reach
 
 LAB = "the lab's own simulation (idealabasu/code_pynamics)"
 MOST_DESIGNS = 20_000_000
@@ -156,7 +156,7 @@ class ToleranceSection:
 @dataclass(frozen=True)
 class _HopperFile:
     kind: str
-    name: str | None = None
+    name: Title | None = None
     model: Annotated[Name, Because("the one with everything in it")] = "full"
     leg: Any = None
     laminate: Any = None

@@ -10,15 +10,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.files.csv_table import Table, read_table
 from synth.files.hopper_project import HopperProject, design_named
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because
-from synth.files.table import Table, read_table
-from synth.files.validate import Quantity, gathering
+from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import load
-from synth.model.leg import Array
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")
@@ -79,7 +79,7 @@ class _MotorFile:
     kind: str
     gear_ratio: Annotated[float, Quantity("1", above=0, most=1e5)]
     runs: Files
-    name: str | None = None
+    name: Title | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class _PullUpFile:
     trials: Annotated[list[Any], Field(min_length=1, examples=["[{file: a.csv, length: 120 mm}]"])]
     method: Annotated[Literal["least_squares", "genetic"], Because("exact, in milliseconds")] = "least_squares"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
-    name: str | None = None
+    name: Title | None = None
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class _JumpFile:
     motor: str
     length: Length
     jumps: Files
-    name: str | None = None
+    name: Title | None = None
 
 
 def kind_of(path: str | Path) -> str:

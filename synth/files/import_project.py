@@ -12,11 +12,11 @@ from pydantic import Field
 
 from synth import units
 from synth.errors import UserError
-from synth.files.leg import PartResolver
+from synth.files.leg_file import PartResolver
+from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import matching
-from synth.files.reading import InputFile, ProjectReader
-from synth.files.validate import Quantity
-from synth.model.leg import Leg
+from synth.files.validate import Quantity, Title
+from synth.swing.leg_model import Leg
 
 Window = tuple[float, float]
 TURNS = radians(720.0)
@@ -77,7 +77,7 @@ class _ImportFile:
     mirror: bool = False
     roll: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
     release: Cuts = "cut"
-    name: str | None = None
+    name: Title | None = None
 
 
 @dataclass(frozen=True)

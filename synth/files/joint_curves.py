@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.model.curves import clamps, thin, torque_at
-from synth.model.leg import Array, Joint
+from synth.arrays import Array
+from synth.swing.damper_curves import clamps, thin, torque_at
+from synth.swing.leg_model import Joint
 
 IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are part of the damper's curve
 IN_SPRING = ("hardening_spring",)

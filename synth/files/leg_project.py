@@ -13,8 +13,11 @@ from pydantic import Field
 from synth import units
 from synth.errors import UserError
 from synth.files.curve import read_curve
-from synth.files.leg import PartResolver
-from synth.files.options import (
+from synth.files.leg_file import PartResolver
+from synth.files.named_files import InputFile, ProjectReader
+from synth.files.names import mixed_files
+from synth.files.paths import inside
+from synth.files.project_options import (
     CadOptions,
     DamperChoice,
     FitOptions,
@@ -25,13 +28,11 @@ from synth.files.options import (
     ToleranceOptions,
     Turn,
 )
-from synth.files.paths import inside
-from synth.files.reading import InputFile, ProjectReader
 from synth.files.schema import Because, Default, read_section
-from synth.files.trials import Trial
-from synth.files.validate import gathering
+from synth.files.trial_list import Trial
+from synth.files.validate import Title, gathering
 from synth.files.yaml_lines import Key
-from synth.model.leg import DamperCurve, Leg
+from synth.swing.leg_model import DamperCurve, Leg
 
 # The user's catalogue files -> what looks parts up in them and in the built-in ones.
 CatalogueOpener = Callable[[Sequence[Path]], PartResolver]
@@ -92,7 +93,7 @@ class _LegDesignFile:
     kind: str
     source: Annotated[Any, Field(examples=["{leg: rat/rat.leg.yaml, trials: [rat/releases/*.csv]}"])]
     target: Annotated[str, Field(examples=["dog/dog.leg.yaml"])]
-    name: str | None = None
+    name: Title | None = None
     scale: Any = None
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
     fit: Any = None
@@ -131,7 +132,7 @@ class _Joint:
 
 @dataclass(frozen=True)
 class _Damper:
-    part: str | None = None
+    part: Title | None = None
     curve: str | None = None
     leg: str | None = None
     trials: Entries | None = None
@@ -168,6 +169,9 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         reader.refuse(
             f"the target's joints are {names[1]}, the source's {names[0]}; they must be the same", ("target",)
         )
+    mixed = mixed_files(target.joint_names) if target is not None else None
+    if mixed is not None:
+        reader.refuse(mixed, ("target",))
     fit = reader.section(FitOptions, "fit")
     parts = _parts(reader, select, written.get("select"))
     joints = _joints(reader, select, target)

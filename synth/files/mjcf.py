@@ -16,6 +16,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.files.joint_curves import (
     IN_DAMPING,
     IN_SPRING,
@@ -24,8 +25,9 @@ from synth.files.joint_curves import (
     spring_terms,
     without_held,
 )
-from synth.model.leg import Array, Joint, Leg, Link
-from synth.model.mechanics import coefficients, mass_matrix
+from synth.files.output import write_text
+from synth.swing.leg_model import Joint, Leg, Link
+from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
 SHARP = 'solreffriction="0.002 1" solimpfriction="0.99 0.99 1"'  # dry friction that holds nearly as hard as ours
@@ -149,4 +151,4 @@ def _off(what: str, error: float) -> str:
 
 def write_mjcf(leg: Leg, fastest: Array, path: Path) -> None:
     """Write ``mjcf_text``."""
-    path.write_text(mjcf_text(leg, fastest), encoding="utf-8")
+    write_text(path, mjcf_text(leg, fastest))

@@ -25,6 +25,7 @@ from synth.errors import Problem, UserError
 DIGITS = 10  # significant; below what any two machines' arithmetic agrees on, above what anyone needs
 MANIFEST = ".synth-output"  # lists what a run wrote, so that the next may replace it and nothing else
 _IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
+_written: list[Path] = []  # the temporary folders of the runs under way, innermost last
 _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
@@ -60,6 +61,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
         _remove_empty(made)
         raise UserError(Problem(f"cannot be written in {target.parent}: {error.strerror}", name)) from None
     finished = False
+    _written.append(temporary)
     try:
         with _terminated_as_exception():
             yield temporary
@@ -72,9 +74,35 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
             raise
         raise UserError(Problem(f"cannot be written: {error.strerror}", name)) from None
     finally:
+        _written.remove(temporary)
         if not finished:
             shutil.rmtree(temporary, ignore_errors=True)
             _remove_empty(made)
+
+
+def place(folder: Path, name: str) -> Path:
+    """The new file called ``name`` in ``folder``, whatever the name.
+
+    Raises
+    ------
+    UserError : it leads out of the folder, or another file is called so there.
+    """
+    path = folder / name
+    _require_inside(path, folder)
+    if os.path.lexists(path):
+        raise UserError(Problem("would be written twice: two of the project's names give one file's name", name))
+    return path
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text of the result in UTF-8.
+
+    Raises
+    ------
+    UserError : while a run writes its folder, the path leads out of it.
+    """
+    _require_within_run(path)
+    path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -86,8 +114,10 @@ def write_json(path: Path, value: Any) -> None:
         For a number that is not finite, with the path of its key: JSON has no such number.
     TypeError
         For a value that is no mapping, sequence, array, number, text, bool or None.
+    UserError
+        As ``write_text``.
     """
-    path.write_text(_json(_plain(value, ""), 0) + "\n", encoding="utf-8")
+    write_text(path, _json(_plain(value, ""), 0) + "\n")
 
 
 def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, Any]]) -> None:
@@ -97,7 +127,10 @@ def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, 
     ------
     ValueError
         If the columns differ in length or a number is infinite.
+    UserError
+        As ``write_text``.
     """
+    _require_within_run(path)
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
@@ -121,6 +154,18 @@ def stems(names: Sequence[str]) -> list[str]:
             stem += "_"
         found.append(stem)
     return found
+
+
+def _require_inside(path: Path, folder: Path) -> None:
+    """Refuse a path that, links followed, does not lie below the folder."""
+    if folder.resolve() not in path.resolve().parents:
+        raise UserError(Problem("leads out of the folder that is written; nothing is written there", str(path)))
+
+
+def _require_within_run(path: Path) -> None:
+    """Refuse to write elsewhere while a run writes its folder; without one, any place is the caller's to choose."""
+    if _written:
+        _require_inside(path, _written[-1])
 
 
 def _check_target(target: Path, name: str, overwrite: bool) -> None:

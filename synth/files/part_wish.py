@@ -17,9 +17,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from synth.files.options import DamperChoice, PartsOptions, Share, SpringChoice
-from synth.files.reading import ProjectReader
-from synth.files.validate import Quantity
+from synth.files.named_files import ProjectReader
+from synth.files.project_options import DamperChoice, PartsOptions, Share, SpringChoice
+from synth.files.validate import Quantity, Title
 
 Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
@@ -54,7 +54,7 @@ class PartWish:
 @dataclass(frozen=True)
 class _WishFile:
     kind: str
-    name: str | None = None
+    name: Title | None = None
     spring: Any = None
     damper: Any = None
     catalogs: list[str] = field(default_factory=list)

@@ -2,13 +2,40 @@
 
 from __future__ import annotations
 
+import os
 import stat
+from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from synth.errors import Problem, UserError
+from synth.files.names import unprinted
 
 GLOB_LIMIT = 5_000  # files that one pattern may match
+
+
+def text_of(path: str | Path) -> str:
+    """A path as text that any file can hold: bytes that are not UTF-8 as ``\\xff``."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+def refuse_unreadable_name(path: str | Path) -> None:
+    """Refuse a file whose name is not UTF-8 or holds control characters: results name the files that they rest on.
+
+    Raises
+    ------
+    UserError
+    """
+    shown = text_of(path)
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        raise UserError(Problem(f'the name "{shown}" is not UTF-8 text; rename the file', shown)) from None
+    bad = unprinted(str(path))
+    if bad is not None:
+        raise UserError(
+            Problem(f'"{shown}" cannot be a file name: it holds the character {bad}; rename the file', shown)
+        )
 
 
 def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
@@ -19,7 +46,8 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
     UserError
         If it is missing, is no regular file (a pipe would block), is too large, or cannot be read.
     """
-    name = str(path)
+    name = text_of(path)
+    refuse_unreadable_name(path.name)
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
@@ -77,9 +105,11 @@ def matching(folder: Path, pattern: str) -> list[Path]:
         raise UserError(f'"{pattern}" climbs out with ".."; files must lie inside the folder of the file naming them')
     found: list[Path] = []
     try:
-        for path in folder.glob(pattern):
-            if path.is_file():
-                _refuse_outside(folder, path, path.relative_to(folder).as_posix())
+        for path in _globbed(folder, pattern):
+            name = path.relative_to(folder).as_posix()
+            refuse_unreadable_name(name)
+            if _is_meant(path, name, pattern):
+                _refuse_outside(folder, path, name)
                 found.append(path)
             if len(found) > GLOB_LIMIT:
                 raise UserError(f'"{pattern}" matches more than {GLOB_LIMIT} files; narrow it')
@@ -90,9 +120,37 @@ def matching(folder: Path, pattern: str) -> list[Path]:
     return sorted(found)
 
 
+def _globbed(folder: Path, pattern: str) -> Iterator[Path]:
+    """What a pattern matches, links that lead nowhere among it."""
+    head, _, last = pattern.rpartition("/")
+    if head and not any(sign in last for sign in "*?["):  # Path.glob passes over such a link under a plain name
+        yield from (place / last for place in folder.glob(head) if os.path.lexists(place / last))
+    else:
+        yield from folder.glob(pattern)
+
+
+def _is_meant(path: Path, name: str, pattern: str) -> bool:
+    """Whether what a pattern matches is a file, False for a folder that ``trials/*`` finds among files.
+
+    Raises
+    ------
+    UserError : the file is missing, or a folder has the ending of the files: a recording would be left out unsaid.
+    """
+    if not os.path.isdir(path):  # noqa: PTH112 (Path.is_dir raises on a link that leads to itself)
+        if not os.path.exists(path):  # noqa: PTH110
+            raise UserError(f'"{pattern}" matches "{name}", a link that leads nowhere; mend or remove it')
+        return True
+    if PurePosixPath(pattern).suffix:
+        raise UserError(f'"{pattern}" matches "{name}", which is a folder; rename it, or name the files in it')
+    return False
+
+
 def _refuse_absolute(name: str) -> None:
     if not name.strip():
         raise UserError("a file name is needed here")
+    bad = unprinted(name)
+    if bad is not None:
+        raise UserError(f"{name[:60]!a} cannot be a file name: it holds the character {bad}; rename the file")
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or name.startswith(("~", "\\")):
         raise UserError(f'"{name}" is an absolute path; name the file relative to the folder of the file naming it')
 

@@ -8,14 +8,15 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from synth.files.leg import PartResolver
+from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
-from synth.files.options import FitOptions, FreeAngle, Prior
-from synth.files.reading import InputFile, ProjectReader
+from synth.files.named_files import InputFile, ProjectReader
+from synth.files.project_options import FitOptions, FreeAngle, Prior
 from synth.files.schema import Because, Default
-from synth.files.static_points import StaticPoint, read_static_points
-from synth.files.trials import Trial
-from synth.model.leg import Leg
+from synth.files.static_points_file import StaticPoint, read_static_points
+from synth.files.trial_list import Trial
+from synth.files.validate import Title
+from synth.swing.leg_model import Leg
 
 __all__ = ["FitProject", "LegProject", "read_fit_project", "read_leg_project"]
 
@@ -26,7 +27,7 @@ class _FitFile:
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
-    name: str | None = None
+    name: Title | None = None
     fit: Any = None
     prior: Any = None
     static: Any = None

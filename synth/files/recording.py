@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.table import Column, Table, in_si, read_table
+from synth.files.csv_table import Column, Table, in_si, read_table
 from synth.files.validate import near
-from synth.model.leg import Array, Leg
+from synth.swing.leg_model import Leg
 from synth.units import factor
 
 SHORTEST = 8  # samples
+HOLE = 4.5  # times its usual sample step, from which on a known torque has a hole; as in ``motion.smoothing``
 WIDEST = radians(400)  # beyond any joint's travel; a joint that really turns on says so by its range
 SUFFIXES = {" velocity": "rad/s", " torque": "N*m"}
 EXAMPLES = {"rad": "deg", "rad/s": "deg/s", "N*m": "N*m", "s": "s"}
@@ -60,11 +62,8 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
         problems += _angle_problems(table, leg, angles)
     velocities = _optional(values, leg, " velocity", np.nan)
     torques = _optional(values, leg, " torque", 0.0)
-    if torques is not None and np.isnan(torques).any():
-        row = int(np.isnan(torques).any(axis=1).argmax())
-        problems.append(
-            Problem("a known torque has an empty cell; write 0 where none acts", table.name, table.line(row))
-        )
+    if torques is not None and not problems:
+        torques, problems = _between_samples(table, leg, time, angles, torques)
     if problems:
         raise UserError(problems)
     for array in (time, angles, velocities, torques):
@@ -133,6 +132,30 @@ def _angle_problems(table: Table, leg: Leg, angles: Array) -> list[Problem]:
         return problems
     in_degrees = all(_is_degrees(by_name[joint.name]) for joint in leg.joints)
     return _radians_as_degrees(table, leg, angles) if in_degrees else []
+
+
+def _between_samples(table: Table, leg: Leg, time: Array, angles: Array, torques: Array) -> tuple[Array, list[Problem]]:
+    """Known torques (n, n_joint) N m in every row, linear between the samples of their own columns; and mistakes.
+
+    A torque may be sampled more densely than the angles, or at other times: the cells of the other are then empty. A
+    hole in its samples, or a recording that begins before them or goes on after, is a mistake: an empty cell does not
+    mean 0.
+    """
+    filled, problems = torques.copy(), []
+    recorded = np.flatnonzero(np.isfinite(angles).any(axis=1))
+    for j in np.flatnonzero(np.isnan(torques).any(axis=0)):
+        known = np.flatnonzero(np.isfinite(torques[:, j]))
+        filled[:, j] = np.interp(time, time[known], torques[known, j])
+        rows = np.concatenate([recorded[:1], known[(known > recorded[0]) & (known < recorded[-1])], recorded[-1:]])
+        longest = HOLE * float(np.median(np.diff(time[known]))) if len(known) > 1 else 0.0
+        holes = np.flatnonzero(np.diff(time[rows]) > longest)
+        if len(holes):
+            first, last = time[rows[holes[0]]], time[rows[holes[0] + 1]]
+            title = next(c.title for c in table.columns if c.name == f"{leg.joint_names[j]} torque")
+            text = f"no torque is given between {first:g} s and {last:g} s; write 0 where none acts"
+            empty = int(rows[holes[0]] + np.isnan(torques[rows[holes[0]] :, j]).argmax())
+            problems.append(Problem(text, table.name, table.line(empty), title))
+    return filled, problems
 
 
 def _is_degrees(column: Column) -> bool:

@@ -13,9 +13,11 @@ from math import pi
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+from synth.arrays import Array
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.mjcf import inertias
-from synth.model.leg import Array, Joint, Leg, Link
+from synth.files.output import write_text
+from synth.swing.leg_model import Joint, Leg, Link
 
 SDF_VERSION = "1.9"
 WORTH_SAYING = 0.02  # of the largest torque, that a straight line may be off without a word
@@ -176,7 +178,7 @@ def write_robot_files(leg: Leg, fastest: Array, folder: Path) -> list[str]:
     """Write ``leg.urdf`` and ``leg.sdf`` into ``folder``; returns a warning a file for what it does not hold."""
     said = []
     for name, made in (("leg.urdf", urdf_file(leg, fastest)), ("leg.sdf", sdf_file(leg, fastest))):
-        (folder / name).write_text(made.text, encoding="utf-8")
+        write_text(folder / name, made.text)
         if made.warnings:
             said.append(f"{name} does not hold all of the leg: {'; '.join(made.warnings)}")
     return said

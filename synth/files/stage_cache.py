@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import synth
-from synth.model.generate import cache_folder
+from synth.compiling.code_cache import cache_folder
 
 FOLDER = "stages"
 KEPT = 24  # entries; a leg with pictures takes 25 MB

@@ -7,14 +7,15 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
 from synth import units
 from synth.errors import Problem, UserError
+from synth.files.names import title_fault
 from synth.files.yaml_lines import Document, Key
 
 # What each kind of file is for: the command that reads it, or the key by which other files name it.
@@ -44,6 +45,16 @@ Model = TypeVar("Model", bound=FileModel)
 def refusal(text: str) -> PydanticCustomError:
     """A mistake with a message of our own, to raise inside a pydantic validator."""
     return PydanticCustomError("user", "{text}", {"text": text})
+
+
+def _title(value: str) -> str:
+    fault = title_fault(value)
+    if fault is not None:
+        raise refusal(f'"{value[:60]}" {fault}')
+    return value
+
+
+Title = Annotated[str, AfterValidator(_title)]  # the name of a leg, a project or a part, which no file is called by
 
 
 @dataclass(frozen=True)

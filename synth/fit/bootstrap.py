@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.fit.least_squares import HUBER, Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals
-from synth.model.leg import Array
 from synth.threads import shared_out
 
 REFITS = 200

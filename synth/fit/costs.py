@@ -21,8 +21,8 @@ from functools import cached_property
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording, relative_amplitudes
-from synth.model.leg import Array
 from synth.motion.characteristics import Characteristics, characteristics
 
 TRANSIENT = 0.2  # s, of the first swing

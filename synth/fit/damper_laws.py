@@ -13,16 +13,17 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
+from synth.fit.fit_problem import bare
 from synth.fit.laws import LAWS, LINEAR, POWER, TABLE, Law, LawUnknowns, SpeedRange
 from synth.fit.least_squares import Solution, Weights, solve
 from synth.fit.recordings import Recording
-from synth.fit.sought import bare
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import root_mean_square
-from synth.model.chain import compiled_chain
-from synth.model.leg import Array, DamperCurve, Leg
-from synth.model.mechanics import coefficients, outboard_inertia, static_torque
+from synth.swing.chain import compiled_chain
+from synth.swing.leg_model import DamperCurve, Leg
+from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.units import quantity
 
 SIMPLER = 0.25  # share of the held-out RMS that a simpler law may be worse where drops scatter by as much

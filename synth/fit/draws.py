@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.bootstrap import Bootstrap
 from synth.fit.unknowns import SpringsAndDampers
-from synth.model.leg import Array, Leg
+from synth.swing.leg_model import Leg
 
 DRAWS = 64
 

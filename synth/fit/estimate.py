@@ -7,20 +7,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import UserError
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
+from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
 from synth.fit.least_squares import Solution, Stage
-from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
 from synth.fit.report_fit import MISFIT, Treatment, result_of
-from synth.fit.result import FitResult
 from synth.fit.ridge import soften
-from synth.fit.sought import NOTHING_NEAR, model_of, sought_by
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import root_mean_square, sample_scatter, shift_variances
-from synth.model.leg import Array, Leg
+from synth.swing.leg_model import Leg
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | None = None) -> FitResult:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 WIDE = np.radians(10.0)  # spread under which shifts are first estimated: nearly free
 LEAST_SPREAD = np.radians(0.01)

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.unknowns import NORMAL90
-from synth.model.chain import Chain
-from synth.model.curves import compiled_rows, torque_at
-from synth.model.layout import CURVE_POINTS
-from synth.model.leg import Array, DamperCurve
+from synth.swing.chain import Chain
+from synth.swing.damper_curves import compiled_rows, torque_at
+from synth.swing.lane_layout import CURVE_POINTS
+from synth.swing.leg_model import DamperCurve
 from synth.units import quantity
 
 TABLE_POINTS = 6

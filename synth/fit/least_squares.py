@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
 from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
 from synth.fit.unknowns import Unknowns
-from synth.model.leg import Array
 from synth.threads import shared_out
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly

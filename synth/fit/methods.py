@@ -12,19 +12,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.options import FitOptions as Choice
+from synth.files.project_options import FitOptions as Choice
 from synth.fit.costs import Cost, emphasised
 from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_problem import NOTHING_NEAR, model_of
+from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import Stage, Weights, solve
-from synth.fit.options import FitOptions
+from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import Treatment, result_of
-from synth.fit.result import FitResult
-from synth.fit.search import Bounds, CostByJoint, Search
-from synth.fit.sought import NOTHING_NEAR, model_of
 from synth.fit.uncertainty import correlation_times, root_mean_square
-from synth.model.leg import Array, DamperCurve, Leg
+from synth.swing.leg_model import DamperCurve, Leg
 
 WORSE = 1.05  # times the RMS of least squares, from which a search is said to have missed
 

@@ -14,15 +14,16 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
+from synth.fit.fit_problem import sought_by
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
-from synth.fit.sought import sought_by
 from synth.fit.static_points import Balance
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.model.leg import Array, Leg
-from synth.model.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import quantity
 
 AIM = np.log(1.1) / NORMAL90  # standard deviation of a log rate: +-10 % at 90 %

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.model.chain import Conditions
-from synth.model.leg import Array, Leg
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
-    from synth.files.trials import Trial
+    from synth.files.trial_list import Trial
 
 SHORTEST = 0.08  # s, of motion that a trial must hold: the weak form's shortest window
 LEAST_MOTION = np.radians(0.5)
@@ -100,12 +101,12 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
 
 
 def _recording(leg: Leg, trial: Trial) -> Recording:
-    time = trial.time - trial.time[0]
-    names = leg.joint_names
+    read = _rows_read(trial)
+    names, time = leg.joint_names, trial.time[read] - trial.time[read][0]
     if time[-1] < SHORTEST or len(time) < 12:
         text = f"{len(time)} samples over {time[-1] * 1e3:.0f} ms; a trial needs at least 12 samples and"
         raise UserError(Problem(f"{text} {SHORTEST * 1e3:.0f} ms, the weak form's window", file=trial.name))
-    rotation = leg.to_rotation(trial.angles)
+    rotation = leg.to_rotation(trial.angles[read])
     lost = lost_samples(rotation)
     few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < 12]
     if few:
@@ -121,9 +122,16 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     rotation = np.where(np.isfinite(rotation), rotation, 0.0)
     known = None
     if trial.torques is not None:
-        known = (time, np.ascontiguousarray(leg.sign * np.nan_to_num(trial.torques)))
+        known = (trial.time - trial.time[read][0], np.ascontiguousarray(leg.sign * trial.torques))
     conditions = Conditions(locked, trial.tip_mass, trial.tilt)
     return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, int(lost.sum()))
+
+
+def _rows_read(trial: Trial) -> Mask:
+    """(m,) rows that are samples of the motion, not of a known torque alone, which may be sampled more densely."""
+    if trial.torques is None:
+        return np.ones(len(trial.time), dtype=bool)
+    return np.asarray(np.isfinite(trial.angles).any(axis=1))
 
 
 def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) -> list[Problem]:

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.least_squares import HUBER, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.starts import drawn_starts, first_locals, quick_costs
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals, root_mean_square
-from synth.model.leg import Array
 from synth.threads import shared_out
 
 NOISE_ROUNDS = 5

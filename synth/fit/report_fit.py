@@ -7,20 +7,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.effects import effect_named
+from synth.arrays import Array
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
+from synth.fit.fit_problem import sought_by
+from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording
-from synth.fit.result import Estimate, FitResult, JointFit, TrialFit, Variant
-from synth.fit.sought import sought_by
 from synth.fit.static_points import Judged, judged
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable, residuals, root_mean_square
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.model.leg import Array, Damper, Leg, Spring
 from synth.motion.characteristics import characteristics
+from synth.swing.effects import effect_named
+from synth.swing.leg_model import Damper, Leg, Spring
 
 MISPLACED = 3.0  # standard deviations from which a static point is called into question
 LEAST_MISFIT = np.radians(0.3)  # that is worth a word

@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from synth.arrays import Array
+from synth.fit.fit_problem import sought_by
 from synth.fit.least_squares import Solution, Weights, solve
 from synth.fit.recordings import Recording
-from synth.fit.sought import sought_by
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
-from synth.model.leg import Array
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5

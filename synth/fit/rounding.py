@@ -18,8 +18,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
-from synth.model.leg import Array
 
 COARSE = 0.6  # noise over count, below which rounding is no noise any more
 FINEST = 0.05  # noise over count that is told from none at all

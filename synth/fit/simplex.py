@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 MAX_ITERATIONS = 500
 TOLERANCE_X, TOLERANCE_F = 1e-4, 1e-4

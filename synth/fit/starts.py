@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_problem import sought_by
 from synth.fit.free_angle import WIDE
-from synth.fit.options import FitOptions
 from synth.fit.recordings import Recording
-from synth.fit.sought import sought_by
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.weak_form import WeakForm
-from synth.model.leg import Array, Leg
-from synth.model.mechanics import coefficients, outboard_inertia, static_torque
 from synth.motion.smoothing import initial_state
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.threads import shared_out
 
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.files.static_points import TORQUE_SHARE, StaticPoint
-from synth.model.leg import Array, Leg
-from synth.model.mechanics import coefficients, static_torque
+from synth.arrays import Array
+from synth.files.static_points_file import TORQUE_SHARE, StaticPoint
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, static_torque
 
 STEP = 1e-6  # of a log rate, rad: central differences of a two-variable residual
 

@@ -13,8 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.simplex import Found
-from synth.model.leg import Array
 
 PARTICLES = 20
 ITERATIONS = 100

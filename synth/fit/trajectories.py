@@ -18,11 +18,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.fit.unknowns import Unknowns
-from synth.model.chain import Chain, Conditions
-from synth.model.layout import LANES
-from synth.model.leg import Array, Leg
+from synth.swing.chain import Chain, Conditions
+from synth.swing.lane_layout import LANES
+from synth.swing.leg_model import Leg
 from synth.threads import shared_out
 
 PERTURBATION = 1e-6  # of log rates, rad, and 10x that of rad/s

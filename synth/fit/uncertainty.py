@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.model.leg import Array, Leg
-from synth.model.mechanics import outboard_inertia
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import outboard_inertia
 
 LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as not fixed (+-20 % at 90 %)
 

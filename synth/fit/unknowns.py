@@ -9,10 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.static_points import Balance
-from synth.model.chain import Chain
-from synth.model.leg import Array, Damper, Leg, Spring
-from synth.model.mechanics import outboard_inertia
+from synth.swing.chain import Chain
+from synth.swing.leg_model import Damper, Leg, Spring
+from synth.swing.mechanics import outboard_inertia
 
 # The search box in natural units, I the inertia outboard of the joint: beyond it a limb is no limb but a rod or a rag,
 # and the integration is stiff for nothing.

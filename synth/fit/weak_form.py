@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.fit.recordings import Recording
-from synth.model.curves import torque_at
-from synth.model.leg import Array, DamperCurve, Leg
-from synth.model.mechanics import coefficients, momentum_and_force
+from synth.swing.damper_curves import torque_at
+from synth.swing.known_torque import averaged
+from synth.swing.leg_model import DamperCurve, Leg
+from synth.swing.mechanics import coefficients, momentum_and_force
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,7 @@ class WeakForm:
             found = coefficients(leg, recording.conditions.tip_mass)
             momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
             if recording.known_torque is not None:
-                times, torques = recording.known_torque
-                force = force + np.stack([np.interp(smoothed.time, times, torques[:, j]) for j in range(n)], axis=1)
+                force = force + averaged(recording.known_torque, smoothed.time)
             for j, curve in enumerate(self.curves):
                 if curve is not None:
                     force[:, j] -= torque_at(curve, smoothed.rate[:, j])

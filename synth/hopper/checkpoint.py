@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.model.leg import Array
 
 MANIFEST = "sweep.json"
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from synth.hopper.jump_lanes import JumpLanes
-from synth.model.leg import Array
+from synth.arrays import Array
+from synth.jump.jump_lanes import JumpLanes
 
 STEP = 1e-3  # s
 FASTEST = 300.0  # rad/s; a guess that runs away stays a number

@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PullUps
 from synth.hopper.identify_motor import Estimate
 from synth.hopper.windows import OVERLAP, windows
-from synth.model.hopper_leg import HopperLeg
-from synth.model.leg import Array
+from synth.jump.hopper_leg import HopperLeg
 
 WIDTH = 0.15  # s, of a window
 LARGEST = 0.05  # N m s/rad, of the genetic search

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.windows import OVERLAP, windows
-from synth.model.leg import Array
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
 Z90 = 1.6448536

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from synth.errors import UserError
-from synth.model.hopper_leg import Motor, MotorOptions
+from synth.jump.hopper_leg import Motor, MotorOptions
 from synth.parts.rows import GearMotorRow
 
 ROTOR_INERTIA, ROTOR_MASS = 1.5e-8, 0.0095

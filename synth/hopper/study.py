@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.files.hopper_project import MOST_INTERVALS, HopperProject, model_problem, motor_problem
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.models import MODELS, lane
+from synth.hopper.hopper_tolerances import contributions, groups, intervals
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
-from synth.hopper.mujoco_model import mujoco_jump, require_mujoco
-from synth.hopper.outcomes import TOO_STIFF, Outcome, heights, outcome_of
-from synth.hopper.planar import planar_jump
-from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_sweep
-from synth.hopper.tolerance import contributions, groups, intervals
-from synth.model.hopper_leg import HopperLeg, Motor, Tolerances, in_reach
-from synth.model.leg import Array
-from synth.parts.catalog import Catalogue
+from synth.jump.hopper_leg import HopperLeg, Motor, Tolerances, in_reach
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump, simulate
+from synth.jump.mujoco_model import mujoco_jump, require_mujoco
+from synth.jump.outcomes import TOO_STIFF, Outcome, heights, outcome_of
+from synth.jump.planar_jump import planar_jump
+from synth.jump.point_mass import point_mass_outcomes
+from synth.parts.catalogs import Catalogue
 from synth.parts.rows import GearMotorRow
 
 if TYPE_CHECKING:

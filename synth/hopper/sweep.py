@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
-from synth.hopper.jump import compiled_jump
-from synth.hopper.models import Model, lanes
-from synth.hopper.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
-from synth.hopper.point_mass import point_mass_outcomes
-from synth.hopper.tolerance import groups, intervals
-from synth.model.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
-from synth.model.leg import Array
+from synth.hopper.hopper_tolerances import groups, intervals
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
+from synth.jump.jump_models import Model, lanes
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
+from synth.jump.point_mass import point_mass_outcomes
 from synth.threads import thread_count
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def _jumps(problem: Problem, index: int, length: Array) -> Array:
         found[:N_OUTCOME] = point_mass_outcomes(problem.leg, motor, length)
         return found
     if model.engine == "mujoco":
-        from synth.hopper.mujoco_model import mujoco_jump
+        from synth.jump.mujoco_model import mujoco_jump
 
         for i, each in enumerate(length):
             jump = mujoco_jump(problem.leg.with_length(float(each)), motor, problem.contact, model)

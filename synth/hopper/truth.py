@@ -19,15 +19,15 @@ from typing import Any
 import numpy as np
 
 import synth
-from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.models import MODELS, lanes
+from synth.arrays import Array
+from synth.hopper.hopper_tolerances import groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of
-from synth.hopper.outcomes import APEX, CLEARANCE, heights
-from synth.hopper.point_mass import point_mass_outcomes
-from synth.hopper.tolerance import groups, intervals
-from synth.model.hopper_leg import Contact, HopperLeg, Motor, MotorOptions, Tolerances, in_reach
-from synth.model.leg import Array
-from synth.parts.catalog import Catalogue
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor, MotorOptions, Tolerances, in_reach
+from synth.jump.jump_models import MODELS, lanes
+from synth.jump.jump_runs import compiled_jump, simulate
+from synth.jump.outcomes import APEX, CLEARANCE, heights
+from synth.jump.point_mass import point_mass_outcomes
+from synth.parts.catalogs import Catalogue
 from synth.units import quantity
 
 FORMAT = "synth/hopper-truth/1"
@@ -120,7 +120,7 @@ def prediction(leg: HopperLeg, motor: Motor, model: str) -> dict[str, tuple[floa
 def model_c(leg: HopperLeg, motors: Sequence[Motor], lengths: Sequence[float]) -> dict[str, Any]:
     """Model C at the built design on both grounds, and over a few designs on its own ground; a note without MuJoCo."""
     from synth.errors import UserError
-    from synth.hopper.mujoco_model import mujoco_jump
+    from synth.jump.mujoco_model import mujoco_jump
 
     built = next(motor for motor in motors if abs(motor.ratio - BUILT_RATIO) < 0.01)
     try:

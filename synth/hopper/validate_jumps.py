@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PlateJumps
-from synth.hopper.jump import compiled_jump
-from synth.hopper.layout import LAYOUTS
-from synth.hopper.models import MODELS, lane
 from synth.hopper.motors import motor_of
-from synth.hopper.outcomes import Outcome, outcome_of
-from synth.model.leg import Array
-from synth.parts.catalog import Catalogue
+from synth.jump.jump_layout import LAYOUTS
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import Outcome, outcome_of
+from synth.parts.catalogs import Catalogue
 
 MODELS_HELD = ("A", "B", "D", "full")
 QUIET = 0.02  # s, a foot in the air leaves the plate quiet for so long at least

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 OVERLAP = 4  # windows over every instant
 LEAST_SAMPLES = 8

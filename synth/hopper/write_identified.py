@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import synth
-from synth.files.reading import InputFile
+from synth.files.named_files import InputFile
 from synth.hopper.identify_damping import DampingEstimate
 from synth.hopper.identify_motor import Estimate, MotorEstimate
 from synth.hopper.validate_jumps import Validation

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 SETTLE_BAND = 0.1  # of the release's amplitude
 

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.model.leg import Array, Leg
-from synth.model.mechanics import coefficients, momentum_and_force
+from synth.arrays import Array
 from synth.motion.smoothing import Smoothed, savitzky_golay
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, momentum_and_force
 
 DEVIATIONS = 3.0  # of a prediction's own uncertainty, that a torque must miss it by
 FOREIGN = 0.15  # of the joint's torque range, that it must miss it by too: few real springs are linear to less

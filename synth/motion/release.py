@@ -13,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.model.leg import Array, Leg
-from synth.model.mechanics import absolute, coefficients, mass_matrix
+from synth.arrays import Array
 from synth.motion.foreign_torque import drive_after, odd_points, polynomial_noise
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import absolute, coefficients, mass_matrix
 
 WIDTHS = (0.05, 0.08, 0.12, 0.18)  # s, supports of the local polynomials: the first that quietens the noise is used
 MOVING = 0.2  # of the greatest speed (root of twice the kinetic energy); less counts as rest

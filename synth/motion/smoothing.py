@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 Mask = NDArray[np.bool_]
 

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from synth.model.leg import Damper, DamperCurve
 from synth.parts.rows import DamperRow
+from synth.swing.leg_model import Damper, DamperCurve
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from synth.model.leg import DamperCurve
+from synth.swing.leg_model import DamperCurve
 
 TABLE = "table"
 CONCAVE = "concave"

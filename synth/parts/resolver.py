@@ -7,8 +7,8 @@ from functools import cache
 from typing import Literal
 
 from synth.errors import UserError
-from synth.model.leg import Damper
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
+from synth.swing.leg_model import Damper
 
 
 def resolver(catalogue: Catalogue | None = None) -> Callable[[Literal["spring", "damper"], str], float | Damper]:

@@ -9,8 +9,8 @@ import math
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, ClassVar
 
-from synth.model.leg import Damper, DamperCurve
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, power_law_curve
+from synth.swing.leg_model import Damper, DamperCurve
 
 # Wire is drawn to steps of half a thousandth of an inch or of a hundredth of a millimetre.
 INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8

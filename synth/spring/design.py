@@ -13,12 +13,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from synth.errors import UserError
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.coil_angle import CONVENTIONS, Convention, coil_fraction
 from synth.parts.coil_rate import coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
 from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
 from synth.units import quantity
 
 Objective = Literal["mass", "space", "life"]

@@ -11,7 +11,7 @@ from synth.parts import coil_angle
 from synth.parts.coil_rate import active_coils, energy, rate
 from synth.parts.wire import WireMaterial
 from synth.spring import arms, fatigue, space, stress, winding
-from synth.spring.result import SpringDesign, SpringLimits, SpringTask, Violation
+from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
 
 SLACK = 1e-9  # relative: a limit reached exactly is kept
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from synth.parts.tolerance import free_angle_tolerance
+from synth.parts.part_tolerance import free_angle_tolerance
 
 # Outer diameter up to, mm -> plus or minus mm, as Lee Spring keeps it: http://www.leespring.com/torsion_tol.asp
 OUTER = (

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from robustness.random_legs import Recorder, random_case
-from synth.files.leg import write_leg
+from synth.files.leg_file import write_leg
 from synth.files.output import write_csv
 
 RECORDER = Recorder(noise=0.1, counts=8192, rate=150.0, trials=2)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,6 +18,7 @@ from batch.clusters import wait_until
 from batch.legs import folder_of_legs, same_bytes
 from synth.batch.folder import find_projects
 from synth.cli import main
+from synth.commands import fit_folder
 from synth.errors import UserError
 
 
@@ -50,6 +53,59 @@ def test_projects_are_found_by_kind_and_named_by_their_place(tmp_path: Path) -> 
     assert [bool(item.problems) for item in found] == [False, False, False, True, False]
     with pytest.raises(UserError, match="holds no project that could be fitted"):
         find_projects(tmp_path / "c")
+
+
+def names_of(folder: Path, *files: str) -> list[str]:
+    """The names that projects in these files get."""
+    for name in files:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("kind: fit\n")
+    return [item.name for item in find_projects(folder)]
+
+
+def test_no_two_projects_share_a_name_and_none_lies_in_another_s_results(tmp_path: Path) -> None:
+    assert names_of(tmp_path / "1", "a.yaml", "a.yml") == ["a.yaml", "a.yml"]
+    assert names_of(tmp_path / "2", "a.yaml", "a/report.html.yaml") == ["a.yaml", "a/report.html"]
+    assert names_of(tmp_path / "3", "a/fit.yaml", "a.yaml") == ["a.yaml", "a/fit"]
+    assert names_of(tmp_path / "4", "a/fit.yaml", "a/fit.yml", "a.yaml.yaml") == ["a.yaml", "a/fit.yaml", "a/fit.yml"]
+    assert names_of(tmp_path / "5", "a.yaml", "a.yml", "a.yaml.yml") == ["a.yaml", "a.yaml.yml", "a.yml"]
+
+
+def test_projects_of_one_stem_and_names_that_are_no_text_stop_no_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    legs = folder_of_legs(tmp_path / "legs", 1)
+    shutil.copy(legs / "leg_00" / "fit.yaml", legs / "leg_00" / "fit.yml")
+    shutil.copy(legs / "leg_00" / "fit.yaml", legs / "leg_00" / os.fsdecode(b"b\xff.yaml"))
+    (legs / "leg_00" / "fit").mkdir()
+    (legs / "leg_00" / "fit" / "report.html.yaml").write_text("kind: fit\n")
+    assert main(["fit", str(legs), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("synth: 2 of 4 projects could not be fitted:\n")
+    assert "is not UTF-8 text; rename" in said
+    fits = json.loads((tmp_path / "out" / "fits.json").read_text())
+    assert [leg["name"] for leg in fits["legs"]] == ["leg_00/fit.yaml", "leg_00/fit.yml"]
+    assert [item["name"] for item in fits["failed"]] == ["leg_00/b\\xff", "leg_00/fit/report.html"]
+    assert (tmp_path / "out" / "legs" / "leg_00" / "fit.yml" / "report.html").is_file()
+
+
+def test_a_fault_in_reading_one_project_stops_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    legs = folder_of_legs(tmp_path / "legs", 2)
+    read = fit_folder.read_fit_project
+
+    def faulty(path: Path, **rest: Any) -> Any:
+        if "leg_00" in str(path):
+            raise ZeroDivisionError("a fault of ours")
+        return read(path, **rest)
+
+    monkeypatch.setattr(fit_folder, "read_fit_project", faulty)
+    assert main(["fit", str(legs), "--out", str(tmp_path / "out"), "--quiet"]) == 1
+    assert "a fault of ours" in capsys.readouterr().err
+    fits = json.loads((tmp_path / "out" / "fits.json").read_text())
+    assert [leg["name"] for leg in fits["legs"]] == ["leg_01"]
+    assert [item["crash"] for item in fits["failed"]] == [True]
 
 
 def test_a_bad_project_stops_no_other_and_is_mended_without_fitting_the_rest_again(

@@ -25,12 +25,12 @@ from scipy.integrate import solve_ivp
 from bench import engines
 from bench import thesis_leg as thesis
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say, seconds
-from synth.effects import effect_named
-from synth.model import generate, trigonometry
-from synth.model.chain import Chain, compiled_chain
-from synth.model.lanes import LegLanes
-from synth.model.layout import Layout
-from synth.model.leg import Array
+from synth.arrays import Array
+from synth.compiling import code_cache, trigonometry
+from synth.swing.chain import Chain, compiled_chain
+from synth.swing.effects import effect_named
+from synth.swing.lane_layout import Layout
+from synth.swing.leg_lanes import LegLanes
 
 ERROR = 1e-6  # rad
 TARGET, OFF_SHARE = 60_000.0, 0.7  # trajectories a second; share of it that is to be left with all effects compiled in
@@ -191,7 +191,7 @@ def work(tolerance: float) -> tuple[float, float]:
     """Steps of a lane group, and floating-point operations a trajectory, counted in the generated text."""
     chain = compiled_chain(3)
     sine = operations(ast.parse(inspect.getsource(trigonometry.sine_cosine.py_func)))
-    each = operations(_lane_loop(generate.right_hand_side(Layout(3, chain.layout.laws))), sine)
+    each = operations(_lane_loop(code_cache.right_hand_side(Layout(3, chain.layout.laws))), sine)
     steps = []
 
     def counted(*arguments):  # type: ignore[no-untyped-def]

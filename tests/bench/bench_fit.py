@@ -26,15 +26,15 @@ from scipy.optimize import least_squares
 from bench import thesis_leg as thesis
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say, seconds
 from peers.mujoco_leg import mjcf
-from synth.files.leg import write_leg
+from synth.arrays import Array
+from synth.files.leg_file import write_leg
 from synth.files.output import write_csv
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.options import FitOptions
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult
 from synth.fit.recordings import recordings
-from synth.fit.result import FitResult
-from synth.model.chain import simulate
-from synth.model.leg import Array
+from synth.swing.chain import simulate
 
 NOISE = np.radians(0.1)
 WARM, COMMAND, FIRST = 0.025, 1.0, 10.0  # s, targets

@@ -20,13 +20,13 @@ from typing import Any
 from bench import thesis_leg as thesis
 from bench.gap_case import pendulum, write_project
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say
-from synth.effects import Effect, registered
+from synth.diagnosis import candidates, experiment, figures, predict, score, screening, solve
+from synth.diagnosis.diagnose import diagnose
 from synth.files.gap_project import GapProject, read_gap_project
-from synth.gap import candidates, experiment, figures, predict, promise, score, solve
-from synth.gap.diagnose import diagnose
-from synth.model.chain import Chain
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
+from synth.swing.chain import Chain
+from synth.swing.effects import Effect, registered
 
 TEN_TRIALS, PENDULUM = 10.0, 1.0  # s, targets
 REPEATS = 3
@@ -124,7 +124,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     def one_thread(function: Callable[[int], Any], count: int) -> list[Any]:
         return [function(i) for i in range(count)]
 
-    for module in (solve, promise, score, experiment, figures):
+    for module in (solve, screening, score, experiment, figures):
         if hasattr(module, "in_parallel"):
             put_back.append((module, "in_parallel", module.in_parallel))
             module.in_parallel = one_thread  # type: ignore[attr-defined]
@@ -156,7 +156,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     put(solve.Workbench, "evaluate", "derivatives from lanes, whitening")
     put(solve.Workbench, "_steps", "steps of Levenberg-Marquardt")
     put(solve.Workbench, "_part", "frames: derivatives by tolerances and states")
-    put(promise.Ground, "left", "promises of starts")
+    put(screening.Ground, "left", "promises of starts")
     whole = shares.timed(diagnose, "everything else")
     try:
         whole(project.leg, project.trials, project.tolerance, seed=project.seed)

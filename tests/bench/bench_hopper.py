@@ -19,13 +19,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from hopper.hoppers import catalogue, motor
-from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.models import MODELS, lanes
 from synth.hopper.motors import chosen_rows, motor_of
-from synth.hopper.mujoco_model import mjcf, mujoco_jump
-from synth.hopper.planar import planar_jump
 from synth.hopper.sweep import Problem, run_sweep
-from synth.model.hopper_leg import Contact, HopperLeg, Tolerances
+from synth.jump.hopper_leg import Contact, HopperLeg, Tolerances
+from synth.jump.jump_models import MODELS, lanes
+from synth.jump.jump_runs import compiled_jump, simulate
+from synth.jump.mujoco_model import mjcf, mujoco_jump
+from synth.jump.planar_jump import planar_jump
 
 LENGTHS = (0.08, 0.16)
 

@@ -13,11 +13,11 @@ import numpy as np
 from bench import thesis_leg as thesis
 from bench.results import Goal, Section, Table, load, run_alone, say
 from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_search import Found, best_sets
 from synth.design.response import Release, WantedResponse
-from synth.design.search import Found, best_sets
-from synth.model.chain import Conditions
-from synth.model.leg import Damper
 from synth.parts.damper_law import power_law_curve
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper
 
 TARGET = 60.0  # s on two cores, for a million sets
 BEST = 12

@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 
 from bench import thesis_leg as thesis
 from peers.mujoco_leg import mjcf
-from synth.model.leg import Array
+from synth.arrays import Array
 
 TOLERANCES = (1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 1e-9)
 Run = Callable[[], Array]

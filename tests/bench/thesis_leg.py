@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from synth.model.leg import Array, Damper, Joint, Leg, Link, Spring
+from synth.arrays import Array
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 LENGTH, MASS = np.array([0.20, 0.18, 0.15]), np.array([0.75, 0.30, 0.10])
 COM, INERTIA, GRAVITY = LENGTH / 2, MASS * LENGTH**2 / 12, 9.81

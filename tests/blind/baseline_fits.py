@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
+from synth.diagnosis.candidates import candidates, scales
+from synth.diagnosis.gap_trials import GapTrial, gap_trial, sensor
+from synth.diagnosis.predict import Predictor
+from synth.diagnosis.score import score
+from synth.diagnosis.search import as_designed, fit_nominal, ratio
+from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.tolerances import QUANTITIES, Tolerances
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
-from synth.gap.candidates import candidates, scales
-from synth.gap.data import GapTrial, gap_trial, sensor
-from synth.gap.predict import Predictor
-from synth.gap.score import score
-from synth.gap.search import as_designed, fit_nominal, ratio
-from synth.gap.solve import Fit, Workbench
-from synth.gap.tolerances import QUANTITIES, Tolerances
 
 FREE = 20.0  # times the tolerances
 INTEGRATION = 1e-5

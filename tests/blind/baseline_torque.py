@@ -15,13 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blind.views import Key, View
-from synth.effects.along import torque_along
+from synth.arrays import Array
+from synth.diagnosis.candidates import Candidate, candidates, scales
+from synth.diagnosis.gap_trials import GapTrial, gap_trial
+from synth.diagnosis.where import missing_torque
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
-from synth.gap.candidates import Candidate, candidates, scales
-from synth.gap.data import GapTrial, gap_trial
-from synth.gap.where import missing_torque
-from synth.model.leg import Array, Leg
+from synth.swing.effects.torque_along_motion import torque_along
+from synth.swing.leg_model import Leg
 
 OVERLAP = 4  # windows that share their samples
 SAMPLES = 1500  # of a trial that columns are computed at

@@ -15,8 +15,8 @@ from blind.jump_engine import Array, JumpConditions, JumpTruth, jump, pull_up
 from blind.jump_sizes import absorber
 from synth.files.hopper_gap_project import JumpTolerance
 from synth.hopper.motors import motor_of
-from synth.model.hopper_leg import Contact, HopperLeg
-from synth.parts.catalog import Catalogue
+from synth.jump.hopper_leg import Contact, HopperLeg
+from synth.parts.catalogs import Catalogue
 
 PLACES = {
     "winding_inductance": "hip", "voltage_sag": "hip", "torque_constant": "hip", "gear_friction": "hip",

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.hopper.models import MODELS
-from synth.hopper.mujoco_model import mjcf
-from synth.model.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.jump_models import MODELS
+from synth.jump.mujoco_model import mjcf
 
 Array = NDArray[np.float64]
 STEP = 1e-4  # s

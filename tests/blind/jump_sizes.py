@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from blind.jump_engine import Array
+from synth.diagnosis.jumps.jump_data import Jump, prepared, uncertain
+from synth.diagnosis.jumps.jump_predict import JumpPredictor
+from synth.diagnosis.jumps.jump_search import as_designed
+from synth.diagnosis.jumps.jump_solve import JumpBench
+from synth.diagnosis.jumps.jump_tolerances import JumpTolerances
 from synth.files.hopper_gap_project import read_hopper_gap_project
-from synth.hopper_gap.data import Jump, prepared, uncertain
-from synth.hopper_gap.predict import JumpPredictor
-from synth.hopper_gap.search import as_designed
-from synth.hopper_gap.solve import JumpBench
-from synth.hopper_gap.tolerances import JumpTolerances
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 
 Told = dict[str, Array]  # channel -> values, "time" among them
 

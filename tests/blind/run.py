@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 LONGEST = 600.0  # s, a case; longer is a failure
 PROGRAM = "program.txt"  # in the outputs' folder: what made them
 PACKAGES = ("synth", "reports", "catalogs")
-APART = ("hopper", "design", "spring", "parts", "examples", "commands")  # no part of a diagnosis of swings
+APART = ("hopper", "jump", "design", "spring", "parts", "examples", "commands")  # no part of a diagnosis of swings
 
 
 @dataclass(frozen=True)

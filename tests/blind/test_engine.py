@@ -10,8 +10,8 @@ import pytest
 from blind import bodies, engine, laws
 from blind.model import Base, Bend, Law, Leg, Trial, Truth, assemble, release, swing
 from peers import mujoco_leg
-from synth.model.leg import Damper, Joint, Link, Spring
-from synth.model.leg import Leg as PeerLeg
+from synth.swing.leg_model import Damper, Joint, Link, Spring
+from synth.swing.leg_model import Leg as PeerLeg
 
 
 def a_leg(generator: np.random.Generator, n: int) -> Leg:

@@ -18,8 +18,8 @@ from blind.make import main, plan
 from blind.model import Array
 from blind.outsiders import OUTSIDERS
 from blind.writing import write_case
-from synth.files.leg import read_leg
-from synth.files.trials import read_trials
+from synth.files.leg_file import read_leg
+from synth.files.trial_list import read_trials
 
 HERE = Path(__file__).parent
 

@@ -17,9 +17,9 @@ from blind.jump_engine import JumpConditions, JumpTruth, jump
 from blind.jumps import kind_of
 from hopper.hoppers import catalogue, motor
 from synth.cli import main
-from synth.hopper.models import MODELS, columns
-from synth.hopper.planar import planar_record
-from synth.model.hopper_leg import Contact, HopperLeg
+from synth.jump.hopper_leg import Contact, HopperLeg
+from synth.jump.jump_models import MODELS, columns
+from synth.jump.planar_jump import planar_record
 
 BASE = Asked("base", 150, 0.12)
 TRIALS = (

@@ -16,8 +16,8 @@ from blind.score import confusion, scores
 from blind.views import View, from_gap
 from blind.writing import write_case
 from page_reader import Page
+from synth.diagnosis.diagnose import diagnose
 from synth.files.gap_project import read_gap_project
-from synth.gap.diagnose import diagnose
 
 SEED = 31
 CASES: tuple[tuple[str, str | None, float | None, int], ...] = (

@@ -12,9 +12,9 @@ from blind import tune
 from blind.cases import make_case
 from blind.views import from_gap
 from blind.writing import write_case
+from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.verdict import CALIBRATED
 from synth.files.gap_project import read_gap_project
-from synth.gap.diagnose import diagnose
-from synth.gap.verdict import CALIBRATED
 
 
 @pytest.mark.parametrize("effect", ["coulomb_friction", "encoder_quantisation"])

@@ -19,18 +19,18 @@ from typing import Any
 from blind import make, run, score
 from blind.asked import Asked
 from blind.views import Key, View
+from synth.diagnosis.candidates import candidates, scales
+from synth.diagnosis.diagnose import scene_of
+from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.search import search
+from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge, with_counts
 from synth.files.gap_project import read_gap_project
-from synth.gap.candidates import candidates, scales
-from synth.gap.counts import Coarse
-from synth.gap.diagnose import scene_of
-from synth.gap.hypotheses import Assessed, Hypotheses
-from synth.gap.search import search
-from synth.gap.verdict import CALIBRATED, Calibration, Judged, judge, with_counts
 
 FACTORS = (0.5, 0.7, 1.4, 2.0)  # by which each number is changed
 SHOWN = ("calibration", "top1", "two_named", "tie_reported", "unknown_flagged", "unknown_wrong", "known_unknown")
 LEAST = 2e-3  # probability of the truth, below which a case counts no worse
-APART = (*run.APART, "hopper_gap", "gap/verdict.py")  # may change without the searches being done anew
+APART = (*run.APART, "diagnosis/jumps", "diagnosis/verdict.py")  # may change without the searches being done anew
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from pathlib import Path
 
+import cadquery as cq
 import pytest
 
 from cad import GateError, JointDimensions, LegDimensions, SpringDimensions, build_leg, check_leg, export_leg
+from cad.export import write_step
 from cad.step_text import normalised_step
 
 JOINT = JointDimensions("left knee", SpringDimensions(2.0, 16.0, 4.17, 120.0, hand="left"), 120.0, 130.0, sign=-1)
@@ -134,3 +137,11 @@ def test_a_machine_that_cannot_draw_is_told_so_and_does_not_crash(monkeypatch: p
     monkeypatch.setattr(ctypes, "CDLL", missing)
     with pytest.raises(PreviewError, match="apt-get install libegl1"):
         Camera()
+
+
+def test_a_joint_s_name_in_another_alphabet_is_read_back_from_its_step(tmp_path: Path) -> None:
+    assembly = cq.Assembly(name="part").add(cq.Workplane().box(1, 2, 3), name="Hüfte_膝.1_upper")
+    write_step(assembly, tmp_path / "x.step")
+    text = (tmp_path / "x.step").read_text(encoding="ascii")
+    assert r"'H\X2\00FC\X0\fte_\X2\819D\X0\.1_upper'" in text
+    assert [child.name for child in cq.Assembly.importStep(str(tmp_path / "x.step")).children] == ["Hüfte_膝.1_upper"]

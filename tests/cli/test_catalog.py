@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from synth.cli import main
-from synth.parts.catalog import catalog_folder
+from synth.parts.catalogs import catalog_folder
 from synth.parts.rows import FAMILIES
 
 DAMPERS = "part,vendor,direction,continuous,max_torque [N*m],speed [rpm]\n"

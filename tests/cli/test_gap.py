@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap.made_effect import CUBIC_DRAG
-from gap.made_result import made_result
+from diagnosis.made_effect import CUBIC_DRAG
+from diagnosis.made_result import made_result
 from synth import effects
 from synth.cli import main
-from synth.files.leg import read_leg
-from synth.files.trials import Trial
-from synth.gap.result import GapResult
+from synth.diagnosis.result import GapResult
+from synth.files.leg_file import read_leg
+from synth.files.trial_list import Trial
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
 TIME = np.arange(120) * 0.01
@@ -48,9 +48,9 @@ class Calls:
 def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     """The diagnosis replaced: what surrounds it is tested here."""
     made = Calls()
-    module = ModuleType("synth.gap.diagnose")
+    module = ModuleType("synth.diagnosis.diagnose")
     module.diagnose = made.diagnose  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "synth.gap.diagnose", module)
+    monkeypatch.setitem(sys.modules, "synth.diagnosis.diagnose", module)
     return made
 
 

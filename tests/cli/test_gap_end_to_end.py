@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap.made_effect import CUBIC_DRAG
+from diagnosis.made_effect import CUBIC_DRAG
 from synth import effects
 from synth.cli import main
-from synth.files.leg import read_leg, write_leg
-from synth.model.chain import simulate
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
+from synth.files.leg_file import read_leg, write_leg
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
 Json = dict[str, Any]
@@ -125,6 +125,40 @@ def test_a_known_torque_is_no_gap(pendulum: Callable[..., Path]) -> None:
     assert gap["verdict"] == "none"
     assert gap["gap"]["before"]["value"] == pytest.approx(0.1, rel=0.15)
     assert any("applied as known torques" in warning for warning in gap["warnings"])
+
+
+@pytest.mark.parametrize("command", ["gap", "fit"])
+def test_a_torque_sampled_ten_times_as_densely_as_the_angle_is_applied(
+    pendulum: Callable[..., Path], tmp_path: Path, command: str
+) -> None:
+    """Pulses of 3 ms between samples 10 ms apart: all that moves the leg in the second half of each trial."""
+    folder = pendulum("dense", "trials: [trials/driven.csv, trials/driven_2.csv]\n")
+    moments = np.round(np.arange(0.0, TIME[-1] + 5e-4, 1e-3), 6)
+    generator = np.random.default_rng(1)
+    pulses = np.zeros(len(moments))
+    for at in generator.uniform(0.1, TIME[-1] - 0.1, 12):
+        pulses[(moments > at) & (moments < at + 3.5e-3)] = generator.choice([-4.0, 4.0])
+    for name, away in (("driven", 0.2), ("driven_2", -0.3)):
+        motion = simulate(NOMINAL, [0.1 + away], [0.0], TIME, known_torque=(moments, pulses[:, None]))
+        angle = np.degrees(motion[:, 0]) + generator.normal(0.0, 0.1, len(TIME))
+        cells = dict(zip(np.round(TIME, 6).tolist(), angle.tolist(), strict=True))
+        rows = [f"{t:.4f},{cells.get(t, '')},{u:g}" for t, u in zip(moments.tolist(), pulses.tolist(), strict=True)]
+        text = "\n".join(["time [s],hinge [deg],hinge torque [N*m]", *rows, ""])
+        (folder / "trials" / f"{name}.csv").write_text(text)
+    if command == "gap":
+        gap = run(folder)
+        assert gap["verdict"] == "none"
+        assert gap["gap"]["before"]["value"] == pytest.approx(0.1, rel=0.2)
+        return
+    (folder / "fit.yaml").write_text("kind: fit\nleg: nominal.leg.yaml\ntrials: [trials/driven*.csv]\n")
+    assert main(["-q", "fit", str(folder / "fit.yaml"), "--out", str(tmp_path / "out")]) == 0
+    fit = json.loads((tmp_path / "out" / "fit.json").read_text())
+    assert fit["rms"]["hinge"]["value"] == pytest.approx(0.1, rel=0.2)
+    wanted = NOMINAL.joints[0].spring
+    assert wanted is not None
+    low, high = fit["joints"]["hinge"]["spring_rate"]["interval90"]
+    assert abs(fit["joints"]["hinge"]["spring_rate"]["value"] / wanted.rate - 1.0) < 0.02
+    assert high - low < 0.05 * wanted.rate
 
 
 def test_an_effect_of_the_user_s_is_found_beside_the_built_in_ones(

@@ -15,7 +15,7 @@ from motion.driven_releases import driven_release
 from motion.importers.swung_leg import PARTS, angles, leg, pixels, points
 from motion.importers.test_deeplabcut import parts, written
 from synth.cli import main
-from synth.files.leg import read_leg, write_leg
+from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
 
 LEG = "leg.leg.yaml"
@@ -59,7 +59,7 @@ def test_a_project_becomes_trials_a_page_and_an_account(project: Path, capsys: p
     assert one["samples"] == len(recorded.time)
     assert "release" not in other
     page = (project / "out" / "report.html").read_text()
-    assert page.count("the leg as a stick figure</title>") == 2
+    assert page.count("the leg as a stick figure</title>") == 1 + 2  # the opening shows the first
     assert "with the other sign they would lie inside" in page
     assert "hip 125° ↺" in page
     assert "ankle 162° ↻" in page

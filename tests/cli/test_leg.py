@@ -101,8 +101,8 @@ def test_the_built_leg_reads_back_and_the_mjcf_moves_like_it(result: Path) -> No
     mujoco = pytest.importorskip("mujoco")
     import numpy as np
 
-    from synth.files.leg import read_leg
-    from synth.model.chain import simulate
+    from synth.files.leg_file import read_leg
+    from synth.swing.chain import simulate
 
     leg = read_leg(result / "built.leg.yaml")
     model = mujoco.MjModel.from_xml_path(str(result / "leg.mjcf.xml"))
@@ -299,9 +299,9 @@ def test_one_link_that_swings_through_straight_is_drawn(tmp_path: Path) -> None:
     """Any limb, not the thesis' alone: one joint, measured from straight, clockwise, with its own name."""
     import numpy as np
 
-    from synth.files.leg import write_leg
-    from synth.model.chain import simulate
-    from synth.model.leg import Damper, Joint, Leg, Link, Spring
+    from synth.files.leg_file import write_leg
+    from synth.swing.chain import simulate
+    from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
     leg = Leg("arm", (Joint("elbow", Link(0.3, 0.5, 0.15, 4e-3), 0.0, -1, None, Spring(2.0, 0.3), Damper(0.05)),))
     write_leg(leg, tmp_path / "arm.leg.yaml")

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from synth.design.dampers import MeasuredCurve, choose_dampers
+from synth.design.choose_dampers import MeasuredCurve, choose_dampers
 from synth.design.response import Release, WantedResponse
 from synth.errors import UserError
-from synth.files.options import DamperChoice, JointChoice, SpringChoice
-from synth.model.chain import Conditions
-from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
-from synth.parts.catalog import Catalogue
+from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
+from synth.parts.catalogs import Catalogue
 from synth.parts.damper_law import power_law_curve
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 TIME = np.linspace(0.0, 1.4, 141)
 TRAVEL = (2.0,)

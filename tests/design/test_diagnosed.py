@@ -14,22 +14,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gap.swung import ONE, recorded, with_effects
+from diagnosis.swung import ONE, recorded, with_effects
 from peers.mujoco_leg import simulate as simulate_mujoco
-from synth.design.carried import notes, target_of
+from synth.arrays import Array
 from synth.design.leg_design import LegDesign, design_leg
-from synth.design.write import design_json
+from synth.design.target_effects import notes, target_of
+from synth.design.write_design import design_json
+from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.result import GapResult
 from synth.files.gap_project import Tolerance
-from synth.files.leg import write_leg
+from synth.files.leg_file import write_leg
 from synth.files.projects import read_leg_project
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.recordings import recordings
-from synth.gap.diagnose import diagnose
-from synth.gap.result import GapResult
-from synth.model.chain import simulate
-from synth.model.leg import Array, Damper, Joint, Leg, Link, Spring
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "leg"
 FRICTION = 0.15  # N m, at the knee: a tenth of what its spring does at 1 rad

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.design.dampers import DamperOption
+from synth.design.choose_dampers import DamperOption
+from synth.design.choose_springs import SpringOption
 from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.response import Release, WantedResponse
-from synth.design.springs import SpringOption
-from synth.files.options import ToleranceOptions
-from synth.model.chain import Conditions
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
+from synth.files.project_options import ToleranceOptions
 from synth.parts.arrangement import Arrangement
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 TIME = np.linspace(0.0, 6.0, 241)
 NONE = ToleranceOptions(1e-9, 1e-9, 1e-9, 1e-9, 0.0)

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from synth.design.leg_design import LegDesign, design_leg
-from synth.files.leg import read_leg
+from synth.files.leg_file import read_leg
 from synth.files.projects import read_leg_project
-from synth.files.trials import read_trials
+from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
-from synth.fit.options import FitOptions
+from synth.fit.fit_options import FitOptions
 from synth.fit.recordings import recordings
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "aarl"
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")

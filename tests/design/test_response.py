@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from synth.design.response import Release, WantedResponse
-from synth.model.chain import Conditions
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
-from synth.model.mechanics import rest_pose
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.mechanics import rest_pose
 
 LEG = Leg(
     "two links",

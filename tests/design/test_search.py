@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from synth.design.part_lanes import Acting, PartLanes
+from synth.design.part_search import Mistake, _Screen, best_sets
 from synth.design.response import Release, WantedResponse
-from synth.design.search import Mistake, _Screen, best_sets
-from synth.model.chain import Conditions
-from synth.model.leg import Damper, Spring
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Spring
 from three_links import LEG, TIME, grid, wanted
 
 

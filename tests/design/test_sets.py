@@ -9,14 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.design.dampers import choose_dampers
-from synth.design.sets import SetsMade, choose_sets
-from synth.design.springs import SpringSource, travels
+from synth.design.choose_dampers import choose_dampers
+from synth.design.choose_springs import SpringSource, travels
+from synth.design.part_sets import SetsMade, choose_sets
 from synth.errors import UserError
-from synth.files.options import CadOptions, DamperChoice, JointChoice, PartsOptions, SpringChoice, ToleranceOptions
-from synth.model.mechanics import rest_pose
-from synth.parts.candidates import ANY
-from synth.parts.catalog import Catalogue
+from synth.files.project_options import (
+    CadOptions,
+    DamperChoice,
+    JointChoice,
+    PartsOptions,
+    SpringChoice,
+    ToleranceOptions,
+)
+from synth.parts.catalogs import Catalogue
+from synth.parts.part_candidates import ANY
+from synth.swing.mechanics import rest_pose
 from three_links import LEG, wanted
 
 HEAD = (

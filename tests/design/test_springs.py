@@ -8,16 +8,16 @@ from math import radians
 import numpy as np
 import pytest
 
-from synth.design.dampers import DamperChoiceMade, DamperOption
+from synth.design.choose_dampers import DamperChoiceMade, DamperOption
+from synth.design.choose_springs import SpringChoiceMade, SpringSource, Travel, sense_warning, spring_warnings, travels
+from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import Release, WantedResponse
-from synth.design.sets import SetsMade, choose_sets
-from synth.design.springs import SpringChoiceMade, SpringSource, Travel, sense_warning, spring_warnings, travels
 from synth.errors import UserError
-from synth.files.options import CadOptions, PartsOptions, SpringChoice
-from synth.model.chain import Conditions
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
-from synth.model.mechanics import rest_pose
-from synth.parts.catalog import Catalogue
+from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
+from synth.parts.catalogs import Catalogue
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.mechanics import rest_pose
 
 TIME = np.linspace(0.0, 1.0, 101)
 TRAVEL = [Travel(radians(50.0), radians(10.0))]

@@ -9,14 +9,14 @@ import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED
+from synth.design.choice_robustness import Told, told
 from synth.design.response import WantedResponse
 from synth.design.stages import releases as released
-from synth.design.told import Told, told
 from synth.fit.draws import DRAWS
 from synth.fit.estimate import fit_leg
-from synth.fit.options import FitOptions
-from synth.fit.result import FitResult
-from synth.model.leg import Leg
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult
+from synth.swing.leg_model import Leg
 
 
 def fit_of(leg: Leg, noise: float, **options: object) -> tuple[FitResult, WantedResponse]:

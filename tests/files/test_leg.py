@@ -10,8 +10,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from synth.errors import Problem, UserError
-from synth.files.leg import read_leg, write_leg
-from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
+from synth.files.leg_file import read_leg, write_leg
+from synth.files.names import file_name, name_fault
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 SHARED = Path(__file__).parents[3] / "shared"
 LINK = "{length: 200 mm, mass: 0.74 kg, com: 91 mm, inertia: 3.5e-3 kg*m^2}"
@@ -233,10 +234,10 @@ base_effects = st.sampled_from([{}, {"base_compliance": {"rocking_stiffness": 30
 def legs(draw: st.DrawFn) -> Leg:
     names = draw(
         st.lists(
-            st.text("abc XY-_é1", min_size=1, max_size=8).map(str.strip).filter(bool),
+            st.text("abc XY-_é1.", min_size=1, max_size=8).filter(lambda name: name_fault(name) is None),
             min_size=1,
             max_size=6,
-            unique=True,
+            unique_by=lambda name: file_name(name).casefold(),
         )
     )
     joints = [

@@ -9,8 +9,8 @@ import pytest
 from fit.simulated_legs import robot
 from synth.files.joint_curves import damping_terms
 from synth.files.mjcf import inverse_inertia, mjcf_text
-from synth.model.chain import simulate
-from synth.model.leg import Damper, DamperCurve, Leg
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, DamperCurve, Leg
 
 FASTEST = np.full(3, 10.0)
 

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from synth.errors import UserError
 from synth.files import output
 from synth.files.output import output_folder, sha256_file, write_csv, write_json
-from synth.files.results import read_design, read_fit, read_result, value_in_si
+from synth.files.result_values import read_design, read_fit, read_result, value_in_si
 
 
 def names(folder: Path) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from synth.errors import UserError
-from synth.files.leg import PartResolver
+from synth.files.leg_file import PartResolver
 from synth.files.projects import read_fit_project, read_leg_project
 
 SHARED = Path(__file__).parents[3] / "shared"

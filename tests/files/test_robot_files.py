@@ -11,8 +11,8 @@ import pytest
 
 from fit.simulated_legs import robot
 from synth.files.robot_xml import sdf_file, urdf_file, write_robot_files
-from synth.model.chain import simulate
-from synth.model.leg import Damper, DamperCurve, Leg
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, DamperCurve, Leg
 
 FASTEST = np.full(3, 10.0)
 CURVE = DamperCurve((0.1, 1.0, 10.0), (0.05, 0.1, 0.2))

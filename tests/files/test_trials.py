@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,10 +13,10 @@ import numpy as np
 import pytest
 
 from synth.errors import Problem, UserError
-from synth.files.leg import read_leg
-from synth.files.table import SIZE_LIMIT, read_table
-from synth.files.trials import Trial, read_trials
-from synth.model.leg import Joint, Leg, Link, Spring
+from synth.files.csv_table import SIZE_LIMIT, read_table
+from synth.files.leg_file import read_leg
+from synth.files.trial_list import Trial, read_trials
+from synth.swing.leg_model import Joint, Leg, Link, Spring
 
 SHARED = Path(__file__).parents[3] / "shared"
 LINK = Link(0.2, 0.7, 0.09, 3e-3)
@@ -82,6 +83,34 @@ def test_spellings_of_the_same_file(tmp_path: Path, text: str) -> None:
     trial = one(tmp_path, text)
     assert trial.time == pytest.approx(np.arange(10) / 100)
     assert np.degrees(trial.angles) == pytest.approx(np.column_stack([90 + np.arange(10), 150 - np.arange(10)]))
+
+
+def test_a_torque_may_be_sampled_more_densely_than_the_angles_or_at_other_times(tmp_path: Path) -> None:
+    header = HEADER + ",hip torque [N*m],knee torque [N*m]"
+    dense = [f"{i / 100:.3f},{90 + i},{150 - i},{i},\n{i / 100 + 0.003:.3f},,,{i + 1},\n" for i in range(12)]
+    dense += [f"{i / 100 + 0.005:.3f},,,,{-i}\n" for i in range(-1, 13)]
+    rows = "".join(sorted(dense, key=lambda row: float(row.split(",")[0]))).splitlines()
+    rows = [row for row in "\n".join(rows).split("\n") if row]
+    rows.sort(key=lambda row: float(row.split(",")[0]))
+    trial = one(tmp_path, csv_text(header, [row for row in rows if float(row.split(",")[0]) >= 0]))
+    assert trial.torques is not None
+    assert np.isfinite(trial.torques).all()
+    at = trial.time.tolist()
+    assert trial.torques[at.index(0.033), 0] == pytest.approx(4.0)
+    assert trial.torques[at.index(0.035), 0] == pytest.approx(4.0)  # from 4 at 33 ms to 4 at 40 ms
+    assert trial.torques[at.index(0.04), 1] == pytest.approx(-3.5)
+    assert trial.torques[0, 1] == pytest.approx(0.0)  # it begins half a step after the angles
+    assert np.isfinite(trial.angles[:, 0]).sum() == 12
+
+
+@pytest.mark.parametrize("rows", [range(20, 40), range(30), range(50, 100)])
+def test_an_empty_cell_of_a_torque_does_not_mean_0(tmp_path: Path, rows: range) -> None:
+    lines = [f"{i / 100:.2f},{90 + 0.1 * i},{150 - 0.1 * i},{'' if i in rows else 1}" for i in range(100)]
+    (problem,) = refused(tmp_path, csv_text(HEADER + ",hip torque [N*m]", lines))
+    assert "no torque is given between" in problem.text
+    assert "write 0 where none acts" in problem.text
+    assert problem.key == "hip torque [N*m]"
+    assert problem.line == rows.start + 2
 
 
 def test_missing_samples_velocities_and_torques(tmp_path: Path) -> None:
@@ -210,7 +239,8 @@ def test_entries(tmp_path: Path) -> None:
     [
         (["b.csv"], "did you mean a.csv"),
         (["x/*.csv"], "matches no file"),
-        (["a.csv", "*.csv"], "listed twice (item 1 names it too)"),
+        (["a.csv", "a*.csv"], "listed twice (item 1 names it too)"),
+        (["*.csv"], '"loop.csv", a link that leads nowhere'),
         (["a.csv", "./a.csv"], "listed twice"),
         (["../a.csv"], "leads out"),
         (["../*.csv"], ".."),
@@ -251,6 +281,32 @@ def test_links_that_lead_out_are_refused(tmp_path: Path, entry: str) -> None:
     (project / "sub").symlink_to(tmp_path / "secret")
     with pytest.raises(UserError, match="by a link"):
         read_trials([entry], project, LEG)
+
+
+@pytest.mark.parametrize("pattern", ["t/*.csv", "*/b.csv", "**/*.csv"])
+def test_a_link_that_leads_nowhere_is_named_and_not_passed_over(tmp_path: Path, pattern: str) -> None:
+    put(tmp_path, csv_text(), "t/a.csv")
+    put(tmp_path, csv_text(), "u/b.csv")
+    (tmp_path / "t" / "b.csv").symlink_to("gone.csv")
+    with pytest.raises(UserError, match=r't/b\.csv", a link that leads nowhere'):
+        read_trials([pattern], tmp_path, LEG)
+
+
+def test_a_folder_with_the_ending_of_a_recording_is_named_and_other_folders_are_passed_over(tmp_path: Path) -> None:
+    put(tmp_path, csv_text(), "t/a.csv")
+    (tmp_path / "t" / "old").mkdir()
+    assert [trial.name for trial in read_trials(["t/*"], tmp_path, LEG)] == ["t/a.csv"]
+    (tmp_path / "t" / "b.csv").mkdir()
+    with pytest.raises(UserError, match=r't/b\.csv", which is a folder'):
+        read_trials(["t/*.csv"], tmp_path, LEG)
+
+
+def test_a_recording_whose_name_is_not_utf_8_is_named(tmp_path: Path) -> None:
+    put(tmp_path, csv_text())
+    (tmp_path / os.fsdecode(b"b\xff.csv")).write_text(csv_text())
+    with pytest.raises(UserError, match="is not UTF-8") as caught:
+        read_trials(["*.csv"], tmp_path, LEG)
+    assert "b\\xff.csv" in str(caught.value)
 
 
 def test_a_link_inside_is_followed(tmp_path: Path) -> None:

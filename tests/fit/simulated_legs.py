@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from peers.mujoco_leg import ExtraTorque, simulate
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.options import FitOptions
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording, recordings
-from synth.fit.result import FitResult
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, fitted, releases, robot
-from synth.files.trials import Trial
-from synth.fit.result import FitResult
+from synth.files.trial_list import Trial
+from synth.fit.fit_result import FitResult
 
 LEG = robot()
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import Rig, bare, release, robot
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.recordings import Recording, recordings
-from synth.model.curves import torque_at
+from synth.swing.damper_curves import torque_at
 
 LEG = bare(robot())
 STARTS = (84.0, 96.0, 108.0, 120.0)  # deg of the knee, measured; it hangs at 180

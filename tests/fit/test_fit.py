@@ -25,13 +25,13 @@ from fit.simulated_legs import (
     releases,
     robot,
 )
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
+from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import chi_squared_tail, heterogeneity
-from synth.fit.result import FitResult
-from synth.fit.score import score
 from synth.fit.uncertainty import root_mean_square
-from synth.model.leg import Damper, DamperCurve, Leg
+from synth.fit.unseen_score import score
+from synth.swing.leg_model import Damper, DamperCurve, Leg
 
 LEG = robot()
 TRIALS = releases(LEG, 3)

@@ -7,11 +7,11 @@ import pytest
 
 from fit.simulated_legs import DAMPER, FREE_ANGLE, SPRING, Rig, bare, errors, recorded, release, releases, robot
 from synth.errors import UserError
-from synth.files.options import FitOptions as Choice
+from synth.files.project_options import FitOptions as Choice
 from synth.fit.costs import Cost, apart, emphasised
+from synth.fit.fit_options import FitOptions
 from synth.fit.methods import fit_by, require_method, search_of
-from synth.fit.options import FitOptions
-from synth.fit.search import Bounds, order_of
+from synth.fit.rate_search import Bounds, order_of
 from synth.fit.simplex import simplex
 from synth.fit.swarm import INERTIA, ITERATIONS, OWN, PARTICLES, SOCIAL, swarm
 from synth.motion.characteristics import Characteristics, characteristics

@@ -10,7 +10,7 @@ import pytest
 
 from fit.simulated_legs import LINKS, RELEASES, bare, fitted, recorded, release, releases, robot
 from synth.errors import Problem, UserError
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.recordings import recordings
 

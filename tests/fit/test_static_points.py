@@ -9,11 +9,11 @@ import pytest
 
 from fit.simulated_legs import DAMPER, SPRING, Rig, bare, errors, fitted, releases, robot
 from synth.errors import Problem
-from synth.files.static_points import StaticPoint, read_static_points
+from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.yaml_lines import load
 from synth.fit.static_points import balances
-from synth.model.leg import Leg
-from synth.model.mechanics import coefficients, rest_pose, static_torque
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
 # The hip of the built leg: so damped that a release shows b/k = 0.15 s and hardly k.
 OVERDAMPED = robot([80.0, *SPRING[1:]], [12.0, *DAMPER[1:]])

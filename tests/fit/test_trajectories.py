@@ -13,9 +13,9 @@ from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance
 from synth.fit.unknowns import SpringsAndDampers, all_of
-from synth.model.chain import compiled_chain, simulate
-from synth.model.leg import Leg
 from synth.motion.smoothing import initial_state
+from synth.swing.chain import compiled_chain, simulate
+from synth.swing.leg_model import Leg
 
 CHAIN = compiled_chain(3)
 

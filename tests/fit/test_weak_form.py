@@ -9,12 +9,12 @@ import pytest
 
 from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, recorded, releases, robot
 from peers.mujoco_leg import simulate_states
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording
 from synth.fit.weak_form import LinearEstimate, weak_form
-from synth.model.chain import simulate
-from synth.model.leg import Damper, DamperCurve, Leg
 from synth.motion.smoothing import Smoothed
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, DamperCurve, Leg
 
 REST = np.array([j.sign * (j.spring.free_angle - j.zero) for j in robot().joints if j.spring])
 SILENT = Rig(noise=0.0, counts=0)

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.hopper.models import MODELS
-from synth.hopper.mujoco_model import mjcf, mujoco_jump
-from synth.model.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.jump_models import MODELS
+from synth.jump.mujoco_model import mjcf, mujoco_jump
 
 Array = NDArray[np.float64]
 

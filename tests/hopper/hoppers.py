@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from synth.hopper.motors import motor_of
-from synth.model.hopper_leg import Motor
-from synth.parts.catalog import Catalogue
+from synth.jump.hopper_leg import Motor
+from synth.parts.catalogs import Catalogue
 
 
 @cache

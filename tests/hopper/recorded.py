@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from hopper.hoppers import motor
-from synth.effects.motor_leg import motor_effect_named
+from synth.arrays import Array
 from synth.hopper.fold import fold
-from synth.hopper.jump import compiled_jump
-from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.models import MODELS, columns
-from synth.model.hopper_leg import Contact, HopperLeg
-from synth.model.leg import Array
+from synth.jump.effects import motor_effect_named
+from synth.jump.hopper_leg import Contact, HopperLeg
+from synth.jump.jump_lanes import JumpLanes
+from synth.jump.jump_models import MODELS, columns
+from synth.jump.jump_runs import compiled_jump
 
 DESIGN = 'kind: hopper-design\nmotors: {use: ["N20 HP 6V 150:1"]}\n'
 PART = "N20 HP 6V {}:1"

@@ -12,7 +12,7 @@ import pytest
 from hopper.experiments import TrueMotor, plate_jump, pull_up, run_up
 from hopper.hoppers import motor
 from synth.cli import main
-from synth.model.hopper_leg import HopperLeg
+from synth.jump.hopper_leg import HopperLeg
 
 DESIGN = 'kind: hopper-design\nmotors: {use: ["N20 HP 6V 150:1"]}\nleg: {bending: none}\n'
 

@@ -13,9 +13,9 @@ import pytest
 from hopper.recorded import DESIGN, PART, Effects, jumped, pulled, write
 from synth.cli import main
 from synth.commands import init
-from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper_gap.across import Across, Design, _slopes
-from synth.hopper_gap.predict import JumpPredictor
+from synth.diagnosis.jumps.jump_across import Across, Design, _slopes
+from synth.diagnosis.jumps.jump_predict import JumpPredictor
+from synth.jump.jump_lanes import JumpLanes
 
 HEAD = 'kind: gap\nleg: hopper.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\n'
 DAMPED: Effects = {"joint_damping": {"damping": 6e-4}}
@@ -106,7 +106,7 @@ def test_the_page_tells_it_all(damped: Path, found: dict[str, Any]) -> None:
     page = (damped / "report.html").read_text()
     for title in ("Where the gap lies", "Which effect causes it", "How far it shrinks", "How high, and across designs",
                   "What to record next"):  # fmt: skip
-        assert f"</span> {title}</h2>" in page
+        assert f"<h2>{title}</h2>" in page
     assert found["sentence"].split(",")[0] in page.replace("&#39;", "'")
     assert "Left out" not in page
 
@@ -269,8 +269,8 @@ def test_alike_columns_are_not_parted() -> None:
 def test_tolerances_move_what_they_are_of() -> None:
     """One deviation of each changes its column by its share; the rest stays."""
     from hopper.recorded import changed
+    from synth.diagnosis.jumps.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
     from synth.files.hopper_gap_project import JumpTolerance
-    from synth.hopper_gap.tolerances import OF_MOTOR, SHARED, JumpTolerances
 
     tolerances = JumpTolerances(JumpTolerance(), 2)
     touched: dict[str, set[str]] = {}

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from hopper.hoppers import motor
-from synth.hopper import outcomes
-from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.layout import LAYOUTS
-from synth.hopper.models import MODELS, lane
-from synth.hopper.planar import planar_jump
-from synth.model.hopper_leg import Contact, Flexures, HopperLeg, Laminate, segments
+from synth.jump import outcomes
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, segments
+from synth.jump.jump_layout import LAYOUTS
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump, simulate
+from synth.jump.planar_jump import planar_jump
 
 GROUND = Contact()
 LOOSE = Flexures(rate=0.0, damping=0.0)

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from hopper.hoppers import motor
-from synth.effects import registered
-from synth.effects.motor_leg import MotorEffect, motor_effect_named, motor_effects
+from synth.arrays import Array
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.fold import fold
 from synth.hopper.identify_damping import folding, simulate_fold
-from synth.hopper.jump import compiled_jump
-from synth.hopper.jump_lanes import JumpLanes
-from synth.hopper.models import MODELS, columns, lane
-from synth.hopper.outcomes import outcome_of
-from synth.hopper.planar import planar_record
-from synth.model.hopper_leg import Contact, HopperLeg
-from synth.model.leg import Array
+from synth.jump.effects import MotorEffect, motor_effect_named, motor_effects
+from synth.jump.hopper_leg import Contact, HopperLeg
+from synth.jump.jump_lanes import JumpLanes
+from synth.jump.jump_models import MODELS, columns, lane
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import outcome_of
+from synth.jump.planar_jump import planar_record
+from synth.swing.effects import registered
 
 NAMES = {  # and places, as the file formats have them
     "winding_inductance": "hip", "voltage_sag": "hip", "torque_constant": "hip", "gear_friction": "hip",

@@ -10,13 +10,13 @@ import pytest
 
 from hopper.hoppers import motor
 from synth.errors import UserError
-from synth.hopper import mujoco_model
-from synth.hopper.jump import compiled_jump, simulate
-from synth.hopper.layout import LAYOUTS
-from synth.hopper.models import MODELS, lane
-from synth.hopper.mujoco_model import mujoco_jump
-from synth.hopper.outcomes import outcome_of
-from synth.model.hopper_leg import Contact, Flexures, HopperLeg
+from synth.jump import mujoco_model
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
+from synth.jump.jump_layout import LAYOUTS
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump, simulate
+from synth.jump.mujoco_model import mujoco_jump
+from synth.jump.outcomes import outcome_of
 
 GROUND = Contact()
 

@@ -9,13 +9,13 @@ import pytest
 
 from hopper.hoppers import catalogue, motor
 from synth.errors import UserError
-from synth.hopper.jump import compiled_jump
-from synth.hopper.models import MODELS, lane
+from synth.hopper.hopper_tolerances import UNIFORM, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
-from synth.hopper.point_mass import point_mass_outcomes
 from synth.hopper.sweep import OBJECTIVES, Problem, pareto_front, run_sweep
-from synth.hopper.tolerance import UNIFORM, groups, intervals
-from synth.model.hopper_leg import Contact, HopperLeg, MotorOptions, Tolerances
+from synth.jump.hopper_leg import Contact, HopperLeg, MotorOptions, Tolerances
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.point_mass import point_mass_outcomes
 
 
 def problem(

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from fit.simulated_legs import robot
-from synth.model.leg import Leg
-from synth.model.mechanics import coefficients, mass_matrix, momentum_and_force, outboard_inertia, rest_pose
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, mass_matrix, momentum_and_force, outboard_inertia, rest_pose
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from fit.simulated_legs import Rig, robot
 from motion.driven_releases import driven_release, free_motion
 from peers.mujoco_leg import simulate
-from synth.files.leg import read_leg
-from synth.model.mechanics import rest_pose
+from synth.files.leg_file import read_leg
 from synth.motion.release import find_release
+from synth.swing.mechanics import rest_pose
 
 Array = NDArray[np.float64]
 RAT = Path(__file__).resolve().parents[3] / "shared" / "aarl" / "rat"

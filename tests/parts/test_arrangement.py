@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from synth.model.curves import torque_at
-from synth.model.leg import Damper
 from synth.parts.arrangement import Arrangement, arrangements
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.rows import DamperRow
+from synth.swing.damper_curves import torque_at
+from synth.swing.leg_model import Damper
 
 SPEED = np.array([0.05, 0.3, 1.0, 2.7, 6.0])
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from synth.errors import UserError
-from synth.parts.catalog import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
-from synth.parts.check import contradictions, geometric_rates, missing
+from synth.parts.catalogs import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
 from synth.parts.coil_angle import angle_mismatch
+from synth.parts.row_check import contradictions, geometric_rates, missing
 from synth.parts.rows import FAMILIES, Row, TorsionSpringRow
 from synth.units import factor
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from synth.errors import Problem, UserError
-from synth.parts.catalog import Catalogue, check_catalogue
+from synth.parts.catalog_table import MAX_PROBLEMS, read_table
+from synth.parts.catalogs import Catalogue, check_catalogue
 from synth.parts.damper_law import CONCAVE_EXPONENT, CONCAVE_EXPONENT_RANGE, chord_error, power_law_curve
-from synth.parts.table import MAX_PROBLEMS, read_table
 
 SPRINGS = (
     "part,vendor,material,included_angle [deg],rate [lbf*in/deg],wire_diameter [in],outer_diameter [in],body_coils [1]"

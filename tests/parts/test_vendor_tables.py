@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from synth.errors import UserError
-from synth.parts.catalog import Catalogue, check_catalogue
+from synth.parts.catalogs import Catalogue, check_catalogue
 from synth.parts.headers import NAMES, standard
 from synth.parts.rows import FAMILIES, TorsionSpringRow
 

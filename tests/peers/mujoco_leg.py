@@ -17,7 +17,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.model.leg import DamperCurve, Joint, Leg, Link
+from synth.swing.leg_model import DamperCurve, Joint, Leg, Link
 
 Array = NDArray[np.float64]
 ExtraTorque = Callable[[Array, Array], Array]  # rotations (n,), rates (n,) -> torques (n,) N m

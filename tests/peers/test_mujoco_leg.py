@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ellipk
 
 from peers.mujoco_leg import curve_torque, mechanical_energy, simulate, simulate_states, with_tip_mass
-from synth.model.leg import Damper, DamperCurve, Joint, Leg, Link, Spring
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
 
 LINK = Link(length=0.2, mass=0.74, com=0.091, inertia=3.5e-3)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import base64
+import hashlib
 import json
 import re
 import shutil
@@ -16,6 +18,9 @@ import pytest
 import reports
 from page_reader import check_words, drawings, page_of
 from reports import ReportError, write_fit_report, write_leg_report
+from reports.reading import read_result
+from reports.sections.warnings import warnings_of
+from reports.severity import foremost, judged
 
 Json = dict[str, Any]
 LegFolder = Callable[..., tuple[Path, Json]]
@@ -34,13 +39,66 @@ def test_leg_page_needs_nothing_outside_itself(leg_folder: LegFolder) -> None:
     assert "default-src 'none'" in html
 
 
-def test_sections_come_in_order_with_warnings_first(leg_folder: LegFolder) -> None:
+def test_the_opening_comes_first_and_settings_last(leg_folder: LegFolder) -> None:
     folder, _ = leg_folder()
-    _, page = page_of(write_leg_report(folder))
-    order = "warnings summary inputs estimates motion parts sets damper-curves built spring-sheet checks pictures files"
+    html, page = page_of(write_leg_report(folder))
+    order = "warnings built summary parts sets spring-sheet damper-curves estimates motion checks pictures inputs files"
     shown = [name for name in page.ids if not re.fullmatch(r"E\d+", name)]
     assert shown == [*order.split(), "equations"]
     assert "Left out" not in page.text
+    assert html.count('<details class="section"') == len(shown) - 1
+    assert re.findall(r'<details class="section" id="([^"]+)" open>', html) == ["built"]
+
+
+def test_the_leg_s_opening_says_what_came_out_how_sure_it_is_and_what_to_do(leg_folder: LegFolder) -> None:
+    folder, design = leg_folder()
+    html, page = page_of(write_leg_report(folder))
+    opening = html.split("<nav")[0].split("<body>")[1]
+    text = " ".join(page.text.split("Wanted against built")[0].replace("\xa0", " ").split())
+    assert "Not ready to build: no spring for the hip" in text  # the first joint's cannot be made
+    assert "42 % of such legs stay within the wished 3.00°" in text
+    assert '<p class="next">' in opening
+    assert opening.count('<th scope="row">') == len(design["joints"])
+    shown, folded = opening.split('<details class="all-warnings">')
+    assert 1 <= shown.count("<li>") <= 3
+    found = warnings_of(read_result(folder, "design.json", "leg-design"))
+    assert folded.count("<li>") == len(found)
+    assert f"All {len(found)} warnings:" in page.text
+
+
+@pytest.mark.parametrize(
+    ("text", "level"),
+    [
+        ("it may break before 100 000 full turns: strength over stress is 0.76 (Gerber)", "decide"),
+        ("leg.urdf does not hold all of the leg: hip: URDF has no springs: 15.62 N*m/rad is left out", "note"),
+        ("not separable: mass scale, from free swings alone.", "check"),
+        ("something that nobody has thought of yet", "check"),
+    ],
+)
+def test_a_warning_s_level_is_what_it_could_change(text: str, level: str) -> None:
+    assert judged("hip", text, "warnings[0]").level == level
+    assert judged("hip", text, "warnings[0]", "decide").level == "decide"  # its own word counts more
+
+
+def test_of_many_warnings_three_kinds_stand_above_the_fold() -> None:
+    texts = [*["it may break"] * 5, *["the torque-speed law of x is assumed"] * 2, "knee: off the wanted motion",
+             "the choice hangs on what the fit leaves open", "no single spring"]  # fmt: skip
+    groups = foremost([judged(f"joint {i}", text, "") for i, text in enumerate(texts)])
+    assert [group.more for group in groups] == [0, 4, 1]
+    assert groups[1].joints == tuple(f"joint {i}" for i in range(5))
+
+
+def test_only_the_page_s_own_scripts_may_run(leg_folder: LegFolder) -> None:
+    folder, _ = leg_folder()
+    html, _ = page_of(write_leg_report(folder))
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', html)
+    assert policy
+    assert "unsafe-inline" not in policy.group(1).split("script-src")[1]
+    scripts = re.findall(r"<script>(.*?)</script>", html, re.S)
+    assert scripts
+    for text in scripts:
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy.group(1)
 
 
 def test_same_input_gives_the_same_bytes_anywhere(leg_folder: LegFolder, tmp_path: Path) -> None:
@@ -72,7 +130,7 @@ def test_names_with_markup_stay_text(leg_folder: LegFolder) -> None:
     html, page = page_of(write_leg_report(folder))
     assert not page.events
     assert "<img src=x" not in html
-    assert html.count("<script>") == 1
+    assert all(wicked not in text for text in re.findall(r"<script.*?</script>", html, re.S))
     assert unescape(page.text).count("<img src=x onerror=alert(1)>\"'&{{7*7}}") > 15
     assert drawings(html)
 
@@ -148,7 +206,8 @@ def test_no_words_leave_their_drawing(fit_folder: FitFolder, count: int) -> None
     folder, _ = fit_folder([f"joint with a rather long name {i}" for i in range(count)], 2)
     html, _ = page_of(write_fit_report(folder))
     found = drawings(html)
-    assert len(found) == 2 + 2 + 1  # two trials, two swatches, one comparison of the free angle's variants
+    # two trials and the worst of them in the opening, a drawing a joint; swatches; the free angle's variants compared
+    assert len(found) == 3 * count + 2 * 2 + 1
     for drawing in found:
         check_words(drawing)
 
@@ -163,7 +222,7 @@ def test_no_words_leave_the_drawings_of_a_leg(leg_folder: LegFolder) -> None:
 def test_axes_carry_units_and_panels_their_rms(fit_folder: FitFolder) -> None:
     folder, _ = fit_folder(["hip", "knee"], 1)
     html, _ = page_of(write_fit_report(folder))
-    words = [text.text or "" for drawing in drawings(html)[-1:] for text in drawing.iter("text")]
+    words = [text.text or "" for drawing in drawings(html.split("<main>")[1]) for text in drawing.iter("text")]
     assert "hip angle [°]" in words
     assert words.count("time [s]") == 2
     assert "rms 0.300°" in words

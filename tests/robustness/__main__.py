@@ -18,7 +18,13 @@ from robustness.study import study_case
 from synth.batch.local import run_here
 
 ROOT = Path(__file__).parents[2]
-PARTS = ("synth/fit", "synth/model", "synth/motion", "tests/robustness")  # of the source, that a record rests on
+PARTS = (
+    "synth/fit",
+    "synth/swing",
+    "synth/compiling",
+    "synth/motion",
+    "tests/robustness",
+)  # of the source, that a record rests on
 APART = ("page.py", "__main__.py", "importers")
 
 

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.files.trials import Trial
-from synth.model.chain import simulate
-from synth.model.leg import Damper, Joint, Leg, Link, Spring
-from synth.model.mechanics import outboard_inertia, rest_pose
+from synth.files.trial_list import Trial
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.mechanics import outboard_inertia, rest_pose
 
 Array = NDArray[np.float64]
 

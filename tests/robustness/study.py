@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from robustness.random_legs import Case, random_case
 from synth.errors import UserError
-from synth.files.trials import Trial
+from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
+from synth.fit.fit_result import Estimate, FitResult
 from synth.fit.recordings import Recording, recordings
-from synth.fit.result import Estimate, FitResult
-from synth.fit.score import score
 from synth.fit.uncertainty import root_mean_square
+from synth.fit.unseen_score import score
 from synth.motion.release import find_release, free_after
 
 Array = NDArray[np.float64]

@@ -27,15 +27,15 @@ from robustness.random_legs import Array, Case, random_case, random_recorder
 from synth.errors import UserError
 from synth.fit.costs import Cost
 from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import FitOptions
 from synth.fit.methods import search_of
-from synth.fit.options import FitOptions
+from synth.fit.rate_search import Bounds, Search
 from synth.fit.recordings import Recording, recordings
-from synth.fit.search import Bounds, Search
 from synth.fit.simplex import simplex
 from synth.fit.starts import Start
-from synth.model.chain import simulate
-from synth.model.leg import Damper, Leg, Spring
-from synth.model.mechanics import rest_pose
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Leg, Spring
+from synth.swing.mechanics import rest_pose
 
 OURS = "ours"
 COSTS = ("trajectory", "transient", "characteristics", "by joint")

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from synth.errors import UserError
 from synth.parts import coil_angle
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, coil_product, mean_diameter_for, rate
 from synth.spring import space, stress
 from synth.spring.design import SpringWish, candidates, design_spring
 from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
 
 KNEE_LIMITS = SpringLimits(max_outer_diameter=0.03175, max_body_length=0.03175)
 

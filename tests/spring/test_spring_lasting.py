@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from synth.errors import UserError
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.spring import fatigue, winding
 from synth.spring.design import ENDLESS, SpringWish, candidates, design_spring, lasting
 from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.result import SpringLimits, SpringTask
+from synth.spring.spring_result import SpringLimits, SpringTask
 
 
 @pytest.fixture(scope="module")

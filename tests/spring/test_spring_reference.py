@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from synth.parts.catalog import Catalogue
+from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, energy, rate
 from synth.spring import arms, fatigue, space, stress
 

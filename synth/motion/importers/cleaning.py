@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.model.leg import Array, Leg
 from synth.motion.smoothing import lost_samples
+from synth.swing.leg_model import Leg
 
 TURN = 2.0 * np.pi
 OUTSIDE = np.radians(5.0)  # beyond a joint's range, that is worth saying

@@ -9,9 +9,9 @@ from typing import Literal
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
-from synth.model.leg import Array, Joint, Leg
 from synth.motion.importers.c3d import read_c3d
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
 from synth.motion.importers.deeplabcut import is_deeplabcut, read_deeplabcut
@@ -22,6 +22,7 @@ from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.source import Channels, Markers, Source, listed, other_side, same_name
 from synth.motion.importers.swaps import exchanged, restored, swap_note
 from synth.motion.release import Release, find_release
+from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
 Format = Literal["auto", "deeplabcut", "opensim", "c3d", "matlab", "csv"]

@@ -12,12 +12,12 @@ import numpy as np
 import synth
 from synth.errors import UserError
 from synth.files.import_project import ForeignFile, ImportProject
-from synth.files.output import sha256_file, write_csv, write_json
+from synth.files.output import place, sha256_file, write_csv, write_json
 from synth.files.validate import gathering, raise_if_any
-from synth.model.leg import Leg
 from synth.motion.importers.cleaning import SHORTEST
 from synth.motion.importers.convert import Imported, import_file
 from synth.motion.release import free_after
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 TRIALS = "trials"
@@ -92,7 +92,7 @@ def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Pa
         columns = {"time [s]": trial.imported.time}
         for index, joint in enumerate(project.leg.joint_names):
             columns[f"{joint} [deg]"] = np.degrees(trial.imported.angles[:, index])
-        path = folder / trial.target
+        path = place(folder, trial.target)
         write_csv(path, columns)
         with gathering(problems):
             read_recording(path, project.leg, name=f"{trial.source.name} (as {trial.target})")

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
-from synth.model.leg import Array
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.source import Channels, listed
 

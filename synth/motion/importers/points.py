@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
-from synth.model.leg import Array, Leg
 from synth.motion.importers.source import Markers, listed, other_side
 from synth.motion.importers.swaps import Mask, exchanged, restored, swap_note
+from synth.swing.leg_model import Leg
 
 STRETCH = 0.2  # of a link's length; a point is misplaced where the link is longer or shorter by more
 SPREADS = 6.0  # robust standard deviations of the link's length, that it must differ by too

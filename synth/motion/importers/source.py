@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.validate import near
-from synth.model.leg import Array
 
 SHOWN = 40  # names in a message
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from synth.model.leg import Array
+from synth.arrays import Array
 
 SHORTER = 0.25  # the exchanged step against the plain one, squared distances
 STRIDES = 6.0  # ordinary steps, that a plain step must exceed

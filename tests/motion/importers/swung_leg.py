@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fit.simulated_legs import LINKS, NAMES, robot
-from synth.model.leg import Leg
+from synth.swing.leg_model import Leg
 
 Array = NDArray[np.float64]
 RATE = 200.0  # Hz

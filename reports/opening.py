@@ -1,0 +1,100 @@
+"""What every page opens with: the verdict, what to do next, the picture that shows it, and the figures that matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from markupsafe import Markup, escape
+
+from reports.quantities import interval_text, text
+from reports.severity import Group, Warned, counted, foremost
+
+NOTHING = Markup("")
+MOST_FOREMOST_LETTERS = 260  # of a warning above the fold; the fold holds the whole
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of the opening's table: what counts, and in small print how sure it is or what it stands beside."""
+
+    text: str
+    small: str = ""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The table: heads of its columns, and rows whose first cell names them."""
+
+    heads: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A page's first screen.
+
+    Parameters
+    ----------
+    verdict
+        what came out, in one or two sentences.
+    trust
+        how far it can be trusted, in one sentence.
+    steps
+        what to do next, the first first.
+    good
+        whether the verdict is good news, bad news, or neither (None): its colour, which the words never depend on.
+    """
+
+    verdict: str
+    trust: str = ""
+    steps: Sequence[str] = ()
+    figure: Markup = NOTHING
+    caption: str = ""
+    figures: Figures | None = None
+    good: bool | None = None
+
+
+@dataclass(frozen=True)
+class Told:
+    """Warnings as the opening tells them."""
+
+    foremost: list[Group]
+    counted: list[tuple[str, str, list[Warned]]]
+    total: int
+
+
+def told(warnings: Sequence[Warned]) -> Told:
+    """At most three that could change a decision, and all of them by level."""
+    groups = foremost(warnings)
+    return Told(groups, counted(warnings), len(warnings))
+
+
+def estimate(quantity: object) -> Cell:
+    """A quantity with its 90 % interval below it."""
+    return Cell(text(quantity), interval_text(quantity))
+
+
+def marked(words: str) -> Markup:
+    """Text in which what stands between backticks is code."""
+    pieces = str(words).split("`")
+    if len(pieces) % 2 == 0:  # one that closes nothing
+        return escape(words)
+    return Markup("").join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(pieces))
+
+
+def listed(names: Sequence[str], conjunction: str = "and") -> str:
+    """``hip, knee and ankle``."""
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} {conjunction} {names[-1]}"
+
+
+def shortly(words: str, most: int = MOST_FOREMOST_LETTERS) -> str:
+    """A text cut at a sentence or a word, with an ellipsis where something is left out."""
+    if len(words) <= most:
+        return words
+    cut = words[:most]
+    stop = max(cut.rfind(". "), cut.rfind("; "))
+    return cut[: stop + 1] if stop > most // 2 else cut[: cut.rfind(" ")] + " …"

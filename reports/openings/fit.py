@@ -1,0 +1,114 @@
+"""A fit's page opens with what was found, and whether the model explains the recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from reports.opening import Cell, Figures, Opening, estimate, listed
+from reports.quantities import brief, interval_of, whole_percent
+from reports.reading import Json, Result, value_of
+from reports.section import mapping, sequence
+from reports.sections import motion
+
+EXPLAINED = 1.5  # times the scatter of the samples: what a fit may leave and still be said to explain them
+SURE = 0.25  # half an interval over its value, beyond which a rate is called unsure
+
+
+def fit_opening(result: Result) -> Opening:
+    """Verdict, the trial that fits worst, and a row of estimates a joint."""
+    document = result.content
+    joints = mapping(document, "joints")
+    trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
+    lacking, unsure = _lacking(document), _unsure(joints)
+    figure, caption = _picture(result)
+    what = f"Springs, dampers and free angles of {listed(list(joints))}" if joints else "Nothing"
+    count = f"{len(trials)} trial{'s' if len(trials) != 1 else ''}"
+    if lacking:
+        verdict = f"{what} from {count}, but the model does not explain the motion of the {listed(lacking)}."
+    else:
+        verdict = f"{what} from {count}; the model explains the motion."
+    return Opening(
+        verdict,
+        _trust(document, lacking, unsure),
+        _steps(document, lacking, unsure),
+        figure,
+        caption,
+        _figures(document),
+        False if lacking else True if not unsure and joints else None,
+    )
+
+
+def _lacking(document: Json) -> list[str]:
+    """Joints at which more is left than the samples scatter by."""
+    left, noise = mapping(document, "rms"), mapping(document, "noise")
+    found = []
+    for name in mapping(document, "joints"):
+        rms, scatter = value_of(left.get(name)), value_of(noise.get(name))
+        if rms is not None and scatter is not None and rms > EXPLAINED * scatter:
+            found.append(name)
+    return found
+
+
+def _unsure(joints: Json) -> list[tuple[float, str]]:
+    """(half width over value, joint and rate) of the rates that are not well known, the widest first."""
+    found = []
+    for name, joint in joints.items():
+        for key, words in (("spring_rate", "spring rate"), ("damper_rate", "damper rate")):
+            quantity = mapping(joint).get(key)
+            value, ends = value_of(quantity), interval_of(quantity)
+            if not value or ends is None or None in ends:
+                continue
+            low, high = ends
+            assert low is not None
+            assert high is not None
+            if (share := (high - low) / 2 / abs(value)) > SURE:
+                found.append((share, f"{name}'s {words}"))
+    return sorted(found, reverse=True)
+
+
+def _trust(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) -> str:
+    left, noise = mapping(document, "rms"), mapping(document, "noise")
+    names = lacking or list(mapping(document, "joints"))
+    told = [f"{name} {brief(left.get(name))} where samples scatter by {brief(noise.get(name))}"
+            for name in names if left.get(name) and noise.get(name)]  # fmt: skip
+    words = f"Left over (RMS): {'; '.join(told)}." if told else ""
+    if unsure:
+        share, name = unsure[0]
+        words += f" Least sure is the {name}, known to ±{whole_percent(share)}."
+    return words.strip()
+
+
+def _steps(document: Json, lacking: list[str], unsure: list[tuple[float, str]]) -> list[str]:
+    if lacking:
+        return ["Ask `synth gap` with fitted.leg.yaml and these trials what is missing; until then the rates carry it."]
+    proposals = [str(mapping(item).get("text")) for item in sequence(document, "proposals")]
+    if unsure and proposals:
+        return [f"Worth measuring: {proposals[0]}"]
+    return ["Use fitted.leg.yaml, for example as the source of `synth leg`."] if mapping(document, "joints") else []
+
+
+def _picture(result: Result) -> tuple[Markup, str]:
+    """The trial that fits worst."""
+    worst = motion.worst_figure(result)
+    return (Markup(""), "") if worst is None else worst
+
+
+def _figures(document: Json) -> Figures | None:
+    joints = mapping(document, "joints")
+    if not joints:
+        return None
+    rms = mapping(document, "rms")
+    rows = [
+        [
+            Cell(name),
+            estimate(joint.get("spring_rate")),
+            estimate(joint["damper_rate"]) if joint.get("damper_rate") else Cell("curve given"),
+            estimate(joint.get("free_angle")),
+            Cell(brief(rms.get(name))),
+        ]
+        for name, joint in ((name, mapping(found)) for name, found in joints.items())
+    ]
+    heads = ("Joint", "Spring rate", "Damper rate", "Free angle", "Left over, RMS")
+    return Figures(heads, rows, "Small print: 90 % intervals.")

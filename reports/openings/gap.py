@@ -1,0 +1,79 @@
+"""A gap's page opens with the diagnosis in a sentence, the motion that shows it, and the causes with their odds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from reports.opening import Cell, Figures, Opening
+from reports.quantities import brief, percent_interval, share_text, whole_percent
+from reports.reading import Json, Result
+from reports.section import mapping, sequence
+from reports.sections import gap_how_far
+from reports.sections.gap_next import entry_text
+from reports.sections.gap_which import VERDICTS, name_of
+
+MOST_CAUSES = 3
+
+
+def gap_opening(result: Result) -> Opening:
+    """The sentence, the scored trial with the largest error, and the likeliest causes."""
+    document = result.content
+    figure = gap_how_far.worst_figure(result)
+    verdict = str(document.get("verdict") or "–")
+    return Opening(
+        str(document.get("sentence") or ""),
+        _trust(document, verdict),
+        _steps(document),
+        figure[0] if figure else Markup(""),
+        figure[1] if figure else "",
+        _figures(document),
+        {"effect": True, "none": True, "unknown": False}.get(verdict),
+    )
+
+
+def _trust(document: Json, verdict: str) -> str:
+    trials = [trial for trial in sequence(document, "trials") if isinstance(trial, Mapping)]
+    scored = [trial for trial in trials if trial.get("scored")]
+    means = VERDICTS.get(verdict, "")
+    words = f"Verdict {verdict}{': ' if means else ''}{means}."
+    if not scored:
+        return words
+    count = f"{len(scored)} trial{'s' if len(scored) != 1 else ''}"
+    if all(trial.get("held_out") for trial in scored):
+        return f"{words} Scored on {count} that took no part in the diagnosis."
+    how = ", each in turn predicted from the others" if len(scored) > 1 else ""
+    return f"{words} Scored on {count}{how}."
+
+
+def _steps(document: Json) -> list[str]:
+    experiment = mapping(document, "next_experiment")
+    if not experiment:
+        return ["Nothing to record: no trial of the menu would change the answer."]
+    trial = mapping(experiment, "trial")
+    entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
+    return [f"{experiment.get('why')}{entry}"]
+
+
+def _figures(document: Json) -> Figures | None:
+    """The likeliest causes, then what they leave of the error."""
+    ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
+    rows = [
+        [
+            Cell(name_of(entry)),
+            Cell(share_text(entry.get("probability"))),
+            Cell(whole_percent(entry.get("shrink")), percent_interval(entry.get("shrink"))),
+        ]
+        for entry in ranked[:MOST_CAUSES]
+    ]
+    for key, words in (("none", "nothing is missing"), ("unknown", "not in the library")):
+        if f"probability_{key}" in document:
+            rows.append([Cell(words), Cell(share_text(document[f"probability_{key}"])), Cell("–")])
+    if not rows:
+        return None
+    gap = mapping(document, "gap")
+    steps = (("as_designed", "as designed"), ("before", "at its best within tolerances"), ("after", "explained"))
+    told = [f"{words} {brief(gap.get(key))}" for key, words in steps if gap.get(key)]
+    note = f"RMS angle error on unseen trials: {', '.join(told)}; noise {brief(gap.get('noise_floor'))}."
+    return Figures(("Cause", "Probability", "Alone shrinks the gap by"), rows, note if told else "")

@@ -1,0 +1,116 @@
+"""A jumping leg's page opens with the chosen motor, ratio and length, how high it jumps, and what limits it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from reports.opening import Cell, Figures, Opening
+from reports.quantities import brief, interval_text, text
+from reports.reading import Json, Result, value_of
+from reports.section import Missing, mapping, sequence
+from reports.sections import hopper_choice, hopper_jump
+
+
+def study_opening(result: Result) -> Opening:
+    """The chosen design, its jump as poses, and its figures beside its neighbours."""
+    document = result.content
+    best, counts = mapping(document, "best"), mapping(document, "counts")
+    if not best:
+        return Opening(
+            f"None of the {counts.get('designs', 0)} designs leaves the ground.",
+            steps=["Give `motors:` stronger ones or `leg:` shorter links; designs.csv says what stops each design."],
+            good=False,
+        )
+    clearance, limit = best.get("clearance"), str(best.get("limit") or "")
+    how = str(mapping(document, "settings").get("choose") or "").replace("_", " ")
+    verdict = (
+        f"{best.get('motor')} with upper links of {_millimetres(best.get('leg_length'))}: the foot clears the ground "
+        f"by {_centimetres(clearance)}{_between(clearance)}, the best {how} of {counts.get('designs')} designs."
+    )
+    figure, caption = _picture(result)
+    return Opening(verdict, _trust(document, limit), _steps(limit), figure, caption, _figures(document), not limit)
+
+
+def truth_opening(result: Result) -> Opening:
+    """How many of the published findings come out."""
+    claims = [item for item in sequence(result.content, "claims") if isinstance(item, Mapping)]
+    out = sum(bool(item.get("comes_out")) for item in claims)
+    every = {str(item.get("claim")) for item in claims}
+    always = {name for name in every if all(i.get("comes_out") for i in claims if str(i.get("claim")) == name)}
+    rows = []
+    for key in dict.fromkeys(f"{item.get('pose')}, {item.get('measure')}".replace("_", " ") for item in claims):
+        found = [i for i in claims if f"{i.get('pose')}, {i.get('measure')}".replace("_", " ") == key]
+        rows.append([Cell(key), Cell(f"{sum(bool(i.get('comes_out')) for i in found)} of {len(found)}")])
+    return Opening(
+        f"{len(always)} of {len(every)} published findings come out in every pose and measure.",
+        f"Over all poses and measures {out} of {len(claims)}; what does not come out hangs on a pose and a height that "
+        "were not published." if claims else "",
+        ["Read what was never published and what each such number does, below."],
+        figures=Figures(("Pose and measure", "Come out"), rows) if rows else None,
+    )  # fmt: skip
+
+
+def _millimetres(quantity: object) -> str:
+    value = value_of(quantity)
+    return "–" if value is None else f"{1e3 * value:.4g}\u00a0mm"
+
+
+def _centimetres(quantity: object) -> str:
+    value = value_of(quantity)
+    return "–" if value is None else f"{1e2 * value:.3g}\u00a0cm"
+
+
+def _between(quantity: object) -> str:
+    ends = mapping(quantity).get("interval90")
+    if not isinstance(ends, list) or None in ends:
+        return ""
+    return f" (90 %: {100 * ends[0]:.1f} to {100 * ends[1]:.1f}\u00a0cm)"
+
+
+def _trust(document: Json, limit: str) -> str:
+    models = {name: value_of(mapping(item).get("clearance")) for name, item in mapping(document, "models").items()}
+    heights = [value for value in models.values() if value is not None]
+    words = f"But: {limit}. " if limit else ""
+    if len(heights) > 1:
+        used = mapping(document, "settings").get("model")
+        words += (
+            f"The interval is what the motor's and the materials' tolerances leave in model {used}; the models differ "
+            f"from {100 * min(heights):.1f} to {100 * max(heights):.1f}\u00a0cm."
+        )
+    return words
+
+
+def _steps(limit: str) -> list[str]:
+    if limit:
+        return ["To leave such designs out, write `motors: {gearbox: stop}`; or run it and expect the gear to wear."]
+    return ["Cut the parts of parts/ and record jumps on a force plate; `synth gap` then tells what the model lacks."]
+
+
+def _picture(result: Result) -> tuple[Markup, str]:
+    jump = hopper_jump.content(result)
+    if not isinstance(jump, Missing):
+        return jump["strip"], "The jump of the chosen leg, from the crouch to the top."
+    found = hopper_choice.map_content(result)
+    return (Markup(""), "") if isinstance(found, Missing) else (found["svg"], "Clearance over ratio and length.")
+
+
+def _figures(document: Json) -> Figures:
+    best = mapping(document, "best")
+    limit = mapping(best, "motor_constants").get("torque_limit")
+    rows = [
+        [Cell("Motor"), Cell(str(best.get("motor")))],
+        [Cell("Gear ratio"), Cell(f"{best.get('gear_ratio')}:1")],
+        [Cell("Upper link"), Cell(_millimetres(best.get("leg_length")))],
+        [Cell("Clearance"), Cell(_centimetres(best.get("clearance")), _between(best.get("clearance")).strip(" ()"))],
+        [Cell("Relative height"), Cell(brief(best.get("relative_height")), interval_text(best.get("relative_height")))],
+        [Cell("Peak gear torque"), Cell(brief(best.get("peak_gear_torque")), _bears(limit))],
+        [Cell("Peak current, both motors"), Cell(brief(best.get("peak_current")))],
+        [Cell("Energy of a jump"), Cell(brief(best.get("energy")))],
+    ]
+    return Figures(("Chosen leg", ""), rows)
+
+
+def _bears(limit: object) -> str:
+    return f"the gearbox bears {text(limit)}" if value_of(limit) is not None else ""

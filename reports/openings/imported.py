@@ -1,0 +1,46 @@
+"""An import's page opens with what was read, and the leg as it is now taken for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from reports import stick_figure
+from reports.opening import Cell, Figures, Opening, listed
+from reports.quantities import text
+from reports.reading import Result
+from reports.section import Missing, mapping, sequence
+
+
+def import_opening(result: Result) -> Opening:
+    """How many trials, the first as a stick figure, and a row a trial."""
+    trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
+    joints = [str(mapping(joint).get("name")) for joint in sequence(result.content, "leg", "joints")]
+    kept = sum(int(trial.get("samples") or 0) for trial in trials)
+    total = sum(int(trial.get("samples_in_source") or 0) for trial in trials)
+    notes = sum(len(sequence(trial, "notes")) for trial in trials)
+    drawn = stick_figure.content(result)
+    figure = Markup("")
+    if not isinstance(drawn, Missing):
+        figure = next((trial["stick"] for trial in drawn["trials"] if "stick" in trial), Markup(""))
+    rows = [
+        [
+            Cell(str(trial.get("file"))),
+            Cell(f"{trial.get('samples')} of {trial.get('samples_in_source')}"),
+            Cell(text(trial.get("rate"))),
+        ]
+        for trial in trials[:8]
+    ]
+    many = f"The first 8 of {len(trials)} trials." if len(trials) > 8 else ""
+    return Opening(
+        f"{len(trials)} trial{'s' if len(trials) != 1 else ''} of a leg with {listed(joints) or 'no joint'}: "
+        f"{kept} of {total} samples kept.",
+        f"{notes} note{'s' if notes != 1 else ''} on what was changed or left out, with each trial below."
+        if notes
+        else "Nothing was changed or left out.",
+        ["Look whether the leg bends the way it did; then `synth fit`. A wrong sign, side or zero shows at a glance."],
+        figure,
+        "Blue: first pose; vermilion: last." if figure else "",
+        Figures(("Trial", "Samples kept", "Rate"), rows, many) if rows else None,
+    )

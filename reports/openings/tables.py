@@ -1,0 +1,54 @@
+"""Pages that are tables foremost: many fits, and the reproduction of the thesis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from reports.opening import Cell, Figures, Opening, listed
+from reports.quantities import text
+from reports.reading import Result
+from reports.section import Missing, Section, mapping, sequence
+
+
+def fits_opening(result: Result, across: Section) -> Opening:
+    """How many were fitted, how the legs differ, and what failed."""
+    legs, failed = sequence(result.content, "legs"), sequence(result.content, "failed")
+    warned = sum(bool(sequence(leg, "warnings")) for leg in legs)
+    found = across.content(result)
+    rows, figure, caption = [], Markup(""), ""
+    if not isinstance(found, Missing):
+        rows = [
+            [Cell(f"{row['joint']}, {row['what']}"), Cell(str(row["legs"])), *(Cell(text(end)) for end in row["ends"])]
+            for row in found["rows"]
+        ]
+        if found["figures"]:
+            figure, caption = found["figures"][0]["drawing"], found["figures"][0]["title"]
+    total = len(legs) + len(failed)
+    names = [str(mapping(item).get("name")) for item in failed[:3]]
+    more = f" and {len(failed) - 3} more" if len(failed) > 3 else ""
+    return Opening(
+        f"{len(legs)} of {total} projects were fitted.",
+        f"{warned} of the fits have warnings." if warned else "No fit has a warning." if legs else "",
+        [f"Mend {listed(names)}{more}, and give the same command again: what is fitted stays."] if failed else [],
+        figure,
+        caption,
+        Figures(("Rate", "Legs", "Median", "Least", "Greatest"), rows) if rows else None,
+        not failed,
+    )
+
+
+def reproduction_opening(result: Result) -> Opening:
+    """Which tables were gone through."""
+    tables = [table for table in sequence(result.content, "tables") if isinstance(table, Mapping)]
+    rows = [
+        [Cell(str(table.get("name"))), Cell(str(table.get("title"))), Cell(str(len(sequence(table, "rows"))))]
+        for table in tables
+    ]
+    return Opening(
+        f"{len(tables)} tables of the thesis, published beside ours, each with why they differ.",
+        "Ours are computed from the laboratory's recordings; nothing is tuned to the published numbers.",
+        ["Open a table below; its last lines say where a difference comes from."],
+        figures=Figures(("Table", "What it holds", "Rows"), rows) if rows else None,
+    )

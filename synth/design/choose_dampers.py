@@ -1,0 +1,232 @@
+"""Choosing dampers: each with the spring that suits it best, by the response of the whole leg."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from synth.design.response import WantedResponse
+from synth.files.project_options import DamperChoice, JointChoice, PartsOptions
+from synth.fit.damper_laws import DamperLaw
+from synth.parts.arrangement import Arrangement, arrangements
+from synth.parts.catalogs import Catalogue
+from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
+from synth.parts.rows import DamperRow
+from synth.swing.damper_curves import thinning_error, torque_at
+from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
+
+KEPT = 2  # dampers a joint that take part in the choice for all joints together
+ALONE = 40  # dampers a joint that are tried at all, nearest torque first
+ALONE_ON_THE_JOINT = Arrangement()
+FAR = 8.0  # times the wanted damper's torque, or its part
+
+
+@dataclass(frozen=True)
+class MeasuredCurve:
+    """A damper's curve as measured on this leg: which part it is (None: whichever), and where it comes from."""
+
+    part: str | None
+    curve: DamperCurve
+    source: str
+
+
+@dataclass(frozen=True)
+class DamperOption:
+    """Dampers at a joint, as they act there together, and the response error (rad) of the leg with them.
+
+    ``single`` is one of them on its own shaft; where nothing is said they are one on the joint's axis.
+    """
+
+    row: DamperRow | None
+    damper: Damper
+    law: str
+    why: str
+    error: float = float("nan")
+    spring: Spring | None = None  # the one that suits it, with the other joints as wanted
+    arrangement: Arrangement = ALONE_ON_THE_JOINT
+    single: Damper | None = None
+
+    def with_exponent(self, exponent: float) -> Damper:
+        """What acts at the joint if the assumed law has another exponent."""
+        assert self.row is not None
+        return self.arrangement.at_joint(self.row.damper(self.law, exponent))
+
+    @property
+    def label(self) -> str:
+        """Part and arrangement."""
+        return self.arrangement.words(self.part)
+
+    @property
+    def part(self) -> str:
+        """Part number, or a name for what was measured without one."""
+        return self.row.part if self.row is not None else "measured damper"
+
+
+@dataclass(frozen=True)
+class DamperSet:
+    """A damper for each joint, the leg with them and the springs that suit them, and its response error (rad)."""
+
+    options: tuple[DamperOption, ...]
+    leg: Leg
+    error: float
+
+
+@dataclass(frozen=True)
+class DamperChoiceMade:
+    """The chosen damper of each joint, the ranking at each joint, what was left out, and the next best sets."""
+
+    chosen: tuple[DamperOption, ...]
+    ranked: tuple[tuple[DamperOption, ...], ...]
+    left_out: tuple[Mapping[str, int], ...]
+    leg: Leg  # the wanted leg with these dampers and the springs that suit them
+    sets: tuple[DamperSet, ...]  # all that were tried, best first
+
+
+def measured_curves(
+    laws: Mapping[str, DamperLaw], tables: Mapping[str, tuple[str | None, DamperCurve]], parts: Mapping[str, str | None]
+) -> dict[str, MeasuredCurve]:
+    """Measured curves by joint: from drops (``laws``) or from a torque-speed table of the user's."""
+    found = {joint: MeasuredCurve(part, curve, "torque-speed table") for joint, (part, curve) in tables.items()}
+    for joint, law in laws.items():
+        low, high = law.speeds.low, law.speeds.high
+        source = f"drops, {law.used.law.name} law, {low:.3g} to {high:.3g} rad/s"
+        found[joint] = MeasuredCurve(parts.get(joint), law.used.curve, source)
+    return found
+
+
+def choose_dampers(
+    wanted: WantedResponse,
+    choices: Mapping[str, JointChoice],
+    catalogue: Catalogue,
+    measured: Mapping[str, MeasuredCurve],
+    travel: Sequence[float],
+    law: str | None = None,
+    leg: Leg | None = None,
+    parts: PartsOptions = ANY,
+) -> DamperChoiceMade:
+    """Rank every damper that meets the constraints and choose the set whose leg moves most nearly as wanted.
+
+    Each candidate is judged with the spring rate and free angle tuned to it, because these are fitted again after it
+    is chosen. ``law`` forces a torque-speed law on the catalogue's dampers (``linear``: the vendor's secant). ``leg``
+    is what they are put into: the wanted leg, or with the same springs one that has effects of its own.
+
+    Raises
+    ------
+    UserError : a joint has no damper that meets its constraints.
+    """
+    leg = wanted.leg if leg is None else leg
+    ranked, left_out = [], []
+    for j, joint in enumerate(leg.joints):
+        choice = choices[joint.name].damper
+        found = damper_candidates(catalogue, choice, travel[j], joint.name, parts)
+        options = _options(list(found.rows), measured.get(joint.name), choice.part, law)
+        options = _arranged(options, choice, travel[j], of_family(parts, catalogue.dampers))
+        options, far = _near(options, joint.damper.rate if joint.damper and joint.damper.rate else 0.0)
+        left_out.append({**found.left_out, **far})
+        tuned = [wanted.tuned(_with(leg, {j: option}), (j,)) for option in options]
+        errors = wanted.overall(tuned)
+        order = np.argsort(errors, kind="stable")
+        ranked.append(
+            tuple(replace(options[k], error=float(errors[k]), spring=tuned[k].joints[j].spring) for k in order)
+        )
+    joints = tuple(range(len(leg.joints)))
+    sets = list(product(*(options[:KEPT] for options in ranked)))
+    legs = [wanted.tuned(_with(leg, dict(enumerate(chosen))), joints) for chosen in sets]
+    errors = wanted.overall(legs)
+    order = np.argsort(errors, kind="stable")
+    tried = tuple(DamperSet(sets[k], legs[k], float(errors[k])) for k in order)
+    return DamperChoiceMade(tried[0].options, tuple(ranked), tuple(left_out), tried[0].leg, tried)
+
+
+def _options(
+    rows: list[DamperRow], measured: MeasuredCurve | None, forced: str | None, law: str | None
+) -> list[DamperOption]:
+    options = []
+    for row in rows:
+        if measured is not None and law is None and measured.part in (None, row.part) and (measured.part or forced):
+            why = f"measured: {measured.source}"
+            options.append(DamperOption(row, Damper(curve=measured.curve, part=row.part), "curve", why))
+            continue
+        chosen = law or row.default_law
+        reasons = {
+            "table": "the catalogue's torque-speed points",
+            "concave": "assumed: T = T_max (w/w_max)^0.47 through the vendor's one point, see catalogs/README.md",
+            "linear": "the secant through the vendor's one point",
+        }
+        options.append(DamperOption(row, row.damper(chosen), chosen, reasons[chosen]))
+    if measured is not None and law is None and measured.part is None and forced is None:
+        damper = Damper(curve=measured.curve)
+        options = [DamperOption(None, damper, "curve", f"measured: {measured.source}")]
+    return options
+
+
+def _arranged(
+    options: list[DamperOption], choice: DamperChoice, travel: float, parts: PartsOptions
+) -> list[DamperOption]:
+    """Each damper in every arrangement that the choice allows and in which it turns far enough (``travel`` rad)."""
+    made = []
+    wanted = choice.travel if choice.travel is not None else travel
+    for option in options:
+        for arrangement in arrangements(option.row, choice.parallel, choice.ratios, choice.direction):
+            turned = replace(choice, travel=wanted * arrangement.ratio, ratios=(1.0,))
+            if choice.part is None and option.row is not None and damper_reason(option.row, turned, 0.0, parts):
+                continue
+            damper = arrangement.at_joint(option.damper)
+            made.append(replace(option, damper=damper, arrangement=arrangement, single=option.damper))
+    return made
+
+
+def _near(options: list[DamperOption], rate: float) -> tuple[list[DamperOption], dict[str, int]]:
+    """Options whose torque at 1 rad/s lies near that of the wanted rate, nearest first, and how many do not.
+
+    A damper ten times off cannot be mended by any spring, and one far too strong for its link is the slowest of all to
+    simulate; two are kept in any case.
+    """
+
+    def distance(option: DamperOption) -> float:
+        curve, damper = option.damper.curve, option.damper
+        torque = float(torque_at(curve, np.array([1.0]))[0]) if curve is not None else (damper.rate or 0.0)
+        return abs(float(np.log(max(torque, 1e-12) / max(rate, 1e-12))))
+
+    ordered = sorted(options, key=distance)
+    kept = [o for k, o in enumerate(ordered) if k < 2 or (k < ALONE and distance(o) <= np.log(FAR))]
+    far = len(ordered) - len(kept)
+    return kept, {f"torque at 1 rad/s more than {FAR:g} times off the wanted damper's": far} if far else {}
+
+
+def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
+    """The leg with these dampers, and with the springs that were found to suit them."""
+    joints = tuple(
+        replace(joint, damper=options[j].damper, spring=options[j].spring or joint.spring) if j in options else joint
+        for j, joint in enumerate(leg.joints)
+    )
+    return replace(leg, joints=joints)
+
+
+def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float], fastest: float) -> list[str]:
+    """What to know of a chosen damper: an assumed law, a thinned table, speeds beyond what was measured."""
+    said = []
+    if option.law == "concave":
+        said.append(
+            f"{joint}: the torque-speed law of {option.part} is {option.why}. Drops with that damper alone would tell; "
+            "its rate at low speed may be off by a factor of two"
+        )
+    if option.law == "curve" and fastest > 1.1 * speeds[1]:
+        said.append(
+            f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
+            "rad/s and its law is drawn on beyond"
+        )
+    reached = fastest * option.arrangement.ratio
+    if option.row is not None and option.row.speed is not None and reached > 1.1 * option.row.speed:
+        said.append(
+            f"{joint}: {option.part} is turned at up to {reached * 30 / np.pi:.0f} rpm; its vendor states torque at "
+            f"{option.row.speed * 30 / np.pi:.0f} rpm and says nothing beyond"
+        )
+    if option.damper.curve is not None:
+        error = thinning_error(option.damper.curve)
+        if error > 0.005:
+            said.append(f"{joint}: the damper's table was thinned to 12 points, at most {error:.1%} off")
+    return said

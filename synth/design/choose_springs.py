@@ -1,0 +1,294 @@
+"""Choosing springs: a bought one where one meets the constraints, else one to wind; ranked by the leg's response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from math import degrees, log, radians
+from typing import Any
+
+import numpy as np
+
+from synth.errors import UserError
+from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
+from synth.parts.catalogs import Catalogue
+from synth.parts.part_candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
+from synth.parts.rows import TorsionSpringRow
+from synth.spring.design import SpringResult, SpringWish, design_spring
+from synth.spring.evaluate import check_spring
+from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+MOST = 48  # springs a joint and damper that take part, nearest rates first
+NEAREST = 16  # springs a joint that are looked at beyond the wanted rate, nearest first
+INCLUDED_ANGLE = radians(120.0)  # of a spring to wind where none is asked: that of the thesis' springs
+ARM_LENGTH = 0.025  # m, of a spring to wind, up to where it bears
+
+
+@dataclass(frozen=True)
+class Travel:
+    """How far a joint's spring is turned from its free angle: the farther side, which winds it, and the other; rad.
+
+    ``below``: the farther side lies at smaller measured angles, where a joint drawn as the thesis' closes the arms.
+    """
+
+    winding: float
+    opening: float
+    below: bool = True
+
+    @property
+    def turned_round(self) -> bool:
+        """Work goes to larger angles, by far: the spring is seated so that those close its arms."""
+        return not self.below and self.winding >= 2.0 * self.opening and self.winding >= radians(2.0)
+
+
+@dataclass(frozen=True)
+class SpringOption:
+    """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
+
+    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together. ``outside``: the rate is not
+    within the wished tolerance, so it is an alternative only. ``closes``: -1 where smaller measured angles close its
+    arms, +1 where larger ones do.
+    """
+
+    rate: float
+    included_angle: float
+    row: TorsionSpringRow | None = None
+    design: SpringDesign | None = None
+    result: SpringResult | None = None
+    check: SpringDesign | None = None
+    error: float = float("nan")
+    count: int = 1
+    outside: bool = False
+    closes: int = -1
+
+    @property
+    def label(self) -> str:
+        """Part and number, or what is to be wound."""
+        return f"{self.count} x {self.part}" if self.row is not None and self.count > 1 else self.part
+
+    @property
+    def part(self) -> str:
+        """Part number, or what is to be wound."""
+        if self.row is not None:
+            return self.row.part
+        assert self.design is not None
+        number = f"{self.design.count} x " if self.design.count > 1 else ""
+        return f"{number}wind {self.design.wire_diameter * 1e3:.4g} mm {self.design.material}"
+
+    def as_json(self) -> dict[str, Any]:
+        """The joint's ``spring`` entry, without the free angle."""
+        if self.row is not None:
+            row = self.row
+            written: dict[str, Any] = {
+                "part": row.part,
+                "vendor": row.vendor,
+                "count": self.count,
+                "rate": quantity(self.rate, "N*m/rad"),
+                "included_angle": quantity(self.included_angle, "deg"),
+                "material": row.material,
+                "hand": row.hand or None,
+                "source": row.source,
+            }
+            for name, value, unit in (
+                ("wire_diameter", row.wire_diameter, "mm"),
+                ("outer_diameter", row.outer_diameter, "mm"),
+                ("body_coils", row.body_coils, "1"),
+                ("body_length", row.body_length, "mm"),
+            ):
+                if value is not None:
+                    written[name] = quantity(value, unit)
+            if self.check is not None:
+                written["free_travel"] = quantity(self.check.free_travel, "deg")
+                written["travel"] = quantity(self.check.travel, "deg")
+                written["rate_bending_form"] = quantity(self.check.rate_bending_form, "N*m/rad")
+            return written
+        assert self.design is not None
+        written = {"make": self.design.as_json()}
+        if self.result is not None:
+            written["binding"] = list(self.result.binding)
+            written["nearest"] = [
+                {"kind": item.kind, "text": item.text, "make": item.design.as_json()} for item in self.result.nearest
+            ]
+        return written
+
+
+@dataclass(frozen=True)
+class SpringChoiceMade:
+    """The chosen springs, what could be had in their place (best first), what was left out and what is to be said."""
+
+    chosen: tuple[SpringOption, ...]
+    ranked: tuple[tuple[SpringOption, ...], ...]
+    left_out: tuple[Mapping[str, int], ...]
+    leg: Leg
+    warnings: tuple[tuple[str, ...], ...]
+
+
+def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[Travel]:
+    """Each spring's travel from its free angle: over the joint's range where the leg has one, else as the leg moves.
+
+    ``motions`` : (m, n) rotations, rad. The farther side of the two winds the coil.
+    """
+    found = []
+    for j, joint in enumerate(leg.joints):
+        assert joint.spring is not None
+        if joint.range is not None:
+            ends = [angle - joint.spring.free_angle for angle in joint.range]
+        else:
+            turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - joint.rest)
+            ends = [float(turned.min()), float(turned.max())]
+        below, above = abs(min(0.0, *ends)), abs(max(0.0, *ends))
+        found.append(Travel(max(below, above), min(below, above), below >= above))
+    return found
+
+
+@dataclass(frozen=True)
+class SpringSource:
+    """Where the springs of one joint come from: what is asked of them, the room, and the catalogue."""
+
+    joint: str
+    choice: SpringChoice
+    travel: Travel
+    catalogue: Catalogue
+    cad: CadOptions
+    parts: PartsOptions = ANY
+
+    @property
+    def turned(self) -> Travel:
+        """The travel that was asked for, else the joint's."""
+        if self.choice.travel is None:
+            return self.travel
+        return Travel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
+
+
+def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
+    """What a joint may have: bought springs, or one to wind; why rows were left out; what is to be said.
+
+    Raises
+    ------
+    UserError : a bought spring is asked for and none meets the constraints.
+    """
+    joint, choice, catalogue = source.joint, source.choice, source.catalogue
+    travel, cad = source.turned, source.cad
+    reasons: dict[str, int] = {}
+    if not choice.make:
+        found = spring_candidates(catalogue, choice, rate, source.parts)
+        reasons = dict(found.left_out)
+        rows = [(row, 1) for row in found.rows]
+        for count in range(2, choice.parallel + 1 if choice.part is None else 2):
+            rows += [(row, count) for row in spring_candidates(catalogue, choice, rate, source.parts, count).rows]
+        rows.sort(key=lambda item: abs(log((item[0].rate or rate) * item[1] / rate)))
+        if len(rows) > MOST:
+            reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = len(rows) - MOST
+        if rows:
+            return [_bought(row, travel, catalogue, count) for row, count in rows[:MOST]], reasons, []
+        if choice.make is False:
+            raise no_spring(joint, found, catalogue.springs)
+        said = [f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed"]
+    else:
+        said = []
+    option, more = _to_wind(joint, choice, rate, travel, catalogue, cad)
+    return [option], reasons, said + more
+
+
+def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOption]) -> list[SpringOption]:
+    """What could be had in place of a spring, nearest rates first: bought ones whatever their rate, or one to wind."""
+    known = {(option.part, option.count) for option in taken if option.row is not None}
+    parts = of_family(source.parts, source.catalogue.springs)
+    found = []
+    for count in range(1, source.choice.parallel + 1):
+        for row in source.catalogue.springs:
+            if (row.part, count) not in known and spring_reason(row, source.choice, None, parts, count) is None:
+                assert row.rate is not None
+                found.append((abs(log(row.rate * count / rate)), count, row))
+    found.sort(key=lambda item: (item[0], item[1], item[2].part))
+    others = [
+        replace(
+            _bought(row, source.turned, source.catalogue, count), outside=off > log(1 + source.choice.rate_tolerance)
+        )
+        for off, count, row in found[:NEAREST]
+    ]
+    if source.choice.make is not False and all(option.row is not None for option in taken):
+        with suppress(UserError):  # none can be wound either
+            others.append(_to_wind(source.joint, source.choice, rate, source.turned, source.catalogue, source.cad)[0])
+    return others
+
+
+def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: int = 1) -> SpringOption:
+    assert row.rate is not None
+    assert row.included_angle is not None
+    check = None
+    if row.material and row.wire_diameter and row.mean_diameter and row.body_coils:
+        try:
+            task = SpringTask(travel.winding, travel.opening, limits=SpringLimits(index_range=(1.0, 100.0)))
+            material = catalogue.find_material(row.material)
+            check = check_spring(
+                material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate
+            )
+        except UserError:
+            check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
+    closes = 1 if travel.turned_round else -1
+    return SpringOption(row.rate * count, row.included_angle, row=row, check=check, count=count, closes=closes)
+
+
+def _to_wind(
+    joint: str, choice: SpringChoice, rate: float, travel: Travel, catalogue: Catalogue, cad: CadOptions
+) -> tuple[SpringOption, list[str]]:
+    """The spring to wind, or the nearest that can be made with what gives way."""
+    wish = SpringWish(
+        rate=rate,
+        travel=travel.winding,
+        opening_travel=travel.opening,
+        included_angle=choice.included_angle or INCLUDED_ANGLE,
+        leg_lengths=(ARM_LENGTH, ARM_LENGTH),
+        material=choice.wire or "music",
+        objective=choice.objective,
+        limits=SpringLimits(
+            arbor_diameter=cad.shaft_diameter,
+            min_inside_diameter=choice.min_inner_diameter,
+            max_outer_diameter=choice.max_outer_diameter,
+            max_body_length=choice.max_body_length,
+            cycles=choice.cycles,
+        ),
+    )
+    result = design_spring(wish, catalogue)
+    if result.best is not None:
+        design, said = result.best, [f"{joint}: {text}" for text in result.best.warnings]
+    else:
+        if not result.nearest:
+            raise UserError(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
+        order = {"parallel": 0, "smaller_travel": 1, "other_material": 2, "more_room": 3}
+        nearest = min(result.nearest, key=lambda item: order[item.kind])
+        design = nearest.design
+        said = [
+            f"{joint}: no single spring can do {rate:.4g} N*m/rad over {degrees(travel.winding):.1f} deg: "
+            f"{'; '.join(result.binding)}. The nearest that can is taken: {nearest.text}"
+        ]
+    total = design.rate * design.count
+    closes = 1 if travel.turned_round else -1
+    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes), said
+
+
+def sense_warning(joint: str, travel: Travel) -> list[str]:
+    """Work that would open the coil of a spring seated as the thesis' are, so that another seat is drawn."""
+    if not travel.turned_round:
+        return []
+    return [
+        f"{joint}: work turns its spring {degrees(travel.winding):.0f} deg towards larger measured angles and only "
+        f"{degrees(travel.opening):.0f} deg the other way; torsion springs are made to be wound up, so it is seated "
+        "the other way round: larger angles close its arms, its arm offset is the free angle plus the included angle"
+    ]
+
+
+def spring_warnings(joint: str, option: SpringOption) -> list[str]:
+    """A bought spring that would yield over the wanted travel."""
+    if option.row is not None and option.check is None:
+        return [f"{joint}: the catalogue knows too little of {option.part} to tell at which angle it yields"]
+    if option.check is None or option.check.travel <= option.check.free_travel:
+        return []
+    return [
+        f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, the joint "
+        f"turns it {degrees(option.check.travel):.0f} deg"
+    ]

@@ -1,0 +1,221 @@
+"""The best sets of parts out of all: every one simulated where that is feasible, else screened first.
+
+Screening rests on the motion, not on the error. The motion of a set is taken as that of a base set plus what each
+joint's own change does to it, every one of which was simulated:
+``q(o_1, ..., o_n) = q(b) + sum_j (q(b with o_j) - q(b))``. How far a joint's part is from the base does not matter;
+what is left out is only how changes at two joints act on each other (a cut high-dimensional model of first order,
+Rabitz & Alis, J. Math. Chem. 25, 1999). The squared error of such a sum is a sum over pairs of joints of inner
+products that are reckoned once, so a set costs a few additions.
+
+The base moves to the best set that simulation finds, until it stays. Then sets are simulated in the screen's order
+until none that follows can be better, given the screen's mistakes on the sets simulated so far, among them many drawn
+at random and along the screen's order. Near the base, where it matters, the screen is nearly exact: parts that are
+nearly the base's act on each other little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.design.part_lanes import Index, PartLanes
+
+EXHAUSTIVE = 20_000  # trajectories (sets times releases) that are simulated without screening: some seconds
+SAMPLES = 6_000  # of the motions that the screen looks at
+BATCH = 256
+DRAWN = 512  # sets drawn at random, to see how wrong the screen can be
+MOST_SIMULATED = 6_000
+MOST_BASES = 5
+SCREENED = 8_192  # best of the screen that are kept
+NEAR = 3.0  # times the best error: within it the screen's mistakes count
+SAFETY = 1.3  # on the mistakes seen
+AT_BEST = 0.05  # multiples of the best error by which the bound on mistakes starts before it
+PREFIXES = 2_048  # combinations of all joints but the last that are screened at a time
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A bound on the screen's mistakes: none at the best set, growing in proportion away from it, up to the worst seen.
+
+    ``slope``: share of the error by which the screen may be wrong, for each multiple of the ``best`` error (rad) above
+    it; ``ratio``: the lowest ratio of true to screened error.
+    """
+
+    best: float
+    slope: float
+    ratio: float
+
+    def least(self, guess: Array) -> Array:
+        """The least that the true error of sets with these screened errors (rad) may be."""
+        share = 1.0 - self.slope * (guess / self.best - 1.0 + AT_BEST)
+        return guess * np.maximum(share, self.ratio)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The best sets, best first.
+
+    ``index`` (m, n) option numbers, ``error`` (m,) rad. ``n_set`` sets there were, ``n_simulated`` were simulated.
+    ``mistake`` of the screen, None where nothing was screened. ``complete``: whether by that bound no set that was not
+    simulated is better than the last of these.
+    """
+
+    index: Index
+    error: Array
+    n_set: int
+    n_simulated: int
+    mistake: Mistake | None
+    complete: bool
+
+    @property
+    def exhaustive(self) -> bool:
+        """Whether every set was simulated."""
+        return self.n_simulated >= self.n_set
+
+
+def best_sets(
+    lanes: PartLanes, start: Sequence[int], keep: int = 16, *, exhaustive: int = EXHAUSTIVE, seed: int = 0
+) -> Found:
+    """The ``keep`` sets whose leg moves most nearly as wanted.
+
+    Parameters
+    ----------
+    start
+        option number of each joint, a good guess.
+    exhaustive
+        trajectories up to which every set is simulated.
+    """
+    if lanes.n_set * len(lanes.releases) <= exhaustive:
+        index = _all(lanes.counts)
+        error = lanes.errors(index)
+        order = np.argsort(error, kind="stable")[:keep]
+        return Found(index[order], error[order], len(index), len(index), None, True)
+    return _Screening(lanes, keep, np.random.default_rng(seed)).run(np.array(start, dtype=np.int64))
+
+
+def _all(counts: Sequence[int]) -> Index:
+    """(n_set, n) every combination, the last joint's option changing fastest."""
+    return np.stack(np.unravel_index(np.arange(int(np.prod(counts))), counts), axis=1).astype(np.int64)
+
+
+class _Screening:
+    """One search: what was simulated so far, by the set's number."""
+
+    def __init__(self, lanes: PartLanes, keep: int, generator: np.random.Generator) -> None:
+        self.lanes, self.keep, self.generator = lanes, keep, generator
+        self.known: dict[int, float] = {}
+        self.every = max(1, sum(m.size for m in lanes.motions) // SAMPLES)
+
+    def run(self, base: Index) -> Found:
+        for _ in range(MOST_BASES):
+            screen = _Screen(self.lanes, base, self.every)
+            numbers, guess = screen.best(SCREENED)
+            self.simulate(numbers[:BATCH])
+            best = self.index(min(self.known, key=lambda number: (self.known[number], number)))
+            if np.array_equal(best, base):
+                break
+            base = best
+        drawn = self.generator.integers(0, self.lanes.n_set, DRAWN)
+        self.simulate(drawn)
+        self.simulate(numbers[np.unique(np.geomspace(BATCH, len(numbers) - 1, DRAWN).astype(int))])
+        done, complete = BATCH, False
+        while True:
+            mistake = self.mistake(screen)
+            bound = float(np.partition(list(self.known.values()), self.keep - 1)[self.keep - 1])
+            may_be_better = np.flatnonzero(mistake.least(guess) <= bound)
+            reach = int(may_be_better[-1]) + 1 if len(may_be_better) else 0
+            complete = done >= reach and (reach < len(numbers) or len(numbers) == self.lanes.n_set)
+            if done >= reach or len(self.known) >= MOST_SIMULATED:
+                break
+            self.simulate(numbers[done : done + BATCH])
+            done += BATCH
+        found = sorted(self.known.items(), key=lambda item: (item[1], item[0]))[: self.keep]
+        index = np.stack([self.index(number) for number, _ in found])
+        error = np.array([value for _, value in found])
+        return Found(index, error, self.lanes.n_set, len(self.known), mistake, complete)
+
+    def index(self, numbers: int | Index) -> Index:
+        return np.stack(np.unravel_index(numbers, self.lanes.counts), axis=-1).astype(np.int64)
+
+    def simulate(self, numbers: Index) -> None:
+        new = [int(number) for number in np.unique(numbers) if int(number) not in self.known]
+        if new:
+            errors = self.lanes.errors(self.index(np.array(new)))
+            self.known.update(zip(new, errors.tolist(), strict=True))
+
+    def mistake(self, screen: _Screen) -> Mistake:
+        """How far below its screened error a set's true one may lie, from the sets that were simulated."""
+        numbers = np.array(list(self.known))
+        true = np.array(list(self.known.values()))
+        guess = np.maximum(screen.errors(self.index(numbers)), 1e-12)
+        best = float(true.min())
+        near = np.minimum(true, guess) <= NEAR * best
+        short = np.maximum(1.0 - true[near] / guess[near], 0.0)
+        slope = SAFETY * float(np.max(short / (guess[near] / best - 1.0 + AT_BEST), initial=0.0))
+        return Mistake(best, slope, max(0.0, 1.0 - SAFETY * float(short.max(initial=0.0))))
+
+
+class _Screen:
+    """Squared errors of all sets about one base, as sums over joints and pairs of joints."""
+
+    def __init__(self, lanes: PartLanes, base: Index, every: int) -> None:
+        self.counts = lanes.counts
+        n = len(self.counts)
+        singles = np.concatenate([_changed(base, j, count) for j, count in enumerate(self.counts)])
+        motions = lanes.residuals(np.concatenate([base[None, :], singles]), every)
+        zero = motions[:, :1]
+        ends = np.cumsum([0, *self.counts])
+        moves = [motions[:, 1 + ends[j] : 1 + ends[j + 1]] - zero for j in range(n)]
+        self.constant = float(np.sum(zero**2))
+        self.own = [2.0 * (zero[:, 0] @ move) + np.sum(move**2, axis=0) for move in moves]
+        self.pairs = {(i, j): 2.0 * moves[i].T @ moves[j] for j in range(n) for i in range(j)}
+
+    def errors(self, index: Index) -> Array:
+        """(n_set,) rad, the screen's error of these sets."""
+        square = self.constant + sum(own[index[:, j]] for j, own in enumerate(self.own))
+        for (i, j), pair in self.pairs.items():
+            square = square + pair[index[:, i], index[:, j]]
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
+
+    def best(self, most: int) -> tuple[Index, Array]:
+        """Numbers and screened errors (rad) of the ``most`` best of all sets, best first."""
+        numbers, squares = np.zeros(0, dtype=np.int64), np.zeros(0)
+        for first, block in self._blocks():
+            flat = block.ravel()
+            better = np.flatnonzero(flat < squares.max()) if len(squares) >= most else np.arange(len(flat))
+            if len(better) > most:
+                better = better[np.argpartition(flat[better], most - 1)[:most]]
+            numbers = np.concatenate([numbers, first + better])
+            squares = np.concatenate([squares, flat[better]])
+            if len(squares) > most:
+                kept = np.argpartition(squares, most - 1)[:most]
+                numbers, squares = numbers[kept], squares[kept]
+        order = np.lexsort((numbers, squares))
+        return numbers[order], np.sqrt(np.maximum(squares[order], 0.0))
+
+    def _blocks(self) -> Iterator[tuple[int, Array]]:
+        """Number of the first set and squared errors (n_prefix, n_last) of blocks of sets, in order."""
+        last = len(self.counts) - 1
+        n_prefix = int(np.prod(self.counts[:-1]))
+        for start in range(0, n_prefix, PREFIXES):
+            numbers = np.arange(start, min(start + PREFIXES, n_prefix))
+            prefix = np.unravel_index(numbers, self.counts[:-1]) if last else ()
+            square = np.full(len(numbers), self.constant)
+            for j in range(last):
+                square += self.own[j][prefix[j]]
+                for i in range(j):
+                    square += self.pairs[i, j][prefix[i], prefix[j]]
+            block = square[:, None] + self.own[last]
+            for i in range(last):
+                block += self.pairs[i, last][prefix[i]]
+            yield start * self.counts[-1], block
+
+
+def _changed(base: Index, joint: int, count: int) -> Index:
+    """(count, n) the base with each option of one joint."""
+    index = np.repeat(base[None, :], count, axis=0)
+    index[:, joint] = np.arange(count)
+    return index

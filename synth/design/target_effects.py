@@ -1,0 +1,96 @@
+"""What a target leg's effects mean for its design: which stay with the joint, which go with a part that is replaced.
+
+A diagnosis (``synth gap``) gives back the leg as it seems to be: links of the size that they have, and effects beyond
+linear springs and dampers. A design chooses new springs and dampers, so what belonged to the old ones goes with them
+(``Effect.belongs_to``). Of what stays, the torques at a joint are simulated with every spring and damper that is tried.
+The rest is left out, never silently: a base that moves and links that bend would lengthen the chain that the fit and
+the choice run on, and what an encoder tells does not change how the leg moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from synth.swing.effects import Effect, effect_named
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+SHOWN = {"rad": "deg", "rad/s": "deg/s"}  # units that people read better
+
+
+@dataclass(frozen=True)
+class TargetEffect:
+    """One effect of the target: ``joint`` None for the base, parameters in SI, whether it stays, and why."""
+
+    effect: Effect
+    joint: str | None
+    parameters: Mapping[str, float]
+    stays: bool
+    why: str
+
+    @property
+    def sentence(self) -> str:
+        """What is to be said of it."""
+        done = "is in every leg that is tried" if self.stays else "is left out"
+        return f"{self.effect.name} of the {self.joint or 'base'} {done}: {self.why}"
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``target_effects``."""
+        unit = {parameter.name: parameter.unit for parameter in self.effect.parameters}
+        return {
+            "effect": self.effect.name,
+            "joint": self.joint or "base",
+            "parameters": {n: quantity(v, SHOWN.get(unit[n], unit[n])) for n, v in self.parameters.items()},
+            "carried_over": self.stays,
+            "why": self.why,
+        }
+
+
+@dataclass(frozen=True)
+class Target:
+    """The target as a design takes it: ``ideal`` without effects, ``real`` with those that stay."""
+
+    ideal: Leg
+    real: Leg
+    effects: tuple[TargetEffect, ...]
+
+
+def target_of(leg: Leg) -> Target:
+    """Sort a target's effects; its own springs and dampers, which are replaced, are left as they are."""
+    found = [_judged(name, joint.name, given) for joint in leg.joints for name, given in joint.effects.items()]
+    found += [_judged(name, None, given) for name, given in leg.effects.items()]
+    stay = {
+        joint.name: {e.effect.name: e.parameters for e in found if e.joint == joint.name and e.stays}
+        for joint in leg.joints
+    }
+    ideal = replace(leg, effects={}, joints=tuple(replace(joint, effects={}) for joint in leg.joints))
+    return Target(ideal, with_effects(ideal, stay), tuple(found))
+
+
+def with_effects(leg: Leg, effects: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Leg:
+    """The leg with these effects at its joints, by joint name."""
+    return leg.with_joints(**{name: {"effects": given} for name, given in effects.items()})
+
+
+def notes(effects: Sequence[TargetEffect]) -> list[tuple[str | None, str]]:
+    """Joint (None for the base) and sentence of each effect."""
+    return [(e.joint, f"{e.joint}: {e.sentence}" if e.joint else e.sentence) for e in effects]
+
+
+def _judged(name: str, joint: str | None, parameters: Mapping[str, float]) -> TargetEffect:
+    effect = effect_named(name)
+    stays, why = _stays(effect)
+    return TargetEffect(effect, joint, dict(parameters), stays, why)
+
+
+def _stays(effect: Effect) -> tuple[bool, str]:
+    """Whether it stays and is simulated, and why."""
+    if effect.belongs_to != "joint":
+        return False, f"it belongs to the {effect.belongs_to}, which is chosen anew"
+    if effect.way == "reading":
+        return False, "it is what the encoder tells, and does not change how the leg moves"
+    if effect.way == "structure":
+        return False, "parts are chosen for a leg of rigid links on a fixed base; look at the built leg's gap again"
+    return True, "it belongs to the joint, whatever spring and damper are there"

@@ -1,0 +1,290 @@
+"""A leg design as files: design.json, the leg for us and for other engines, responses and torque-speed curves."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import synth
+from synth.arrays import Array
+from synth.design.choose_dampers import DamperOption
+from synth.design.choose_springs import SpringOption
+from synth.design.fit_responses import write_fit_responses as write_fit_responses
+from synth.design.leg_design import LegDesign, fastest_rates
+from synth.design.part_sets import tolerance_json
+from synth.files.curve import write_curve
+from synth.files.leg_file import write_leg
+from synth.files.mjcf import write_mjcf
+from synth.files.output import place, sha256_file, stems, write_csv
+from synth.fit.fit_result import TrialFit
+from synth.units import quantity
+
+FORMAT = "synth/leg-design/1"
+LIBRARIES = ("numpy", "scipy", "numba", "cadquery")
+
+
+def write_files(design: LegDesign, folder: Path) -> None:
+    """Everything but design.json, solids and pages."""
+    write_leg(design.built, folder / "built.leg.yaml")
+    write_leg(design.target.leg, folder / "wanted.leg.yaml")
+    times = [release.time for release in design.wanted.releases]
+    write_mjcf(design.built, fastest_rates(design.built_motions, times), folder / "leg.mjcf.xml")
+    curves = folder / "dampers"
+    curves.mkdir()
+    for joint in design.built.joints:
+        if joint.damper is not None and joint.damper.curve is not None:
+            write_curve(joint.damper.curve, place(curves, f"{joint.name}.csv"))
+    for name, law in design.laws.items():
+        write_curve(law.used.curve, place(curves, f"{name}_measured.csv"))
+        for fit in law.fits:
+            write_curve(fit.curve, place(curves, f"{name}_{fit.law.name}.csv"))
+    write_fit_responses(design.source, folder / "responses" / "source")
+    _write_target_responses(design, folder / "responses" / "target")
+
+
+def _write_target_responses(design: LegDesign, folder: Path) -> None:
+    """The animal's motion in the robot's time, the wanted leg's and the built leg's, in degrees."""
+    folder.mkdir(parents=True)
+    leg = design.built
+    fitted = [trial for trial in design.target.trials if not trial.held_out]
+    for trial, wanted, built, stem in zip(
+        fitted, design.wanted.motions, design.built_motions, stems([t.name for t in fitted]), strict=True
+    ):
+        shift = trial.free_angle - np.array([j.free_angle.value for j in design.target.joints.values()])
+        columns: dict[str, Array] = {"time [s]": trial.time}
+        for j, name in enumerate(leg.joint_names):
+            columns[f"{name} animal [deg]"] = np.degrees(trial.measured[:, j] - shift[j])
+            columns[f"{name} wanted [deg]"] = np.degrees(leg.to_measured(wanted)[:, j])
+            columns[f"{name} built [deg]"] = np.degrees(leg.to_measured(built)[:, j])
+        write_csv(place(folder, f"{stem}.csv"), columns)
+
+
+def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: dict[str, Any]) -> dict[str, Any]:
+    """The content of ``design.json``; ``files`` in ``folder`` are listed with their hashes, ``extra`` is added."""
+    project = design.project
+    names = design.built.joint_names
+    how = "square root of the ratio of leg lengths" if project.dynamic_similarity else "a factor"
+    return {
+        "format": FORMAT,
+        "name": project.name,
+        "versions": {"synth": synth.__version__, **{n: importlib.metadata.version(n) for n in LIBRARIES}},
+        "inputs": _inputs(design),
+        "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
+        "settings": {
+            "time_scale": {**quantity(project.time_scale, "1"), "how": how},
+            "free_angle": project.free_angle,
+            "method": project.fit.method,
+            "cost": project.fit.cost,
+            "weight": project.fit.weight,
+            "seed": project.fit.seed,
+        },
+        "target_effects": [effect.as_json() for effect in design.target_effects],
+        "stages": {
+            "source": design.source.as_json(),
+            "target": design.target.as_json(),
+            "refit": design.refit.as_json(),
+        },
+        "held_out": _held_out(design.held_out, names),
+        "damper_laws": {
+            joint: {"part": project.dampers[joint].part, **law.as_json(), "curve": f"dampers/{joint}_measured.csv"}
+            for joint, law in design.laws.items()
+        },
+        "joints": {name: _joint(design, j) for j, name in enumerate(names)},
+        "response": {
+            "wanted_to_built": {
+                "rms": quantity(float(np.sqrt(np.mean(design.errors**2))), "deg"),
+                "joints": {n: quantity(float(e), "deg") for n, e in zip(names, design.errors, strict=True)},
+            },
+            "forecast": design.sets.chosen.forecast.as_json(),
+            "forecast_free_angles_measured": design.sets.measured.as_json(),
+            **({"fit_uncertainty": design.told.as_json()} if design.told is not None else {}),
+            "alternatives": [item.as_json(names, design.sets.chosen) for item in design.sets.sets[1:]],
+            "search": _search(design),
+        },
+        "warnings": [{"joint": joint, "text": text} for joint, text in design.warnings],
+        **extra,
+        "files": [{"path": path.relative_to(folder).as_posix(), "sha256": sha256_file(path)} for path in files],
+    }
+
+
+def _inputs(design: LegDesign) -> list[dict[str, str]]:
+    """Every file that the design rests on: project, legs, catalogues and curves, then the recordings."""
+    project = design.project
+    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
+    found = {item.name: item.sha256 for item in project.inputs} | {trial.name: trial.sha256 for trial in trials}
+    return [{"file": name, "sha256": digest} for name, digest in found.items()]
+
+
+def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any] | None:
+    """How far the fitted leg is off on trials that took no part."""
+    if not trials:
+        return None
+    square = np.array([trial.rms**2 for trial in trials])
+    rms = [float(np.sqrt(np.mean(column[np.isfinite(column)]))) for column in square.T]
+    return {
+        "rms": {name: quantity(value, "deg") for name, value in zip(names, rms, strict=True)},
+        "trials": [
+            {
+                "file": trial.name,
+                "rms": {n: quantity(float(v), "deg") for n, v in zip(names, trial.rms, strict=True) if v == v},
+            }
+            for trial in trials
+        ],
+    }
+
+
+def _joint(design: LegDesign, j: int) -> dict[str, Any]:
+    name = design.built.joint_names[j]
+    wanted, refit = design.target.joints[name], design.refit.joints[name]
+    spring, damper = design.springs.chosen[j], design.dampers.chosen[j]
+    built = design.built.joints[j].spring
+    assert built is not None
+    assert wanted.damper_rate is not None
+    written = {
+        "wanted": {
+            "spring_rate": wanted.spring_rate.as_json(),
+            "damper_rate": wanted.damper_rate.as_json(),
+            "free_angle": wanted.free_angle.as_json(),
+        },
+        "refit": {"spring_rate": refit.spring_rate.as_json(), "free_angle": refit.free_angle.as_json()},
+        "damper": _damper(damper, name),
+        "spring": {**spring.as_json(), "free_angle": quantity(built.free_angle, "deg")},
+        "arm_offset": quantity(design.arm_offset(j), "deg"),
+        "spring_alternatives": [
+            _ranked_spring(option, spring) for option in design.springs.ranked[j] if option is not spring
+        ],
+        "damper_alternatives": [
+            _ranked_damper(option, damper) for option in design.dampers.ranked[j] if option is not damper
+        ],
+        "alternatives_basis": (
+            "response_error: RMS over all joints and releases against the wanted motion with only this joint's part "
+            "changed; a spring to wind is then wound for the rate that suits the other damper. cost: that less the "
+            "chosen set's"
+        ),
+        "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
+        "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
+        "warnings": [text for joint, text in design.warnings if joint == name],
+    }
+    return written
+
+
+def _damper(option: DamperOption, joint: str) -> dict[str, Any]:
+    row = option.row
+    arrangement = option.arrangement
+    written: dict[str, Any] = {
+        "part": option.part,
+        "vendor": row.vendor if row is not None else None,
+        "count": arrangement.pieces,
+        "pair": arrangement.pair,
+        "ratio": quantity(arrangement.ratio, "1"),
+        "arrangement": option.label,
+        "law": option.law,
+        "law_why": option.why,
+    }
+    if option.damper.curve is not None:
+        written["curve"] = f"dampers/{joint}.csv"
+    if row is not None:
+        written["source"] = row.source
+        if row.max_torque is not None and row.speed is not None:
+            point = {"torque": quantity(row.max_torque, "N*m"), "speed": quantity(row.speed, "rpm")}
+            written["vendor_point"] = point
+            written["secant_rate"] = quantity(row.max_torque / row.speed, "N*m*s/rad")
+    return written
+
+
+def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]:
+    row, made = option.row, option.design
+    wire = row.wire_diameter if row is not None else made.wire_diameter if made is not None else None
+    outer = row.outer_diameter if row is not None else made.outer_diameter if made is not None else None
+    sizes = {"wire_diameter": wire, "outer_diameter": outer}
+    return {
+        "part": option.label,
+        "vendor": row.vendor if row is not None else None,
+        "count": option.count if row is not None or made is None else made.count,
+        "rate": quantity(option.rate, "N*m/rad"),
+        "rate_inch": quantity(option.rate, "lbf*in/deg"),
+        "within_tolerance": not option.outside,
+        "response_error": quantity(option.error, "deg"),
+        "cost": quantity(option.error - chosen.error, "deg"),
+        **{name: quantity(value, "mm") for name, value in sizes.items() if value is not None},
+        **{f"{name}_inch": quantity(value, "in") for name, value in sizes.items() if value is not None},
+        "source": row.source if row is not None else "to wind",
+    }
+
+
+def _ranked_damper(option: DamperOption, chosen: DamperOption) -> dict[str, Any]:
+    row = option.row
+    written = {
+        "part": option.label,
+        "vendor": row.vendor if row is not None else None,
+        "count": option.arrangement.pieces,
+        "ratio": quantity(option.arrangement.ratio, "1"),
+        "law": option.law,
+        "response_error": quantity(option.error, "deg"),
+        "cost": quantity(option.error - chosen.error, "deg"),
+        "source": row.source if row is not None else option.why,
+    }
+    if row is not None and row.max_torque is not None:
+        written["torque"] = quantity(row.max_torque, "N*m")
+        written["torque_inch"] = quantity(row.max_torque, "ozf*in")
+    return written
+
+
+def _search(design: LegDesign) -> dict[str, Any]:
+    """How the sets were found."""
+    found, parts = design.sets.found, design.project.parts
+    written: dict[str, Any] = {
+        "sets": found.n_set,
+        "simulated": found.n_simulated,
+        "exhaustive": found.exhaustive,
+        "none_better_left": found.complete,
+        "pairs_left_out": dict(zip(design.built.joint_names, design.sets.cut, strict=True)),
+        "filters": {"vendors": list(parts.vendors), "without": list(parts.without), "system": parts.system or "any"},
+    }
+    if found.mistake is not None:
+        written["screen"] = {
+            "slope": quantity(found.mistake.slope, "1"),
+            "least_ratio": quantity(found.mistake.ratio, "1"),
+        }
+    return written
+
+
+def bought_or_wound(design: LegDesign) -> list[dict[str, str]]:
+    """Springs and dampers as lines of the list of parts, joint by joint."""
+    rows: list[dict[str, str]] = []
+    for joint, spring, damper in zip(design.built.joints, design.springs.chosen, design.dampers.chosen, strict=True):
+        rows.append(_spring_line(joint.name, spring))
+        row = damper.row
+        vendor, source = (row.vendor, row.source) if row is not None else ("", damper.why)
+        what = "rotary damper"
+        if row is not None and row.max_torque is not None and row.speed is not None:
+            what += f", {row.max_torque:.4g} N*m at {row.speed * 30 / np.pi:.4g} rpm"
+        if damper.arrangement.ratio != 1.0:
+            what += f", turning {damper.arrangement.ratio:g} times as fast as the joint"
+        if damper.arrangement.pair:
+            what += ", in pairs, one each way"
+        rows.append(_line(joint.name, what, vendor, damper.part, str(damper.arrangement.pieces), source))
+    return rows
+
+
+def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
+    if option.row is not None:
+        row = option.row
+        what = f"torsion spring, {option.rate / option.count:.4g} N*m/rad"
+        return _line(joint, what, row.vendor, row.part, str(option.count), row.source)
+    design = option.design
+    assert design is not None
+    material = design.material.removesuffix(" wire")
+    what = (
+        f"{material} wire, {design.wire_diameter * 1e3:.4g} mm, {design.wire_length * 1e3:.0f} mm a spring: "
+        f"wind {design.body_coils:.4g} coils on {design.mean_diameter * 1e3:.4g} mm mean diameter"
+    )
+    return _line(joint, what, "to wind", "", str(design.count), design.strength_source)
+
+
+def _line(joint: str, item: str, vendor: str, part: str, count: str, source: str) -> dict[str, str]:
+    return {"joint": joint, "item": item, "vendor": vendor, "part": part, "quantity": count, "source": source}

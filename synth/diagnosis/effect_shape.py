@@ -1,0 +1,76 @@
+"""An effect in one of its shapes: what the diagnoses of swinging and of jumping legs alike try as a cause."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.swing.effects import Effect, Parameter, Prior, Shape
+
+SMALL = 0.05  # of its prior's width: where a strength starts
+STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a strength, a shape may go
+
+
+@dataclass(frozen=True)
+class ShapedEffect(ABC):
+    """One effect in one shape; the unknowns are the shape's free parameters, whitened by their priors."""
+
+    effect: Effect
+    shape: Shape
+
+    @abstractmethod
+    def natural_size(self, parameter: Parameter) -> float:
+        """What a parameter's natural value is multiplied by to be in SI; 1 where it has none."""
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.shape.free)
+
+    @property
+    def priors(self) -> list[Prior]:
+        """The unknowns'."""
+        return [_prior(self.effect.parameters[self.effect.index(name)]) for name in self.shape.free]
+
+    def starts(self) -> list[Array]:
+        """Whitened starting points (size,)."""
+        made = []
+        for start in self.shape.starts or ({},):
+            natural = zip(self.shape.free, self.priors, strict=True)
+            point = [float(prior.coordinate(start[name])) if name in start else SMALL for name, prior in natural]
+            made.append(np.array(point))
+        return made
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Whitened least and greatest values (size,); strengths may not change sign where their prior has one."""
+        low, high = np.empty(self.size), np.empty(self.size)
+        for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
+            strength = name in self.effect.strengths and not prior.log
+            low[k], high[k] = prior.span(STRONGEST if strength else FARTHEST)
+        return low, high
+
+    def values(self, x: Array) -> Array:
+        """(n_parameter, n_lane) all parameters in SI and the files' sense from whitened unknowns (size, n_lane)."""
+        found = np.empty((len(self.effect.parameters), x.shape[1]))
+        for p, parameter in enumerate(self.effect.parameters):
+            if parameter.name in self.shape.free:
+                value = _prior(parameter).value(x[self.shape.free.index(parameter.name)])
+                found[p] = self.in_units(parameter, value)
+            else:
+                held = self.shape.held.get(parameter.name)
+                default = self.effect.defaults[parameter.name]
+                found[p] = default if held is None else held * self.natural_size(parameter)
+        return found
+
+    def in_units(self, parameter: Parameter, value: Array) -> Array:
+        """Natural values (n_lane,) of a free parameter in SI."""
+        return value * self.natural_size(parameter)
+
+
+def _prior(parameter: Parameter) -> Prior:
+    """Every parameter that a shape frees has one."""
+    assert parameter.prior is not None
+    return parameter.prior

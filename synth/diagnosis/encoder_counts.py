@@ -1,0 +1,62 @@
+"""Channels with coarse counts: they show in the readings themselves, and no motion is needed to tell them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.gap_trials import GapTrial, Sensor
+from synth.swing.leg_model import Leg
+
+COARSER = 2.5  # times the other channels' counts, or noise, from which on a count is a cause of its own
+ALONE = np.radians(0.36)  # rad: a leg of one joint has no other channel to compare with; 1000 counts a turn
+
+
+@dataclass(frozen=True)
+class Coarse:
+    """A joint whose readings go in steps of ``step`` rad, coarser than the rest of the leg's."""
+
+    joint: int
+    step: float
+
+
+def coarse_counts(sensor: Sensor) -> tuple[Coarse, ...]:
+    """Joints whose count is ``COARSER`` times the others' median count and makes more error than their noise does."""
+    found = []
+    for j, step in enumerate(sensor.step):
+        others = [k for k in range(len(sensor.step)) if k != j]
+        if not others:
+            if step > ALONE:
+                found.append(Coarse(j, float(step)))
+            continue
+        usual = float(np.median(sensor.noise[others]))
+        if step / np.sqrt(12.0) > COARSER * usual and step > COARSER * float(np.median(sensor.step[others])):
+            found.append(Coarse(j, float(step)))
+    return tuple(found)
+
+
+def usual_noise(sensor: Sensor, coarse: Sequence[Coarse]) -> Array:
+    """(n,) rad, each channel's noise as it would be without its coarse counts: that of the other channels."""
+    noise = sensor.noise.copy()
+    rough = [item.joint for item in coarse]
+    fine = [j for j in range(len(noise)) if j not in rough]
+    if fine:
+        noise[rough] = float(np.median(noise[fine]))
+    return noise
+
+
+def rounded(leg: Leg, trial: GapTrial, prediction: Array, coarse: Sequence[Coarse]) -> Array:
+    """A prediction (m, n) rad in the sense of q as channels with coarse counts would tell it.
+
+    Counts begin where the recording's do: at any of its readings.
+    """
+    told = prediction.copy()
+    for item in coarse:
+        j = item.joint
+        if j in trial.free:
+            origin = trial.measured[np.flatnonzero(trial.counts[:, j])[0], j]
+            told[:, j] = origin + np.round((prediction[:, j] - origin) / item.step) * item.step
+    return told

@@ -1,0 +1,96 @@
+"""What coarse counts tell: little while a reading stays, but nearly all when it changes.
+
+Where a reading goes from one count to the next, the joint stands on the edge between them: known to what it turns in a
+sample, however wide the count. Event time-stamping of encoders rests on this (Merry, van de Molengraft & Steinbuch,
+Mechatronics 20 (2010) 20). Between its edges a reading says no more than that the joint is within the count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.gap_trials import GapTrial
+
+UNIFORM = 1.0 / np.sqrt(12.0)  # deviation of what is anywhere within a width of 1
+REST, MOST = 4, 12  # samples that a reading must stay for one of them to be taken, and most that are taken
+
+
+def at_edges(trial: GapTrial, coarse: Sequence[Coarse], usual: Array) -> GapTrial:
+    """The trial with each coarse channel's samples at what its edges say, the others of that channel not counted.
+
+    ``usual`` (n,) rad: each channel's noise without coarse counts; ``relative`` of the trial made is in units of it.
+    Beside an edge a sample is half a sample's turn before it or after it, that turn uncertain by its own length; one
+    between two edges is at the mean of both. Readings that skip counts are what they are, within half a count, and so
+    is one that stays: the few samples that are taken of it count together as one.
+    """
+    # A leg without a finer channel does not show what its noise would be without counts.
+    concerned = [c for c in coarse if c.joint in trial.free and usual[c.joint] < UNIFORM * c.step]
+    if not concerned:
+        return trial
+    measured, counts = trial.measured.copy(), trial.counts.copy()
+    relative = np.ones(measured.shape)
+    for item in concerned:
+        j = item.joint
+        used = np.flatnonzero(trial.counts[:, j])
+        value, error = _channel(trial.time[used], trial.measured[used, j], item.step)
+        kept = np.isfinite(error)
+        counts[:, j] = False
+        counts[used[kept], j] = True
+        measured[used[kept], j] = value[kept]
+        relative[used[kept], j] = np.hypot(1.0, error[kept] / usual[j])
+    return replace(trial, measured=measured, counts=counts, relative=relative)
+
+
+def _channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
+    """Angle (m,) rad at each sample and its deviation (m,) from the counts; inf where the sample tells nothing."""
+    jump = np.diff(reading) / step
+    count = np.round(jump)
+    turn = np.minimum(_turn(time, reading, count, step), step)
+    edge = 0.5 * (reading[:-1] + reading[1:])
+    single = np.abs(count) == 1.0
+    half = 0.5 * np.sign(count) * turn
+    total, number, squared = np.zeros(len(reading)), np.zeros(len(reading)), np.zeros(len(reading))
+    for place, value in ((slice(None, -1), edge - half), (slice(1, None), edge + half)):
+        total[place] += np.where(single, value, 0.0)
+        number[place] += single
+        # Both samples of an edge are off alike: together they count as one.
+        squared[place] += np.where(single, 2.0 * (UNIFORM * turn) ** 2, 0.0)
+    skipped = np.zeros(len(reading), dtype=bool)
+    skipped[:-1] |= np.abs(count) > 1.0
+    skipped[1:] |= np.abs(count) > 1.0
+    known = np.maximum(number, 1.0)
+    angle = np.where(number > 0.0, total / known, reading)
+    error = np.where(number > 0.0, np.sqrt(squared) / known, np.inf)
+    error[skipped & (number == 0.0)] = UNIFORM * step
+    for first, last in _stays(count):
+        number_taken = min((last - first) // REST, MOST)
+        if number_taken:
+            taken = np.linspace(first, last, 2 * number_taken + 1)[1::2].round().astype(int)
+            error[taken] = UNIFORM * step * np.sqrt(number_taken)
+    return angle, error
+
+
+def _turn(time: Array, reading: Array, count: Array, step: float) -> Array:
+    """(m - 1,) rad that the joint turns from each sample to the next, from the edges about it."""
+    edges = np.flatnonzero(count != 0.0)
+    if len(edges) < 2:
+        return np.full(len(count), step)
+    when = 0.5 * (time[edges] + time[edges + 1])
+    far = np.abs(np.diff(reading[edges] + reading[edges + 1])) / 2.0  # from edge to edge; none where it turns back
+    speed = np.maximum(far, 0.25 * step) / np.diff(when)
+    before, after = np.concatenate([speed[:1], speed]), np.concatenate([speed, speed[-1:]])
+    found = np.zeros(len(count))
+    found[edges] = np.maximum(before, after) * np.diff(time)[edges]
+    return found
+
+
+def _stays(count: Array) -> list[tuple[int, int]]:
+    """First and last sample of each run of the same reading."""
+    ends = np.flatnonzero(count != 0.0)
+    starts = np.concatenate([[0], ends + 1])
+    return [(int(a), int(b)) for a, b in zip(starts, np.concatenate([ends, [len(count)]]), strict=True)]

@@ -1,0 +1,109 @@
+"""Whether the verdict hangs on one recording: it is judged again without each.
+
+First by one step from the common fits, in closed form; where that turns the verdict, by fits without the recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from synth.diagnosis.score import fresh
+from synth.diagnosis.search import Assessed, Search, ratio
+from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
+
+T = TypeVar("T")
+LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news
+HEAVIEST = 4  # hypotheses that are weighed again
+ROUNDS = 3  # of new derivatives in a fit without a recording
+SETTLED = 0.01  # of the cost, that new derivatives take away at least, or there are no more
+SURE = 0.8  # weight that the other explanation must have without the recording
+
+
+def hangs_on(
+    bench: Workbench, found: Search, judged: Judged[Fit], calibration: Calibration = CALIBRATED
+) -> list[tuple[str, str]]:
+    """(name, what would be said without it) of each recording that turns the verdict.
+
+    A cause that fewer recordings cannot tell from another is no turn; another cause, none or an unknown one is.
+    """
+    if len(bench.trials) < LEAST_TRIALS:
+        return []
+    chosen = {id(item): item for item, _ in judged.weighed[:HEAVIEST]}
+    chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # what several causes are held against
+    steps = {key: _without_each(bench, item) for key, item in chosen.items()}
+    turned = []
+    for i, trial in enumerate(bench.trials):
+        near = {key: made[i] for key, made in steps.items()}
+        if _differs(judged, _again(found, near, calibration)):
+            again = _again(found, dict(zip(near, _refitted(bench, list(near.values()), i), strict=True)), calibration)
+            said = _said(again)
+            if said and _differs(judged, again):
+                turned.append((trial.recording.name, said))
+    return turned
+
+
+def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -> Judged[Fit]:
+    """Judged by the hypotheses that there are, under the identity of those they stand for."""
+    singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
+    several = tuple(here[id(item)] for item in found.several if id(item) in here)
+    return judge(Search(here[id(found.none)], singles, several), calibration, len(found.singles))
+
+
+def _refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Assessed]:
+    """Hypotheses at their best for all trials but one."""
+
+    def but(values: Sequence[T]) -> tuple[T, ...]:
+        return (*values[:out], *values[out + 1 :])
+
+    rest = replace(bench, trials=but(bench.trials))
+    fits = rest.evaluate([Fit(f.hypothesis, f.unknowns, but(f.states)) for f in (item.fit for item in found)])
+    going = list(range(len(fits)))
+    for _ in range(ROUNDS):
+        better = rest.solve([replace(fresh(fits[i]), frame=rest.frame(fits[i])) for i in going], None, 3)
+        gained = [fits[i].cost - fit.cost for i, fit in zip(going, better, strict=True)]
+        for i, fit in zip(going, better, strict=True):
+            fits[i] = fit
+        going = [i for i, gain in zip(going, gained, strict=True) if gain > SETTLED]
+    return [Assessed(fit, fit.cost, ratio(rest, fit)) for fit in fits]
+
+
+def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:
+    """A hypothesis as all trials but one would have it, for each one."""
+    fit = found.fit
+    normal = Normal.of(bench, fit, fit.frame or bench.frame(fit))
+    low, high = bench.bounds(fit.hypothesis)
+    made = []
+    for out, trial in enumerate(bench.trials):
+        step = np.clip(fit.unknowns + normal.without(out), low, high) - fit.unknowns
+        squares = 0.0
+        for index, (matrix, gradient, own) in enumerate(normal.parts):
+            if index != out:
+                squares += own + 2.0 * float(gradient @ step) + float(step @ matrix @ step)
+        rest = bench.total - float(np.minimum(trial.counted, bench.effective).sum())
+        unknowns = fit.unknowns + step
+        squares = max(squares, 0.0)
+        cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
+        made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest))))
+    return made
+
+
+def _said(judged: Judged[Fit]) -> str:
+    """What would be said, where it would be said with some certainty."""
+    if judged.verdict == "unknown":
+        return "what is missing would be unknown" if judged.unknown > SURE else ""
+    if judged.verdict == "none":
+        return "nothing would be missing" if judged.none > SURE else ""
+    names = " and ".join(f"{effect} ({place})" for effect, place in judged.accepted.keys)
+    return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
+
+
+def _differs(judged: Judged[Fit], again: Judged[Fit]) -> bool:
+    if again.verdict in ("none", "unknown") or judged.verdict in ("none", "unknown"):
+        return again.verdict != judged.verdict
+    known = [judged.accepted.keys, *(rival.keys for rival in judged.tied)]
+    return {frozenset(again.accepted.keys)}.isdisjoint(frozenset(keys) for keys in known)

@@ -1,0 +1,216 @@
+"""Recordings made ready: the stretch that counts, noise, and what each sample weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
+from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
+from synth.hopper.motors import motor_of
+from synth.hopper.validate_jumps import MeasuredJump, measure
+from synth.jump.hopper_leg import HopperLeg, Motor
+from synth.jump.jump_lanes import JumpLanes
+from synth.jump.jump_models import MODELS, columns
+from synth.parts.catalogs import Catalogue
+
+EFFECTIVE = 50.0  # samples of a trial and channel that count as independent
+DENSE = 1e-3  # s; finer recordings are averaged
+AFTER = 0.01  # s past the push that still count
+STOP_MARGIN = np.radians(2.5)
+LEAST_MOTION = np.radians(2.0)
+ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
+# What is measured beside noise: the share of a channel's largest value that no model of ours claims to get right.
+CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
+JITTER = 5e-5  # s, by which samples are off their times: where a channel is steep, that counts
+# The foot creeps where friction is smoothed: of slide and pitch nothing finer is claimed.
+LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-3, "foot slide": 5e-4}
+
+
+@dataclass(frozen=True, eq=False)
+class Jump:
+    """One trial as the search uses it.
+
+    ``time`` (m,) s and ``measured`` channel -> (m,) SI, the stretch that counts; ``sigma`` channel -> (m,) what a
+    sample is uncertain by, noise, ``CLAIM`` and ``JITTER`` together; ``noise`` the noise alone. ``jumps`` : one lane of
+    the nominal leg under the trial's conditions. ``group`` : which motor's tolerances hold. ``torque`` : a pull-up's,
+    on all of ``time``. ``seen`` : what the recording itself tells of the jump; None for a pull-up, or where it does not
+    leave the ground.
+    """
+
+    trial: JumpTrial
+    leg: HopperLeg
+    motor: Motor
+    time: Array
+    measured: Mapping[str, Array]
+    sigma: Mapping[str, Array]
+    noise: Mapping[str, float]
+    jumps: JumpLanes
+    group: int
+    slip_speed: float
+    torque: Array | None = None
+    seen: MeasuredJump | None = None
+
+    @property
+    def name(self) -> str:
+        """The file."""
+        return self.trial.name
+
+    @property
+    def leaning(self) -> bool:
+        """Whether the planar form is needed."""
+        return self.trial.lean != 0.0
+
+    def upright(self) -> Jump:
+        """The same jump without its lean, and without the channels that only a lean moves."""
+        measured = {name: values for name, values in self.measured.items() if name not in ("pitch", "foot slide")}
+        return replace(self, trial=replace(self.trial, lean=0.0), measured=measured)
+
+    @property
+    def weight(self) -> float:
+        """Of each sample's squared miss."""
+        return min(1.0, EFFECTIVE / len(self.time))
+
+
+def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump], list[str]]:
+    """All trials, copies left out; and what is to be said of them.
+
+    Raises
+    ------
+    UserError : an unknown motor, a leg that cannot be, or a trial without motion.
+    """
+    groups: dict[str, int] = {}
+    found: list[Jump] = []
+    said: list[str] = []
+    problems: list[Problem] = []
+    for trial in project.trials:
+        twin = next((f.name for f in found if _same(f.trial, trial)), None)
+        if twin is not None:
+            said.append(f"{trial.name} is a copy of {twin} and is left out")
+            continue
+        try:
+            found.append(_jump(project, trial, catalogue, groups))
+        except UserError as error:
+            problems += [p if p.file else replace(p, file=trial.name) for p in error.problems]
+    if problems:
+        raise UserError(problems)
+    given = [jump for jump in found if not jump.trial.held_out]
+    if len(given) == 1:
+        said.append("one trial only to learn from: an effect and what was peculiar to it cannot be told apart")
+    if all(jump.trial.kind == "pull-up" for jump in given):
+        said.append("pull-ups only: they show the joints' damping; of motor, gear and ground they tell nothing")
+    if not any(jump.leaning for jump in given):
+        text = "no trial to learn from leans: whether the foot would slide cannot be told from upright jumps. One that "
+        said.append(text + "starts leaning (lean: 10 deg), with columns pitch and foot slide, tells it")
+    return found, said
+
+
+def _same(one: JumpTrial, other: JumpTrial) -> bool:
+    a, b = one.columns[ANGLE], other.columns[ANGLE]
+    return one.kind == other.kind and a.shape == b.shape and bool(np.array_equal(a, b))
+
+
+def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, groups: dict[str, int]) -> Jump:
+    design = project.design
+    row = catalogue.find_motor(trial.motor)
+    try:
+        motor = motor_of(row, replace(design.motor_options, supply=trial.supply or design.motor_options.supply))
+    except ValueError as error:
+        raise UserError(f"the motor cannot be simulated: {error}") from None
+    leg = design.leg.with_length(trial.length)
+    leg = replace(leg, structure_mass=leg.structure_mass + trial.payload)
+    wrong = leg.problems()
+    if wrong:
+        raise UserError(f"with links of {trial.length * 1e3:g} mm {wrong[0]}")
+    model = MODELS["A" if design.model == "C" else design.model]
+    jumps = columns(leg, motor, design.contact, model, np.array([trial.length]))
+    slip = design.contact.slip_speed
+    angle = trial.columns[ANGLE]
+    if float(np.ptp(angle)) < LEAST_MOTION:
+        text = f"never moves: the upper link turns by no more than {np.degrees(np.ptp(angle)):.2g} deg"
+        raise UserError(Problem(text, trial.name, key=ANGLE))
+    if trial.kind == "pull-up":
+        _refuse_out_of_reach(trial, leg)
+        recorded = _averaged(_off_the_stop(trial, leg))
+        measured = {ANGLE: recorded[ANGLE]}
+        seen, torque = None, recorded[PULL_UP]
+    else:
+        seen = _seen(trial, float(jumps.total_mass[0]), leg.gravity)
+        last = _end_of_push(trial)
+        stretch = {name: values[trial.columns["time"] <= last] for name, values in trial.columns.items()}
+        recorded = _averaged(stretch)
+        measured = {name: recorded[name] for name in CLAIM if name in recorded and (name != "pitch" or trial.lean)}
+        torque = None
+    noise = {name: max(_noise(values), LEAST_NOISE[name]) for name, values in measured.items()}
+    sigma = {name: uncertain(recorded["time"], v, noise[name], name) for name, v in measured.items()}
+    group = groups.setdefault(trial.motor, len(groups))
+    return Jump(trial, leg, motor, recorded["time"], measured, sigma, noise, jumps, group, slip, torque, seen)
+
+
+def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
+    """A pull-up up to where the leg comes near its stop: how it bounces there hangs on little things."""
+    near = trial.columns[ANGLE] < leg.extended + STOP_MARGIN
+    last = int(np.argmax(near)) if near.any() else len(near)
+    if last < LEAST_SAMPLES:
+        text = f"begins {np.degrees(STOP_MARGIN):.1f} deg or less off the stop at {np.degrees(leg.extended):.1f} deg"
+        raise UserError(Problem(f"{text}; fold the leg a little before the recording begins", trial.name, key=ANGLE))
+    return {name: values[:last] for name, values in trial.columns.items()}
+
+
+def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
+    most = np.degrees(0.99 * leg.largest_crouch)
+    low, high = np.degrees(trial.columns[ANGLE].min()), np.degrees(trial.columns[ANGLE].max())
+    if low < 1.2 or high > most:
+        text = f"the angle runs from {low:.1f} to {high:.1f} deg; links of {leg.length * 1e3:g} mm fold from 1.2 to "
+        raise UserError(Problem(f"{text}{most:.1f} deg", trial.name, key=ANGLE))
+
+
+def _seen(trial: JumpTrial, mass: float, gravity: float) -> MeasuredJump | None:
+    """Takeoff and rise by the force plate; without one, nothing. A leg that does not lift is told from its motion."""
+    if FORCE not in trial.columns:
+        return None
+    try:
+        return measure(HopperRecording(trial.name, trial.columns), mass, gravity)
+    except UserError:
+        return None
+
+
+def _end_of_push(trial: JumpTrial) -> float:
+    """A little after the upper link's fastest moment, which the leg's stop ends; s.
+
+    What comes later hangs on little things: whether a weak jump lifts at all, how a landing rings.
+    """
+    time, angle = trial.columns["time"], trial.columns[ANGLE]
+    width = max(1, round(0.004 / float(np.median(np.diff(time)))))
+    rate = (angle[2 * width :] - angle[: -2 * width]) / (time[2 * width :] - time[: -2 * width])
+    return float(time[width + int(np.argmin(rate))]) + AFTER
+
+
+def _averaged(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Finer samples than ``DENSE`` averaged in groups."""
+    time = columns["time"]
+    size = max(1, round(DENSE / float(np.median(np.diff(time)))))
+    whole = len(time) // size * size
+    return {name: values[:whole].reshape(-1, size).mean(axis=1) for name, values in columns.items()}
+
+
+def _noise(values: Array) -> float:
+    """Deviation of white noise on a smooth curve, by third differences and their median."""
+    third = np.diff(values, 3)
+    return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
+
+
+def uncertain(time: Array, values: Array, noise: float, channel: str) -> Array:
+    """(m,) by how much each sample of a channel may be off, one standard deviation."""
+    claim = CLAIM[channel] * float(np.abs(values).max())
+    return np.asarray(np.sqrt(noise**2 + claim**2 + (JITTER * np.gradient(values, time)) ** 2))
+
+
+def pooled(jumps: Sequence[Jump], channel: str) -> float:
+    """Noise of a channel over trials, rms; 0 where none has it."""
+    found = [jump.noise[channel] ** 2 for jump in jumps if channel in jump.noise]
+    return float(np.sqrt(np.mean(found))) if found else 0.0

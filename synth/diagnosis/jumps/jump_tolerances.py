@@ -1,0 +1,60 @@
+"""What manufacturing and measuring leave open of a jumping leg, as whitened unknowns on its columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.files.hopper_gap_project import JumpTolerance
+from synth.jump.jump_lanes import JumpLanes
+
+SHARED = ("length", "mass", "spring", "damper", "supply", "ground", "stop", "bumper", "angle", "force")
+OF_MOTOR = ("motor", "resistance", "inductance", "friction", "rotor_inertia", "efficiency")
+
+
+@dataclass(frozen=True)
+class JumpTolerances:
+    """Unknowns, standard normal: ``SHARED`` by all trials, then ``OF_MOTOR`` for each of ``motors`` motors."""
+
+    tolerance: JumpTolerance
+    motors: int
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(SHARED) + self.motors * len(OF_MOTOR)
+
+    def at(self, name: str, group: int) -> int:
+        """Place of an unknown."""
+        if name in SHARED:
+            return SHARED.index(name)
+        return len(SHARED) + group * len(OF_MOTOR) + OF_MOTOR.index(name)
+
+    def shift(self, x: Array, name: str, group: int) -> Array:
+        """Relative error or angle (n_lane,) from unknowns ``x`` (size, n_lane)."""
+        return np.asarray(getattr(self.tolerance, name) * x[self.at(name, group)])
+
+    def apply(self, jumps: JumpLanes, x: Array, group: int) -> None:
+        """Change the columns; relative errors enter as exponentials. ``angle`` and ``force`` are the sensors'."""
+
+        def factor(name: str) -> Array:
+            return np.asarray(np.exp(self.shift(x, name, group)))
+
+        for column, name in (
+            ("length", "length"), ("lower_length", "length"), ("body_mass", "mass"), ("mass_per_length", "mass"),
+            ("flexure_rate", "spring"), ("stop_rate", "bumper"), ("joint_damping", "damper"),
+            ("contact_stiffness", "ground"),
+            ("inductance", "inductance"), ("friction", "friction"), ("viscous", "friction"),
+            ("rotor_inertia", "rotor_inertia"), ("driving", "efficiency"), ("voltage", "supply"),
+            ("resistance", "resistance"), ("stall_torque", "supply"), ("stall_current", "supply"),
+            ("no_load_speed", "supply"),
+        ):  # fmt: skip
+            values = getattr(jumps, column)
+            values *= factor(name)
+        jumps.braking[:] /= factor("efficiency")
+        jumps.extended[:] += self.shift(x, "stop", group)
+        jumps.stall_torque[:] /= factor("resistance")
+        jumps.stall_current[:] /= factor("resistance")
+        jumps.scale_torque_constant(factor("motor"))

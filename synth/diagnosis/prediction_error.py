@@ -1,0 +1,92 @@
+"""What predictions miss, summed in pieces: RMS errors with intervals, and the shrink, of swings and jumps alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.diagnosis.hypotheses import Key
+from synth.fit.fit_result import Estimate
+
+BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
+RESAMPLES = 500
+Picks = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Misses:
+    """Of scored trials.
+
+    ``squares`` : label -> (n_trial, BLOCKS) summed squared misses in rad^2, under "as_designed", "before", "after" and
+    each single cause's ``label``; ``counts`` (n_trial, BLOCKS) samples; ``noise`` (n_trial, BLOCKS) what the noise
+    alone would sum to. ``seed`` : of the resampling.
+    """
+
+    squares: Mapping[str, Array]
+    counts: Array
+    noise: Array
+    seed: int
+
+    @property
+    def explanations(self) -> tuple[str, ...]:
+        """Labels of all that was tried: nothing, the accepted causes, and the others."""
+        return tuple(name for name in self.squares if name != "as_designed")
+
+    def figure(self, label: str) -> Estimate:
+        """RMS miss in deg with its 90 % interval over trials and pieces of time."""
+        return self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
+
+    @property
+    def best_possible(self) -> Estimate:
+        """RMS that the best explanation reaches, however unlikely it is."""
+        return min((self.figure(name) for name in self.explanations), key=lambda estimate: estimate.value)
+
+    @property
+    def floor(self) -> Estimate:
+        """RMS of the noise on the same samples."""
+        return Estimate(float(_rms(self.noise, self.counts, None)), "deg")
+
+    def shrink(self, label: str = "after") -> Estimate:
+        """1 - after/before of the RMS above the noise floor, quadratically subtracted; 0 where there is no gap."""
+        return self._estimate(lambda pick: self._shrink(label, pick), "1")
+
+    def _shrink(self, label: str, pick: Picks | None) -> Array:
+        floor = _rms(self.noise, self.counts, pick) ** 2
+        before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor
+        after = _rms(self.squares[label], self.counts, pick) ** 2 - floor
+        some = before > 0.05 * floor
+        return np.where(some, 1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0)), 0.0)
+
+    def _estimate(self, figure: Callable[[Picks | None], Array], unit: str) -> Estimate:
+        generator = np.random.default_rng(self.seed)
+        cells = self.counts.size
+        picks = generator.integers(0, cells, (RESAMPLES, cells))
+        low, high = np.percentile(figure(picks), [5.0, 95.0])
+        value = float(figure(None))
+        return Estimate(value, unit, min(float(low), value), max(float(high), value))
+
+
+def _rms(squares: Array, counts: Array, pick: Picks | None) -> Array:
+    """RMS of the cells, or of each row (n_resample,) of those picked (n_resample, n_cell)."""
+    total, number = squares.ravel(), counts.ravel()
+    if pick is not None:
+        total, number = total[pick], number[pick]
+    return np.asarray(np.sqrt(total.sum(axis=-1) / np.maximum(number.sum(axis=-1), 1.0)))
+
+
+def label(keys: Sequence[Key]) -> str:
+    """One text for a set of causes."""
+    return " + ".join(sorted(f"{effect} @ {joint}" for effect, joint in keys))
+
+
+def shrink_of_best(before: float, after: float, best: float, floor: float) -> float | None:
+    """The shrink as a share of the best that any effects of the library reach; None where these reach nothing.
+
+    All RMS errors in one unit; the noise floor is subtracted quadratically.
+    """
+    above = [float(np.sqrt(max(rms**2 - floor**2, 0.0))) for rms in (before, after, best)]
+    return (above[0] - above[1]) / (above[0] - above[2]) if above[0] > above[2] else None

@@ -1,0 +1,200 @@
+"""What a diagnosis found, and how it writes itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.fit.fit_result import Estimate
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+FORMAT = "synth/gap/1"
+Verdict = Literal["effect", "none", "tie", "unknown"]
+PHASES = ("release", "swing", "settle", "rest")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One effect at one place with its parameters; ``joint`` is a joint's name or ``base``."""
+
+    effect: str
+    joint: str
+    parameters: Mapping[str, Estimate]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``explanation``."""
+        written = {name: estimate.as_json() for name, estimate in self.parameters.items()}
+        return {"effect": self.effect, "joint": self.joint, "parameters": written}
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A single cause as a candidate: its probability and by how much it alone shrinks the gap on scored trials."""
+
+    cause: Cause
+    probability: float
+    shrink: Estimate
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``ranked``."""
+        return {**self.cause.as_json(), "probability": self.probability, "shrink": self.shrink.as_json()}
+
+
+@dataclass(frozen=True)
+class Where:
+    """Shares of the gap, each mapping summing to 1; by joint, phase, speed, deflection, load and time.
+
+    ``speed``, ``position``, ``load`` and ``time``: label of a bin, "low", "middle" or "high" third -> share.
+    """
+
+    joint: Mapping[str, float]
+    phase: Mapping[str, float]
+    speed: Mapping[str, float]
+    position: Mapping[str, float]
+    load: Mapping[str, float]
+    time: Mapping[str, float]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry ``where``."""
+        names = ("joint", "phase", "speed", "position", "load", "time")
+        return {name: dict(getattr(self, name)) for name in names}
+
+
+@dataclass(frozen=True)
+class TrialGap:
+    """One trial: measured angles in rad beside the nominal leg to the letter, at its best, and with the explanation.
+
+    ``time`` (m,) s; ``measured`` (m, n), nan where no sample counts; ``as_designed``, ``before``, ``after`` (m, n);
+    ``missing_torque`` (m, n) N m, that the nominal leg at its best lacks to have moved as measured (nan where it is
+    not known), ``speed`` (m, n) rad/s and ``deflection`` (m, n) rad from the free angle; ``phase`` (m,) index into
+    ``PHASES``. ``scored`` : the gap's figures are taken on it.
+    """
+
+    name: str
+    time: Array
+    measured: Array
+    as_designed: Array
+    before: Array
+    after: Array
+    missing_torque: Array
+    speed: Array
+    deflection: Array
+    phase: NDArray[np.int64]
+    held_out: bool
+    scored: bool
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """The trial that would best separate what is open: why, as a ``trials:`` entry, and the release to use.
+
+    ``trial`` : keys of a ``trials:`` entry beside ``file``; ``release`` joint name -> measured angle, rad;
+    ``information`` : expected information in bits; ``menu`` : the trials considered and theirs; ``ramp`` : joint, final
+    torque (N m, in the measured angle's positive sense) and rise time (s) where a torque is to rise slowly.
+    """
+
+    why: str
+    trial: Mapping[str, Any]
+    release: Mapping[str, float]
+    information: float
+    menu: tuple[tuple[str, float], ...] = ()
+    ramp: tuple[str, float, float] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry ``next_experiment``."""
+        release = {name: quantity(angle, "deg") for name, angle in self.release.items()}
+        menu = [{"what": what, "information": quantity(bits, "bit")} for what, bits in self.menu]
+        information = quantity(self.information, "bit")
+        written: dict[str, Any] = {"why": self.why, "trial": dict(self.trial), "release": release}
+        if self.ramp is not None:
+            joint, torque, time = self.ramp
+            written["torque"] = {"joint": joint, "rises_to": quantity(torque, "N*m"), "in": quantity(time, "s")}
+        return written | {"information": information, "menu": menu}
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is said of a built leg, whether it swings or jumps.
+
+    ``explanation`` : the causes accepted; ``tied`` : the other sets of causes that explain the trials as well.
+    """
+
+    verdict: Verdict
+    sentence: str
+    explanation: tuple[Cause, ...]
+    ranked: tuple[Ranked, ...]
+    probability_none: float
+    probability_unknown: float
+    tied: tuple[tuple[Cause, ...], ...]
+    where: Where
+    next_experiment: Experiment | None
+    warnings: tuple[str, ...]
+
+    def said_as_json(self, name: str) -> dict[str, Any]:
+        """The entries of ``gap.json`` down to ``where``; ``name`` of the leg."""
+        return {
+            "format": FORMAT,
+            "name": name,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "explanation": [cause.as_json() for cause in self.explanation],
+            "ranked": [entry.as_json() for entry in self.ranked],
+            "probability_none": self.probability_none,
+            "probability_unknown": self.probability_unknown,
+            "tied": [[cause.as_json() for cause in causes] for causes in self.tied],
+            "where": self.where.as_json(),
+        }
+
+    def next_as_json(self) -> dict[str, Any] | None:
+        """The entry ``next_experiment``."""
+        return None if self.next_experiment is None else self.next_experiment.as_json()
+
+
+@dataclass(frozen=True)
+class GapResult(Diagnosis):
+    """The whole diagnosis of a swinging leg.
+
+    ``as_designed``, ``before``, ``after``, ``noise_floor`` : RMS angle errors in rad over joints and samples of the
+    ``scored_on`` trials. ``noise`` : joint -> its noise, rad. ``best_possible`` : RMS that the best set of effects of
+    the library reaches there, however unlikely. ``warnings`` : what the data themselves leave in doubt.
+    ``diagnosed`` : the nominal leg with the explanation in.
+    """
+
+    leg: Leg
+    as_designed: Estimate
+    before: Estimate
+    after: Estimate
+    noise_floor: Estimate
+    shrink: Estimate
+    best_possible: Estimate
+    noise: Mapping[str, float]
+    scored_on: tuple[str, ...]
+    trials: tuple[TrialGap, ...]
+    diagnosed: Leg
+    inputs: Mapping[str, str] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """``gap.json``."""
+        gap = {
+            "as_designed": self.as_designed.as_json(),
+            "before": self.before.as_json(),
+            "after": self.after.as_json(),
+            "noise_floor": self.noise_floor.as_json(),
+            "best_possible": self.best_possible.as_json(),
+            "shrink": self.shrink.as_json(),
+            "scored_on": list(self.scored_on),
+        }
+        return {
+            **self.said_as_json(self.leg.name),
+            "gap": gap,
+            "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
+            "next_experiment": self.next_as_json(),
+            "warnings": list(self.warnings),
+            "inputs": dict(self.inputs),
+        }

@@ -1,0 +1,134 @@
+"""What a cause promises before it is fitted: one lane a start, all else by derivatives that are there already."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.solve import Fit, Workbench
+from synth.threads import in_parallel
+
+DIVERGED = 1e6  # whitened residual of a motion that diverged
+WEIGHINGS = 3  # less left weighs more: times that the weight is taken anew
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What fits have in common: a fit with its frame; its unknowns' derivatives, the states' taken out.
+
+    ``slopes`` a trial (M, p); ``matrix`` (p, p) their products summed.
+    """
+
+    bench: Workbench
+    at: Fit
+    slopes: tuple[Array, ...]
+    matrix: Array
+
+    @classmethod
+    def of(cls, bench: Workbench, at: Fit) -> Ground:
+        """At a fit that has been evaluated and has a frame of its own."""
+        assert at.frame is not None
+        slopes = []
+        for i, part in enumerate(at.frame.parts):
+            wide = np.concatenate([part.tolerance, at.columns[i]], axis=1) if at.hypothesis else part.tolerance
+            slopes.append(wide - part.q @ (part.q.T @ wide))
+        p = len(at.unknowns)
+        return cls(bench, at, tuple(slopes), sum((s.T @ s for s in slopes), np.zeros((p, p))))
+
+    def project(self, trial: int, residual: Array) -> Array:
+        """A trial's residual (M,), or several (n_fit, M), less what its initial state can explain."""
+        assert self.at.frame is not None
+        q = self.at.frame.parts[trial].q
+        return np.asarray(residual - (residual @ q) @ q.T)
+
+    def left(self, trial: int, residuals: Sequence[Array]) -> Array:
+        """(n_fit, M) projected residuals of fits whose states are those of the ground."""
+        found = np.array(residuals)
+        found[~np.isfinite(found.sum(axis=1))] = DIVERGED
+        return self.project(trial, found)
+
+
+def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
+    """Cost that each fit would have after one undamped step of all but its last candidate, by the frame of ``at``.
+
+    ``at`` holds what the fits have in common: tolerances, states and its own candidates, whose unknowns come first in
+    the fits' too.
+    """
+    ground = Ground.of(bench, at)
+
+    def one(i: int) -> tuple[Array, Array]:
+        left = ground.left(i, residuals[i])
+        return left @ ground.slopes[i], _squares(left)
+
+    if not fits:
+        return []
+    residuals = bench.residuals(fits)
+    parts = in_parallel(one, len(bench.trials))
+    p = len(at.unknowns)
+    begun = np.array([fit.unknowns[:p] for fit in fits])
+    gradients, squares = sum(part[0] for part in parts), sum(part[1] for part in parts)
+    left, steps = _stepped(bench, ground.matrix, np.asarray(gradients), np.asarray(squares), begun)
+    return [
+        bench.cost(float(rest), np.concatenate([here, fit.unknowns[p:]]))
+        for fit, here, rest in zip(fits, begun + steps, left, strict=True)
+    ]
+
+
+def leverage(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[tuple[float, float]]:
+    """Cost that each fit's last cause promises at the best multiple of its strength, and that multiple.
+
+    By the secant: the change that the cause makes at the strength given, taken to grow in proportion to it.
+    """
+    ground = Ground.of(bench, at)
+    p = len(at.unknowns)
+
+    def one(i: int) -> tuple[Array, Array, Array, Array, float]:
+        here, slopes = ground.project(i, at.residuals[i]), ground.slopes[i]
+        change = ground.left(i, residuals[i]) - here
+        return change @ slopes, _squares(change), slopes.T @ here, change @ here, float(here @ here)
+
+    if not fits:
+        return []
+    residuals = bench.residuals(fits)
+    parts = in_parallel(one, len(bench.trials))
+    matrices, gradients = np.zeros((len(fits), p + 1, p + 1)), np.zeros((len(fits), p + 1))
+    matrices[:, :p, :p] = ground.matrix
+    squares = np.zeros(len(fits))
+    for across, own, down, along, rest in parts:
+        matrices[:, :p, p] += across
+        matrices[:, p, p] += own
+        gradients[:, :p] += down
+        gradients[:, p] += along
+        squares += rest
+    matrices[:, p, :p] = matrices[:, :p, p]
+    begun = np.tile(np.append(at.unknowns, 0.0), (len(fits), 1))
+    left, steps = _stepped(bench, matrices, gradients, squares, begun)
+    return [
+        (bench.cost(float(rest), at.unknowns + step[:p]), float(step[p]))
+        for rest, step in zip(left, steps, strict=True)
+    ]
+
+
+def _squares(rows: Array) -> Array:
+    """Sum of squares of each row."""
+    return np.asarray(np.einsum("fm,fm->f", rows, rows))
+
+
+def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array) -> tuple[Array, Array]:
+    """Squares left after one undamped step of each fit, and the steps; an unknown beyond the prior's has none.
+
+    ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,).
+    """
+    prior = np.eye(at.shape[1])
+    left: Array = squares
+    step: Array = np.zeros_like(at)
+    for _ in range(WEIGHINGS):
+        weight = (2.0 / (1.0 + left / bench.total))[:, None]
+        right = (weight * gradient + at)[:, :, None]
+        step = -np.asarray(np.linalg.solve(weight[:, :, None] * matrix + prior, right))[:, :, 0]
+        bent = np.einsum("fp,fp->f", step, (matrix @ step[:, :, None])[:, :, 0])
+        left = np.maximum(squares + 2.0 * np.einsum("fp,fp->f", gradient, step) + bent, 0.0)
+    return left, step

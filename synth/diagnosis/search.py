@@ -1,0 +1,224 @@
+"""The search over causes: none, each alone, and two or three together where fewer leave something."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis import hypotheses
+from synth.diagnosis.additional_causes import WORTH, Sifting, further
+from synth.diagnosis.candidates import Candidate
+from synth.diagnosis.score import fresh, score
+from synth.diagnosis.screening import prospects
+from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.start_sizes import rungs
+from synth.swing.chain import Conditions
+
+BASE_ROUNDS = 5
+SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
+SIFTED, SIFTED_SAMPLES = 4, 300  # trials that the first sifting uses, and samples of each
+SIFTING_TOLERANCE = 1e-5
+FRAMES, CONVERGED = 8, 1.0  # times that derivatives are taken anew, until the cost falls by less
+TRIED_STARTS = 3  # of each candidate
+LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # cost that a start must promise to take away, and number tried in any case
+KEPT_SHAPES = 3
+KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
+CLOSER = 16  # of those, that are fitted there before the best are refined
+PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
+REFINED = 6  # single causes that get derivatives of their own
+ANCHORS, ANCHOR_PAIRS = 4, 1  # single causes that pairs are built on, pairs that a third is
+REFINED_FURTHER = 2
+PAYS = 0.4  # share of what one cause leaves that a second takes away, before a third is sought
+SATISFIED, WELL, LEAST_LEFT = 1.05, 1.2, 0.003  # RMS over the floor; share of the squared gap, see ``_leaves``
+
+
+Assessed = hypotheses.Assessed[Fit]
+Search = hypotheses.Hypotheses[Fit]
+
+
+def as_designed(bench: Workbench) -> Fit:
+    """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
+    fit = Fit((), np.zeros(bench.n_tolerance), ())
+    fit = bench.evaluate([replace(fit, states=score(bench, fit, bench.trials).states)])[0]
+    return replace(fit, frame=bench.frame(fit))
+
+
+def fit_nominal(bench: Workbench, designed: Fit) -> Fit:
+    """The nominal leg at its best within the tolerances."""
+    fit = designed
+    for _ in range(BASE_ROUNDS):
+        before = fit.cost
+        fit = bench.solve([fresh(fit)], None, 2)[0]
+        fit = replace(fit, frame=bench.frame(fit))
+        if before - fit.cost < 0.1:
+            break
+    return fit
+
+
+def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable[[str], None] | None = None) -> Search:
+    """Find how well each cause, and each promising pair, explains the trials."""
+    say = progress or (lambda text: None)
+    say("the nominal leg within its tolerances")
+    designed = as_designed(bench)
+    nominal = fit_nominal(bench, designed)
+    say(f"{len({c.key for c in candidates})} single causes")
+    few = _few(bench)
+    coarser = replace(bench.predictor, tolerance=SIFTING_TOLERANCE)
+    some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few))
+    there = Fit((), nominal.unknowns, tuple(nominal.states[i] for i in few))
+    screened = _screen(some, candidates, as_designed(some), some.evaluate([there])[0].cost)
+    spread = bench.evaluate([_spread(fit, few, designed) for fit in screened])
+    closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
+    singles = _best_of_each([*closer, *spread[CLOSER:]])
+    best = _refine(bench, singles[:REFINED])
+    assessed = sorted((_assess(bench, fit) for fit in [*best, *singles[REFINED:]]), key=lambda a: a.cost)
+    none = _assess(bench, nominal)
+    several: list[Assessed] = []
+    if assessed and none.cost - assessed[0].cost > WORTH and _leaves(assessed[0], none):
+        say("pairs of causes")
+        sifting = Sifting(some, few)
+        several = _further(bench, sifting, assessed[:ANCHORS], candidates)
+        if several and _leaves(several[0], none) and _pays(several[0], assessed[0]):
+            say("a third cause")
+            several += _further(bench, sifting, several[:ANCHOR_PAIRS], candidates)
+    return Search(none, tuple(assessed), tuple(sorted(several, key=lambda a: a.cost)))
+
+
+def _few(bench: Workbench) -> list[int]:
+    """Trials that the first sifting uses: one of each kind, then those that move most."""
+    order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
+    kinds: dict[Conditions, int] = {}
+    for i in order:
+        kinds.setdefault(bench.trials[i].recording.conditions, i)
+    first = sorted(kinds.values(), key=order.index)
+    return sorted([*first, *[i for i in order if i not in first]][:SIFTED])
+
+
+def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
+    """A fit to some of the trials with the other trials' states from the leg as designed."""
+    states = list(designed.states)
+    for place, i in enumerate(few):
+        states[i] = fit.states[place]
+    return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
+
+
+def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, still: float) -> list[Fit]:
+    """Every candidate from every start; of each cause its best shapes, in order of cost.
+
+    ``still`` : cost of the nominal leg at its best there. From the leg as designed, not from its best fit: where a
+    cause is missing the best fit lies many tolerances off, and from there the way to cause and true leg is long.
+    """
+    starts = [
+        Fit((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
+        for candidate in candidates
+        for start in candidate.starts()
+    ]
+    fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
+    fits = _gaining(fits, still, 0.3 * PROMISING, 2 * LEAST_KEPT)[0]
+    kept: dict[tuple[str, str], list[Fit]] = {}
+    for fit in fits:
+        kept.setdefault(fit.keys[0], []).append(fit)
+    chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
+    chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
+    going, rest = _gaining(chosen, still, PROMISING, LEAST_KEPT)
+    fits = [*bench.solve(going, designed.frame, SCREEN_ROUNDS[2]), *rest]
+    fits.sort(key=lambda fit: fit.cost)
+    seen: dict[tuple[str, str], int] = {}
+    best = []
+    for fit in fits:
+        seen[fit.keys[0]] = seen.get(fit.keys[0], 0) + 1
+        if np.isfinite(fit.cost) and seen[fit.keys[0]] <= KEPT_STARTS:
+            best.append(fit)
+    return best
+
+
+def _gaining(fits: Sequence[Fit], still: float, share: float, least: int) -> tuple[list[Fit], list[Fit]]:
+    """Fits that have gained at least a share of what the best has, ``least`` in any case; and the rest."""
+    order = sorted(fits, key=lambda fit: fit.cost)
+    wanted = share * (still - order[0].cost) if order else 0.0
+    cut = max(least, sum(still - fit.cost > wanted for fit in order))
+    return order[:cut], order[cut:]
+
+
+def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
+    """The best fit of each cause, in order of cost."""
+    best: dict[tuple[str, str], Fit] = {}
+    for fit in fits:
+        if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
+            best[fit.keys[0]] = fit
+    return sorted((fit for fit in best.values() if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
+
+
+def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[Fit]:
+    """Of each candidate's starts, and for each the strength of a ladder, those that promise to leave least.
+
+    A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
+    """
+    p = bench.n_tolerance
+    ladders = [rungs(start, p) for start in starts]
+    left = prospects(bench, [fit for ladder in ladders for fit in ladder], designed)
+    best: dict[int, list[tuple[float, Fit]]] = {}
+    place = 0
+    for start, ladder in zip(starts, ladders, strict=True):
+        rung = int(np.argmin(left[place : place + len(ladder)]))
+        best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
+        place += len(ladder)
+    (alone,) = prospects(bench, [Fit((), designed.unknowns, designed.states)], designed)
+    chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
+    tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
+    worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
+    return bench.evaluate([fit for _, fit in tried[:worth]])
+
+
+def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
+    """Fits with derivatives of their own, gone on with from where they are until they gain no more."""
+    current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
+    for _ in range(FRAMES):
+        framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
+        better = bench.solve(framed, None, 3)
+        still = []
+        for i, fit in zip(going, better, strict=True):
+            if current[i].cost - fit.cost > CONVERGED:
+                still.append(i)
+            current[i] = fit
+        going = still
+        if not going:
+            break
+    return current
+
+
+def _further(
+    bench: Workbench, sifting: Sifting, anchors: Sequence[Assessed], candidates: Sequence[Candidate]
+) -> list[Assessed]:
+    """One cause more beside each of the anchors, those that pay brought to their best, in order of cost."""
+    fits = further(bench, sifting, [a.fit for a in anchors if a.fit.frame is not None], candidates)
+    refined = _refine(bench, fits[:REFINED_FURTHER])
+    return sorted((_assess(bench, fit) for fit in [*refined, *fits[REFINED_FURTHER:]]), key=lambda a: a.cost)
+
+
+def _pays(found: Assessed, fewer: Assessed) -> bool:
+    """Whether a cause more takes away so much that yet another may, too."""
+    return found.ratio**2 - 1.0 < (1.0 - PAYS) * (fewer.ratio**2 - 1.0)
+
+
+def _leaves(found: Assessed, none: Assessed) -> bool:
+    """Whether a hypothesis leaves enough for a further cause to pay: more than forms differ by that are much alike."""
+    gap, left = none.ratio**2 - 1.0, found.ratio**2 - 1.0
+    return found.ratio > WELL or (found.ratio > SATISFIED and left > LEAST_LEFT * gap > 0.0)
+
+
+def _assess(bench: Workbench, fit: Fit) -> Assessed:
+    return Assessed(fit, fit.cost, ratio(bench, fit))
+
+
+def ratio(bench: Workbench, fit: Fit) -> float:
+    """RMS of a fit over the noise floor, all samples alike."""
+    total, count = 0.0, 0
+    for trial, residual in zip(bench.trials, fit.residuals, strict=True):
+        scale: Array = np.broadcast_to(bench.tempering(trial), trial.counts.shape)[trial.counts]
+        total += float(np.sum((residual[: len(scale)] * scale) ** 2))
+        count += len(scale)
+    return float(np.sqrt(total / max(count, 1)))

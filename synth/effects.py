@@ -1,0 +1,13 @@
+"""What a user's own effect file imports: the definition of an effect and the compiled building blocks.
+
+A stable name for files outside this package (``synth gap --effect mine.py`` and the entry point group
+``synth.effects``); the effects themselves live with their plant, in ``synth.swing.effects`` and ``synth.jump.effects``.
+"""
+
+from __future__ import annotations
+
+from synth.swing.effects import Effect, Parameter, Prior, Shape
+from synth.swing.effects.definition import size
+from synth.swing.effects.inlined import bristle, held, inlined, power
+
+__all__ = ["Effect", "Parameter", "Prior", "Shape", "bristle", "held", "inlined", "power", "size"]

@@ -1,0 +1,337 @@
+"""The leg file: read into ``synth.swing.leg_model.Leg`` and written back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from synth import units
+from synth.errors import Problem, UserError
+from synth.files.curve import read_curve, write_curve
+from synth.files.names import name_fault, same_file
+from synth.files.output import write_text
+from synth.files.paths import inside
+from synth.files.validate import (
+    FileModel,
+    Quantity,
+    Title,
+    check_kind,
+    check_part,
+    gathering,
+    near,
+    raise_if_any,
+    refusal,
+)
+from synth.files.yaml_lines import Document, Key, load
+from synth.swing.effects import Effect, registered
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+
+TURNS = radians(720.0)  # no joint's angle lies beyond two turns
+COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, not that far
+
+# (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
+PartResolver = Callable[[Literal["spring", "damper"], str], float | Damper]
+
+_TAKEN = ("time", "base", "all")
+
+
+class _Link(FileModel):
+    length: Annotated[float, Quantity("m", above=0)]
+    mass: Annotated[float, Quantity("kg", above=0)]
+    com: Annotated[float, Quantity("m")]
+    inertia: Annotated[float, Quantity("kg*m^2", above=0)]
+
+
+class _Spring(FileModel):
+    rate: Annotated[float, Quantity("N*m/rad", least=0)] | None = None
+    free_angle: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
+    part: Title | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> _Spring:
+        if self.rate is None and self.part is None:
+            raise refusal('"rate" is missing: write it, for example rate: 23.7 N*m/rad, or name a catalogue part')
+        return self
+
+
+class _Damper(FileModel):
+    rate: Annotated[float, Quantity("N*m*s/rad", least=0)] | None = None
+    curve: str | None = None
+    part: Title | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> _Damper:
+        if self.rate is not None and self.curve is not None:
+            raise refusal('"rate" and "curve" are both given; keep one')
+        if self.rate is None and self.curve is None and self.part is None:
+            raise refusal('needs "rate" (1.29 N*m*s/rad), "curve" (a CSV) or "part" (a catalogue row)')
+        return self
+
+
+class _Joint(FileModel):
+    name: Annotated[str, Field(examples=["hip"])]
+    zero: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)]
+    sign: Annotated[int, Field(examples=["+1"])]
+    range: Annotated[list[Annotated[float, Quantity("rad")]], Field(min_length=2, max_length=2)] | None = None
+    link: Annotated[_Link, Field(examples=["{length: 200 mm, mass: 740 g, com: 91 mm, inertia: 3.5e-3 kg*m^2}"])]
+    spring: _Spring | None = None
+    damper: _Damper | None = None
+    effects: list[dict[str, dict[str, Any]]] | None = None
+
+    @field_validator("name")
+    @classmethod
+    def _name(cls, name: str) -> str:
+        fault = name_fault(name)
+        if fault is not None:
+            raise refusal(f'"{name[:60]}" cannot be a joint\'s name: it {fault}')
+        if name in _TAKEN or name.endswith((" velocity", " torque")):
+            raise refusal(f'"{name}" cannot be a joint\'s name: it has another meaning in these files')
+        return name
+
+    @field_validator("sign")
+    @classmethod
+    def _sign(cls, sign: int) -> int:
+        if sign not in (1, -1):
+            raise refusal(f"{sign} is not allowed: write +1 if the angle grows counter-clockwise, else -1")
+        return sign
+
+    @field_validator("range")
+    @classmethod
+    def _range(cls, ends: list[float] | None) -> list[float] | None:
+        if ends is not None and not ends[0] < ends[1]:
+            raise refusal("the range must go from the smaller angle to the larger: [60 deg, 150 deg]")
+        return ends
+
+
+class _Leg(FileModel):
+    kind: str
+    name: Annotated[Title, Field(examples=["dog hind leg"])]
+    gravity: Annotated[float, Quantity("m/s^2", least=0, most=1000)] = 9.81
+    tilt: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
+    # Joints are checked one by one, so that one's mistake doesn't hide what the others' files and parts hold.
+    joints: Annotated[list[Any], Field(min_length=1, max_length=6)]
+    effects: list[dict[str, dict[str, Any]]] | None = None  # of the base
+
+
+def read_leg(
+    path: str | Path,
+    *,
+    resolve_part: PartResolver | None = None,
+    effects: Sequence[Effect] | None = None,
+) -> Leg:
+    """Read a leg file.
+
+    Parameters
+    ----------
+    path
+        the ``*.leg.yaml``; curve files are looked for in its folder's tree.
+    resolve_part
+        gives the rate of a spring, or the damper, that stands in a catalogue under a part number; without it a
+        ``part`` needs its ``rate`` (or ``curve``) beside it.
+    effects
+        the effects that a joint may list; all that are registered if None. What changes a number that the file gives
+        anyway (a link's mass, the free angle, the tilt) is no effect here.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the file.
+    """
+    document = load(path)
+    check_kind(document, "leg")
+    problems: list[Problem] = []
+    file = check_part(_Leg, document, document.value, (), problems)
+    raw = document.value.get("joints")
+    reader = _Reader(document, resolve_part, _allowed(effects), problems)
+    items = list(enumerate(raw[:6])) if isinstance(raw, list) else []
+    joints = [reader.joint(item, ("joints", index)) for index, item in items]
+    base = reader.effects(document.value.get("effects"), ("effects",), where="base")
+    _check_semantics(document, problems)
+    problems.sort(key=lambda problem: problem.line or 0)
+    raise_if_any(problems)
+    assert file is not None
+    return Leg(file.name, tuple(joint for joint in joints if joint is not None), file.gravity, file.tilt, base)
+
+
+def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = None) -> None:
+    """Write a leg file that ``read_leg`` gives back; a damper's curve goes to a CSV beside it.
+
+    Angles are written in degrees, lengths in mm, to 15 digits: exact to 1e-14 relative.
+    """
+    import yaml
+
+    path = Path(path)
+    specifications = _allowed(effects)
+    joints = []
+    for number, joint in enumerate(leg.joints, start=1):
+        link = joint.link
+        item: dict[str, Any] = {
+            "name": joint.name,
+            "zero": units.write(joint.zero, "deg"),
+            "sign": joint.sign,
+        }
+        if joint.range is not None:
+            item["range"] = [units.write(end, "deg") for end in joint.range]
+        item["link"] = {
+            "length": units.write(link.length, "mm"),
+            "mass": units.write(link.mass, "kg"),
+            "com": units.write(link.com, "mm"),
+            "inertia": units.write(link.inertia, "kg*m^2"),
+        }
+        if joint.spring is not None:
+            rate, free_angle = units.write(joint.spring.rate, "N*m/rad"), units.write(joint.spring.free_angle, "deg")
+            item["spring"] = {"rate": rate, "free_angle": free_angle} | _part(joint.spring.part)
+        if joint.damper is not None:
+            item["damper"] = _damper_text(joint.damper, path, number, joint.name)
+        if joint.effects:
+            item["effects"] = [_effect_text(name, joint.effects[name], specifications[name]) for name in joint.effects]
+        joints.append(item)
+    head = {"kind": "leg", "name": leg.name, "gravity": units.write(leg.gravity, "m/s^2")}
+    whole = {**head, "tilt": units.write(leg.tilt, "deg"), "joints": joints}
+    if leg.effects:
+        whole["effects"] = [_effect_text(name, leg.effects[name], specifications[name]) for name in leg.effects]
+    text = yaml.safe_dump(whole, sort_keys=False, default_flow_style=None, allow_unicode=True, width=1000)
+    write_text(path, text)
+
+
+def _allowed(effects: Sequence[Effect] | None) -> dict[str, Effect]:
+    found = registered() if effects is None else effects
+    return {effect.name: effect for effect in found if effect.way != "leg"}
+
+
+def _part(part: str | None) -> dict[str, str]:
+    return {} if part is None else {"part": part}
+
+
+def _damper_text(damper: Damper, path: Path, number: int, joint: str) -> dict[str, str]:
+    if damper.rate is not None:
+        return {"rate": units.write(damper.rate, "N*m*s/rad")} | _part(damper.part)
+    if damper.curve is None:
+        raise ValueError(f"the damper of {joint} has neither a rate nor a curve")
+    stem = path.name.removesuffix(".yaml").removesuffix(".leg")
+    # The number keeps joints apart whose names differ only in signs that a file name leaves out.
+    curve = path.with_name(f"{stem}_{number}_{re.sub(r'[^A-Za-z0-9_-]', '_', joint)}_damper.csv")
+    write_curve(damper.curve, curve)
+    return {"curve": curve.name} | _part(damper.part)
+
+
+def _effect_text(name: str, values: Mapping[str, float], specification: Effect) -> dict[str, dict[str, str]]:
+    unit = {parameter.name: parameter.unit for parameter in specification.parameters}
+    return {name: {parameter: units.write(value, unit[parameter]) for parameter, value in values.items()}}
+
+
+def _check_semantics(document: Document, problems: list[Problem]) -> None:
+    """What single fields cannot tell: names that are used twice, a centre of mass far off its link."""
+    joints = document.value.get("joints")
+    names: dict[str, int | None] = {}
+    for index, joint in enumerate(joints if isinstance(joints, list) else []):
+        if not isinstance(joint, dict):
+            continue
+        name, key = joint.get("name"), ("joints", index, "name")
+        if isinstance(name, str) and name in names:
+            problems.append(document.problem(f'"{name}" is used twice (first in line {names[name]}); rename one', key))
+        elif isinstance(name, str):
+            alike = same_file(names, name)
+            if alike is not None:
+                text = f'"{name}" and "{alike}" (line {names[alike]}) would share their files; rename one'
+                problems.append(document.problem(text, key))
+            names[name] = document.line(key)
+        link = joint.get("link")
+        if isinstance(link, dict) and {"com", "length"} <= link.keys():
+            try:
+                ratio = abs(units.parse(link["com"], "m")) / units.parse(link["length"], "m")
+            except (UserError, ZeroDivisionError):
+                continue  # said by the field itself
+            if ratio > COM_LIMIT:
+                text = f"{link['com']} is {ratio:.3g} lengths of the link away from its joint; check the unit"
+                problems.append(document.problem(text, ("joints", index, "link", "com")))
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Turns checked fields into model objects; goes on after a mistake so that all are told."""
+
+    document: Document
+    resolve_part: PartResolver | None
+    specifications: Mapping[str, Effect]
+    problems: list[Problem]
+
+    def joint(self, value: object, key: Key) -> Joint | None:
+        raw_effects = value.get("effects") if isinstance(value, dict) else None
+        effects = self.effects(raw_effects, (*key, "effects"))
+        joint = check_part(_Joint, self.document, value, key, self.problems)
+        if joint is None:
+            return None
+        link = Link(joint.link.length, joint.link.mass, joint.link.com, joint.link.inertia)
+        span = (joint.range[0], joint.range[1]) if joint.range is not None else None
+        spring = self.spring(joint.spring, (*key, "spring")) if joint.spring is not None else None
+        damper = self.damper(joint.damper, (*key, "damper")) if joint.damper is not None else None
+        return Joint(joint.name, link, joint.zero, joint.sign, span, spring, damper, effects)
+
+    def spring(self, spring: _Spring, key: Key) -> Spring | None:
+        rate: object = spring.rate
+        if rate is None and spring.part is not None:
+            rate = self.resolve("spring", spring.part, (*key, "part"))
+        return Spring(rate, spring.free_angle, spring.part) if isinstance(rate, float) else None
+
+    def damper(self, damper: _Damper, key: Key) -> Damper | None:
+        if damper.rate is not None:
+            return Damper(rate=damper.rate, part=damper.part)
+        if damper.curve is not None:
+            with gathering(self.problems, self.document, (*key, "curve")):
+                path = inside(self.document.path.parent, damper.curve)
+                return Damper(curve=read_curve(path), part=damper.part)
+            return None
+        found = self.resolve("damper", damper.part or "", (*key, "part"))
+        return found if isinstance(found, Damper) else None
+
+    def resolve(self, kind: Literal["spring", "damper"], part: str, key: Key) -> float | Damper | None:
+        if self.resolve_part is None:
+            rate = "rate" if kind == "spring" else "rate or curve"
+            self.refuse(f'no catalogue is at hand to look up "{part}": write its {rate} beside it', key)
+            return None
+        with gathering(self.problems, self.document, key):
+            found = self.resolve_part(kind, part)
+            if not isinstance(found, float if kind == "spring" else Damper):
+                raise TypeError(f"the catalogue gave {found!r} for the {kind} {part!r}")
+            return found
+        return None
+
+    def effects(self, items: object, key: Key, where: str = "joint") -> dict[str, dict[str, float]]:
+        """Effects of one joint, or of the base, from the raw list, whose keys are names and so not a model's."""
+        result: dict[str, dict[str, float]] = {}
+        for index, item in enumerate(items if isinstance(items, list) else []):
+            for name, parameters in item.items() if isinstance(item, dict) else ():
+                place: Key = (*key, index, name)
+                possible = [known.name for known in self.specifications.values() if known.where == where]
+                if name not in possible:
+                    self.refuse(f'"{name}" is no effect that a {where} can hold{near(name, possible)}', place)
+                elif name in result:
+                    self.refuse("is given twice; keep one", place)
+                elif isinstance(parameters, dict):
+                    result[name] = self.parameters(parameters, self.specifications[name], place)
+        return result
+
+    def parameters(self, given: dict[str, object], effect: Effect, key: Key) -> dict[str, float]:
+        unit = {parameter.name: parameter.unit for parameter in effect.parameters}
+        result: dict[str, float] = {}
+        for name, value in given.items():
+            if name not in unit:
+                self.refuse(f'"{name}" is no parameter of {effect.name}{near(name, list(unit))}', (*key, name))
+                continue
+            with gathering(self.problems, self.document, (*key, name)):
+                result[name] = units.parse(value, unit[name])
+        for parameter in effect.parameters:
+            if parameter.default is None and parameter.name not in given:
+                example = units.MEANINGS.get(parameter.unit, ("", f"1 {parameter.unit}"))[1]
+                self.refuse(f'"{parameter.name}" is missing: write it, for example {example}', key)
+        return result
+
+    def refuse(self, text: str, key: Key) -> None:
+        self.problems.append(self.document.problem(text, key))

@@ -1,0 +1,135 @@
+"""What readers of project files share: legs and trials named in them, with messages that point at the line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from synth.errors import Problem
+from synth.files.leg_file import PartResolver, read_leg
+from synth.files.paths import inside, matching
+from synth.files.schema import Default, Section, read_section
+from synth.files.trial_list import Trial, read_trials
+from synth.files.validate import check_kind, gathering, near, raise_if_any
+from synth.files.yaml_lines import Document, Key, load
+from synth.swing.leg_model import Leg
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that a result rests on, by its name relative to the project's folder."""
+
+    name: str
+    sha256: str
+
+
+@dataclass
+class ProjectReader:
+    """Reads what a project names; mistakes are collected and reading goes on."""
+
+    document: Document
+    resolve_part: PartResolver | None = None
+    problems: list[Problem] = field(default_factory=list)
+    defaults: list[Default] = field(default_factory=list)
+    inputs: list[InputFile] = field(default_factory=list)
+
+    @classmethod
+    def open(cls, path: str | Path, kind: str, resolve_part: PartResolver | None = None) -> ProjectReader:
+        """Begin to read a project file.
+
+        Raises
+        ------
+        UserError : it cannot be read, or is of another kind.
+        """
+        document = load(path)
+        check_kind(document, kind)
+        return cls(document, resolve_part)
+
+    def __post_init__(self) -> None:
+        self.inputs.append(InputFile(self.document.path.name, sha256(self.document.data).hexdigest()))
+
+    @property
+    def folder(self) -> Path:
+        """The project's; all that it names lies below."""
+        return self.document.path.parent
+
+    @property
+    def stem(self) -> str:
+        """The file's name without its ending: a project's own name where it has none."""
+        return self.document.path.stem
+
+    @property
+    def written(self) -> dict[str, Any]:
+        """The file's own mapping, nothing of it checked."""
+        value: dict[str, Any] = self.document.value
+        return value
+
+    def section(self, section: type[Section], key: str = "") -> Section | None:
+        """The mapping under ``key``, without one the whole file, as a dataclass; defaults that apply are recorded."""
+        place: Key = (key,) if key else ()
+        value = self.written.get(key) if key else self.written
+        return read_section(section, self.document, place, self.problems, self.defaults, value)
+
+    def entry(self, section: type[Section], key: Key, value: Any) -> Section | None:
+        """What stands at ``key`` as a dataclass whose defaults need no mention."""
+        return read_section(section, self.document, key, self.problems, value=value)
+
+    def refuse(self, text: str, key: Key) -> None:
+        """Collect a mistake at ``key``."""
+        self.problems.append(self.document.problem(text, key))
+
+    def note(self, path: Path) -> None:
+        """Record a file among the inputs."""
+        name = path.relative_to(self.folder).as_posix()
+        if all(known.name != name for known in self.inputs):
+            self.inputs.append(InputFile(name, sha256(path.read_bytes()).hexdigest()))
+
+    def leg(self, name: str, key: Key) -> Leg | None:
+        """The leg file named at ``key``."""
+        with gathering(self.problems, self.document, key):
+            path = inside(self.folder, name)
+            leg = read_leg(path, resolve_part=self.resolve_part)
+            self.note(path)
+            return leg
+        return None
+
+    def leg_and_trials(self) -> tuple[Leg | None, tuple[Trial, ...]]:
+        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so."""
+        name, entries = self.written.get("leg"), self.written.get("trials")
+        leg = self.leg(name, ("leg",)) if isinstance(name, str) else None
+        if leg is None or not isinstance(entries, list) or not entries:
+            return leg, ()
+        return leg, self.trials(entries, leg, ("trials",))
+
+    def matched(self, patterns: Sequence[str], key: Key) -> tuple[Path, ...]:
+        """The files of the patterns listed at ``key``, each once."""
+        found: list[Path] = []
+        for index, pattern in enumerate(patterns):
+            with gathering(self.problems, self.document, (*key, index)):
+                found += [path for path in matching(self.folder, pattern) if path not in found]
+        for path in found:
+            self.note(path)
+        return tuple(found)
+
+    def trials(self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = ()) -> tuple[Trial, ...]:
+        """The trials listed at ``key``, of which at least one must be left to fit."""
+        with gathering(self.problems, self.document, key):
+            trials = read_trials(entries, self.folder, leg, document=self.document, key=key, locked=locked)
+            if all(trial.held_out for trial in trials):
+                self.refuse("every trial is held out: none is left to fit", key)
+            return tuple(trials)
+        return ()
+
+    def known_joints(self, names: Mapping[str, Any], leg: Leg, key: Key) -> None:
+        """Refuse names that are no joint of ``leg``."""
+        for name in names:
+            if name not in leg.joint_names:
+                self.refuse(f'"{name}" is no joint of {leg.name}{near(name, leg.joint_names)}', (*key, name))
+
+    def finish(self) -> None:
+        """Raise what was collected: the project's own mistakes by line, then those of the files it names."""
+        own = self.document.name
+        raise_if_any(sorted(self.problems, key=lambda p: (p.file != own, (p.line or 0) if p.file == own else 0)))

@@ -1,0 +1,74 @@
+"""What a name in a user's file may be: it becomes a column, a file and a part of a drawing."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+
+NAME_LENGTH = 60
+TITLE_LENGTH = 200
+# \w: the letters and digits of every alphabet, and the underscore. The first character keeps out "..", hidden files,
+# options and formulas; the last one keeps out what Windows drops from the end of a file's name.
+_NAME = re.compile(r"\w(?:[\w .-]*[\w-])?")
+# Control, format (bidirectional marks, zero width), surrogate, private and unassigned characters, line separators.
+_UNPRINTED = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
+# The words that a part's file has behind its joint's name.
+_PARTS = frozenset((
+    "upper", "lower", "shaft", "arm", "damper", "spring", "encoder", "link", "mount", "inside", "assembly", "print",
+    "measured",
+))  # fmt: skip
+ALLOWED = 'letters, digits, space, "_", "." and "-", no space, "." or "-" in front, no space or "." behind'
+
+
+def name_fault(name: str) -> str | None:
+    """Why ``name`` cannot name a joint, whose columns, files and drawings are called so; None where it can."""
+    if len(name) > NAME_LENGTH:
+        return f"has {len(name)} characters; at most {NAME_LENGTH} are allowed"
+    return None if _NAME.fullmatch(name) else f"is not allowed: write {ALLOWED}"
+
+
+def title_fault(title: str) -> str | None:
+    """Why ``title`` cannot name a leg, a project or a part, which people read and no file is called; None if it can."""
+    if not title.strip():
+        return "is empty; write a name"
+    if len(title) > TITLE_LENGTH:
+        return f"has {len(title)} characters; at most {TITLE_LENGTH} are allowed"
+    bad = unprinted(title)
+    return None if bad is None else f"holds the character {bad}, which cannot be printed; write it without"
+
+
+def file_name(name: str) -> str:
+    """The name as it stands in file names: spaces become underscores."""
+    return name.replace(" ", "_")
+
+
+def same_file(names: Iterable[str], name: str) -> str | None:
+    """The one of ``names`` that a disk may take for ``name``: they differ in case, or by a space for an underscore."""
+    folded = file_name(name).casefold()
+    return next((known for known in names if file_name(known).casefold() == folded), None)
+
+
+def mixed_files(names: Sequence[str]) -> str | None:
+    """Why the drawings of joints so called could not be told apart; None where they can.
+
+    A joint's files are ``NAME.png`` and ``NAME_PART.step``, the whole leg's ``leg.png`` and ``leg_PART.step``.
+    """
+    folded = {name: file_name(name).casefold() for name in names}
+    for name, text in folded.items():
+        if text == "leg" or _is_part_of(text, "leg"):
+            return f'the files of "{name}" would be called like those of the whole leg; rename the joint'
+        other = next((known for known, start in folded.items() if _is_part_of(text, start)), None)
+        if other is not None:
+            return f'the files of "{name}" would be called like those of a part of "{other}"; rename one of the joints'
+    return None
+
+
+def _is_part_of(name: str, whole: str) -> bool:
+    return name.startswith(f"{whole}_") and name.removeprefix(f"{whole}_").partition("_")[0] in _PARTS
+
+
+def unprinted(text: str) -> str | None:
+    """The first character of the text that cannot be printed, as ``U+0007``."""
+    bad = next((sign for sign in text if unicodedata.category(sign) in _UNPRINTED), None)
+    return None if bad is None else f"U+{ord(bad):04X}"

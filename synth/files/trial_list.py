@@ -1,0 +1,230 @@
+"""Trials: which recordings a project lists, and what was done to the leg in each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import radians
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.paths import matching
+from synth.files.recording import Recorded, read_recording
+from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
+from synth.files.yaml_lines import Document, Key
+from synth.swing.leg_model import Leg
+
+TRIAL_LIMIT = 5_000
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """One recording of the leg in motion, in SI and measured angles.
+
+    Parameters
+    ----------
+    name
+        the file relative to the folder of the project that lists it.
+    time
+        (n,) s, strictly increasing.
+    angles
+        (n, n_joint) rad, nan where a sample is missing.
+    velocities
+        (n, n_joint) rad/s as recorded, nan where missing; None where no joint has such a column.
+    torques
+        (n, n_joint) N m, known torques in the measured angles' positive sense, zero for joints without a column;
+        None where no joint has one.
+    locked
+        joints that were held at their recorded angle.
+    tip_mass
+        kg, a point mass added at the last link's end.
+    tilt
+        rad, of the base in this trial, added to the leg's own.
+    held_out
+        never used to fit or to choose, only to score.
+    sha256
+        of the file.
+    """
+
+    name: str
+    time: Array
+    angles: Array
+    velocities: Array | None = None
+    torques: Array | None = None
+    locked: tuple[str, ...] = ()
+    tip_mass: float = 0.0
+    tilt: float = 0.0
+    held_out: bool = False
+    sha256: str = ""
+
+
+class TrialEntry(FileModel):
+    """One item under ``trials:``; ``file`` may be a glob, whose files then share what the item says."""
+
+    file: Annotated[str, Field(min_length=1, examples=["trials/*.csv"])]
+    locked: list[str] = Field(default_factory=list)
+    tip_mass: Annotated[float, Quantity("kg", least=0)] = 0.0
+    tilt: Annotated[float, Quantity("rad", least=-radians(360), most=radians(360))] = 0.0
+    held_out: bool = False
+
+    @field_validator("locked")
+    @classmethod
+    def _once(cls, names: list[str]) -> list[str]:
+        if len(set(names)) < len(names):
+            raise refusal("a joint is locked twice; name it once")
+        return names
+
+
+@dataclass(frozen=True)
+class _Source:
+    """Where the entries were written, for the messages; a bare list has no document."""
+
+    document: Document | None = None
+    key: Key = ()
+
+    def problem(self, text: str, index: int, *rest: str) -> Problem:
+        if self.document is None:
+            return Problem(text, key=".".join([f"trials[{index + 1}]", *rest]))
+        return self.document.problem(text, (*self.key, index, *rest))
+
+
+@dataclass(frozen=True)
+class _Listed:
+    """A file to read and the entry that named it."""
+
+    path: Path
+    name: str
+    entry: TrialEntry
+    index: int
+
+
+@dataclass
+class _Listing:
+    files: list[_Listed] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+
+
+def read_trials(
+    entries: Sequence[str | Mapping[str, Any] | TrialEntry],
+    base_folder: str | Path,
+    leg: Leg,
+    *,
+    document: Document | None = None,
+    key: Key = ("trials",),
+    locked: Sequence[str] = (),
+) -> list[Trial]:
+    """Read the recordings that a project lists.
+
+    Parameters
+    ----------
+    entries
+        a file, a glob, or a mapping as in the file format; in the order given, a glob's files by name.
+    base_folder
+        the project's folder; files are relative to it and must lie inside its tree.
+    leg
+        whose joints the columns are.
+    document, key
+        the project and where in it the entries stand, so that a message can name the line.
+    locked
+        joints that are locked in all of them, besides what an entry says.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the list and of all files.
+    """
+    source = _Source(document, key)
+    listing = _listing(entries, Path(base_folder), leg, source, frozenset(locked))
+    problems = list(listing.problems)
+    trials: list[Trial] = []
+    for listed in listing.files:
+        with gathering(problems):
+            recorded = read_recording(listed.path, leg, name=listed.name)
+            trials.append(_trial(recorded, listed, leg))
+    raise_if_any(problems)
+    return trials
+
+
+def _trial(recorded: Recorded, listed: _Listed, leg: Leg) -> Trial:
+    entry = listed.entry
+    locked = tuple(name for name in leg.joint_names if name in entry.locked)
+    return Trial(
+        listed.name,
+        recorded.time,
+        recorded.angles,
+        recorded.velocities,
+        recorded.torques,
+        locked,
+        entry.tip_mass,
+        entry.tilt,
+        entry.held_out,
+        recorded.sha256,
+    )
+
+
+def _listing(
+    entries: Sequence[str | Mapping[str, Any] | TrialEntry],
+    folder: Path,
+    leg: Leg,
+    source: _Source,
+    locked: frozenset[str],
+) -> _Listing:
+    """All files that the entries stand for; a file that is listed twice is a mistake."""
+    listing = _Listing()
+    first: dict[Path, int] = {}
+    for index, raw in enumerate(entries):
+        entry = _entry(raw, source, index, listing.problems)
+        held = raw.get("locked") if isinstance(raw, Mapping) else getattr(raw, "locked", None)
+        names = {name for name in held or () if isinstance(name, str)} if isinstance(held, list) else set()
+        names |= locked
+        listing.problems += _locked_problems(names, leg, source, index)
+        if entry is None:
+            continue
+        entry = entry.model_copy(update={"locked": sorted(names)})
+        try:
+            paths = matching(folder, entry.file)
+        except UserError as error:
+            listing.problems += [source.problem(problem.text, index) for problem in error.problems]
+            continue
+        for path in paths:
+            name = path.relative_to(folder).as_posix()
+            real = path.resolve()
+            if real in first:
+                text = f'"{name}" is listed twice (item {first[real] + 1} names it too); name it once'
+                listing.problems.append(source.problem(text, index))
+                continue
+            first[real] = index
+            listing.files.append(_Listed(path, name, entry, index))
+        if len(listing.files) > TRIAL_LIMIT:
+            raise UserError(source.problem(f"more than {TRIAL_LIMIT} trials are listed; narrow the glob", index))
+    return listing
+
+
+def _entry(raw: object, source: _Source, index: int, problems: list[Problem]) -> TrialEntry | None:
+    if isinstance(raw, TrialEntry):
+        return raw
+    value = {"file": raw} if isinstance(raw, str) else raw
+    if not isinstance(value, Mapping):
+        problems.append(source.problem(f"{raw!r} is not a trial; write a file, a glob or {{file: ...}}", index))
+        return None
+    if source.document is not None:
+        return check_part(TrialEntry, source.document, dict(value), (*source.key, index), problems)
+    found: list[Problem] = []
+    entry = check_part(TrialEntry, Document(Path(), "", {}, {}, b""), dict(value), ("trials", index), found)
+    problems += [Problem(problem.text, key=problem.key) for problem in found]
+    return entry
+
+
+def _locked_problems(locked: set[str], leg: Leg, source: _Source, index: int) -> list[Problem]:
+    names = leg.joint_names
+    problems = [
+        source.problem(f'"{name}" is no joint of the leg{near(name, names)}', index, "locked")
+        for name in sorted(locked - set(names))
+    ]
+    if set(names) <= locked:
+        problems.append(source.problem("every joint is locked: nothing moves in this trial", index, "locked"))
+    return problems

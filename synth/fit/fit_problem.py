@@ -1,0 +1,71 @@
+"""What is sought of a leg: its springs and dampers as unknowns, with what is known of them beside the trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.files.project_options import Prior
+from synth.files.static_points_file import StaticPoint
+from synth.fit.static_points import balances
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.unknowns import SpringsAndDampers, all_of
+from synth.swing.chain import compiled_chain
+from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
+
+NOTHING_NEAR = "no motion of this leg comes near the trials: check link masses, zero and sign of each joint"
+
+
+def bare(leg: Leg, curves: Mapping[str, DamperCurve] | None = None) -> Leg:
+    """The leg without springs, with dampers only where their curve is known (joint name -> curve)."""
+    known = curves or {}
+    joints = [
+        replace(joint, spring=Spring(0.0, joint.zero), damper=Damper(curve=known.get(joint.name)))
+        for joint in leg.joints
+    ]
+    return replace(leg, joints=tuple(joints))
+
+
+def model_of(
+    leg: Leg,
+    curves: Mapping[str, DamperCurve] | None = None,
+    *,
+    prior: Prior | None = None,
+    static: Sequence[StaticPoint] = (),
+) -> TrajectoryModel:
+    """The leg's motion by every spring rate, rest and damper rate that is not known by its curve.
+
+    Parameters
+    ----------
+    leg : links and gravity; its own springs and dampers are left aside but by ``prior``.
+    curves : joint name -> its damper's known torque-speed curve.
+    prior : how far the leg's own values may be trusted.
+    static : poses in which the leg was held still by known torques.
+    """
+    known = curves or {}
+    nothing, chain = bare(leg, known), compiled_chain(len(leg.joints))
+    held = [j for j, name in enumerate(leg.joint_names) if name in known]
+    unknowns = all_of(chain, nothing, damper_known=held)
+    beliefs = () if prior is None else _beliefs(unknowns, leg, prior)
+    return TrajectoryModel(chain, nothing, replace(unknowns, beliefs=beliefs, balances=balances(nothing, static)))
+
+
+def sought_by(model: TrajectoryModel) -> SpringsAndDampers:
+    """The unknowns of a model that ``model_of`` made."""
+    assert isinstance(model.unknowns, SpringsAndDampers)
+    return model.unknowns
+
+
+def _beliefs(unknowns: SpringsAndDampers, given: Leg, prior: Prior) -> tuple[tuple[int, float, float], ...]:
+    """The user's priors about the leg file's own values: log-normal for rates (their share), normal for angles."""
+    found = []
+    for j, joint in enumerate(given.joints):
+        if joint.spring is not None and prior.spring is not None and joint.spring.rate > 0:
+            found.append((unknowns.rate_at(j), float(np.log(joint.spring.rate)), prior.spring**-2))
+        if joint.spring is not None and prior.free_angle is not None:
+            found.append((unknowns.rest_at(j), joint.rest, prior.free_angle**-2))
+        if j in unknowns.dampers and joint.damper is not None and joint.damper.rate and prior.damper is not None:
+            found.append((unknowns.damper_at(j), float(np.log(joint.damper.rate)), prior.damper**-2))
+    return tuple(found)

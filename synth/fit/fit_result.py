@@ -1,0 +1,182 @@
+"""What a fit found, with how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from synth.arrays import Array
+from synth.fit.proposal import Proposal
+from synth.fit.static_points import Judged
+from synth.motion.characteristics import Characteristics
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+FORMAT = "synth/fit/1"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its 90 % interval, SI; ``unit`` is what it is written in."""
+
+    value: float
+    unit: str
+    low: float | None = None
+    high: float | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """``{"value", "unit", "interval90"}``."""
+        interval = None if self.low is None or self.high is None else (self.low, self.high)
+        return quantity(self.value, self.unit, interval)
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """One joint's estimates; ``damper_rate`` is None where a torque-speed curve was given."""
+
+    spring_rate: Estimate
+    free_angle: Estimate  # measured angle
+    free_angle_spread: Estimate  # standard deviation over trials
+    damper_rate: Estimate | None
+    damper: str = "linear"
+
+    def as_json(self) -> dict[str, Any]:
+        """The joint's entry of ``fit.json``."""
+        written = {
+            "spring_rate": self.spring_rate.as_json(),
+            "free_angle": self.free_angle.as_json(),
+            "free_angle_spread": self.free_angle_spread.as_json(),
+        }
+        if self.damper_rate is not None:
+            written["damper_rate"] = self.damper_rate.as_json()
+        else:
+            written["damper"] = {"law": self.damper}
+        return written
+
+
+@dataclass(frozen=True)
+class TrialFit:
+    """One trial beside its fit, measured angles in rad.
+
+    ``time`` (m,) s; ``measured`` (m, n) with nan where no sample counted; ``fitted`` (m, n); ``rms`` (n,) rad, nan for
+    a locked joint; ``free_angle`` (n,) rad in this trial; ``rotation`` and ``rate`` (n,), initial state in q.
+    """
+
+    name: str
+    time: Array
+    measured: Array
+    fitted: Array
+    rms: Array
+    free_angle: Array
+    rotation: Array
+    rate: Array
+    characteristics: Mapping[str, Characteristics]
+    held_out: bool = False
+
+    def as_json(self, joints: tuple[str, ...]) -> dict[str, Any]:
+        """The trial's entry of ``fit.json``."""
+
+        def by_joint(values: Array, unit: str) -> dict[str, Any]:
+            return {name: quantity(float(v), unit) for name, v in zip(joints, values, strict=True) if v == v}
+
+        written: dict[str, Any] = {"file": self.name, "held_out": self.held_out, "rms": by_joint(self.rms, "deg")}
+        written["free_angle"] = by_joint(self.free_angle, "deg")
+        written["initial_rate"] = by_joint(self.rate, "deg/s")
+        for key, unit in (
+            ("rise_time", "s"),
+            ("damping_ratio", "1"),
+            ("damped_frequency", "rad/s"),
+            ("overshoot", "1"),
+            ("settling_time", "s"),
+        ):
+            found = {name: getattr(c, key) for name, c in self.characteristics.items()}
+            written[key] = {name: quantity(value, unit) for name, value in found.items() if value is not None}
+        written["damping_ratio_validity"] = {name: c.validity for name, c in self.characteristics.items()}
+        return written
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Estimates under one treatment of the free angle, for comparison."""
+
+    free_angle: str
+    spring_rate: Mapping[str, Estimate]
+    damper_rate: Mapping[str, Estimate]
+    rms: Mapping[str, float]
+    spread: Mapping[str, float]
+
+    def as_json(self) -> dict[str, Any]:
+        """Rates, RMS and spread by joint."""
+        return {
+            "free_angle": self.free_angle,
+            "spring_rate": {name: estimate.as_json() for name, estimate in self.spring_rate.items()},
+            "damper_rate": {name: estimate.as_json() for name, estimate in self.damper_rate.items()},
+            "rms": {name: quantity(value, "deg") for name, value in self.rms.items()},
+            "free_angle_spread": {name: quantity(value, "deg") for name, value in self.spread.items()},
+        }
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """A fitted leg. ``leg`` carries the found springs and dampers; ``rms`` (n,) rad over the fitted trials."""
+
+    leg: Leg
+    joints: Mapping[str, JointFit]
+    rms: Mapping[str, float]
+    trials: tuple[TrialFit, ...]
+    free_angle: str  # common or per_trial
+    free_angle_why: str
+    variants: tuple[Variant, ...]
+    noise: Mapping[str, float]
+    not_separable: tuple[str, ...]
+    warnings: tuple[str, ...]
+    method: str
+    iterations: int
+    reason: str
+    lost_samples: int
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    cost: str = "trajectory"
+    static: tuple[Judged, ...] = ()  # the static points beside the fit
+    proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
+    drawn: tuple[Leg, ...] = ()  # legs that the trials allow, for whoever chooses by the fit
+    intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of ``fit.json``."""
+        names = self.leg.joint_names
+        static = [
+            {
+                "point": item.balance.name,
+                "joint": names[item.balance.joint],
+                "spring_torque": {
+                    "measured": quantity(item.balance.torque, "N*m"),
+                    "fitted": quantity(item.fitted, "N*m"),
+                },
+                "deviations": item.deviations,
+            }
+            for item in self.static
+        ]
+        return {
+            "format": FORMAT,
+            "joints": {name: joint.as_json() for name, joint in self.joints.items()},
+            "rms": {name: quantity(value, "deg") for name, value in self.rms.items()},
+            "free_angle": {
+                "mode": self.free_angle,
+                "why": self.free_angle_why,
+                "variants": [variant.as_json() for variant in self.variants],
+            },
+            "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
+            "not_separable": list(self.not_separable),
+            "proposals": [proposal.as_json() for proposal in self.proposals],
+            "static": static,
+            "intervals": dict(self.intervals),
+            "warnings": list(self.warnings),
+            "method": self.method,
+            "cost": self.cost,
+            "iterations": self.iterations,
+            "reason": self.reason,
+            "lost_samples": self.lost_samples,
+            "trials": [trial.as_json(names) for trial in self.trials],
+            "inputs": dict(self.inputs),
+        }

@@ -1,0 +1,161 @@
+"""Springs and dampers by search, as in the thesis: nothing but spring and damper rates is sought.
+
+Each trial's initial state is read off its own first samples, and its free angles follow from the spring rates and the
+pose in which it ends: there spring and weight balance (the thesis' ``theta_bias``; its sign of the foot's weight is
+mended here). That leaves two numbers a joint, and any cost may be searched, however rough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.fit_problem import sought_by
+from synth.fit.recordings import Recording
+from synth.fit.simplex import Found, simplex
+from synth.fit.starts import Start, balanced_rests, starts
+from synth.fit.swarm import swarm
+from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.weak_form import weak_form
+from synth.swing.leg_model import DamperCurve
+from synth.swing.mechanics import outboard_inertia
+from synth.threads import shared_out
+
+TOLERANCE = 1e-6  # relative, of the integration: a search gropes, it takes no derivatives
+FACTOR = 10.0  # the bounds lie so many times above and below the start
+START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I where the weak form has no answer
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Least and greatest spring rates (n,) N m/rad and damper rates (n,) N m s/rad."""
+
+    lower: Array  # (2, n)
+    upper: Array  # (2, n)
+
+    @classmethod
+    def around(cls, start: Array, factor: float = FACTOR) -> Bounds:
+        """A factor either way of rates (2, n)."""
+        return cls(start / factor, start * factor)
+
+
+class CostByJoint(Protocol):
+    """What a search makes small."""
+
+    def of(self, motions: Sequence[Array]) -> Array:
+        """(c, n) costs of candidates by joint, from their motions (m, n, c) rad a trial."""
+
+
+@dataclass
+class Search:
+    """A leg, its recordings and a cost; rates are (2, n): spring rates and damper rates, in natural units.
+
+    ``common`` : one free angle for all trials (the median of theirs) instead of one each. ``calls`` counts how often
+    the engine was asked.
+    """
+
+    model: TrajectoryModel
+    recordings: Sequence[Recording]
+    cost: CostByJoint
+    common: bool = False
+    starts: tuple[Start, ...] = ()
+    calls: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self.starts = self.starts or starts(self.recordings)
+        self.unknowns = sought_by(self.model)
+        self.rough = self.model.at_tolerance(TOLERANCE)
+        self.n = len(self.model.leg.joints)
+
+    def rests(self, spring_rate: Array) -> Array:
+        """(n_trial, n, c) rad, the rests that hold each trial's end pose, for spring rates (n, c)."""
+        rests = balanced_rests(self.model.leg, self.recordings, [start.end for start in self.starts], spring_rate)
+        return np.repeat(np.median(rests, axis=0)[None], len(rests), axis=0) if self.common else rests
+
+    def motions(self, rates: Array) -> list[Array]:
+        """(m, n, c) rad a trial for rates (2, n, c)."""
+        self.calls += 1
+        count = rates.shape[2]
+        values = np.concatenate(
+            [np.log(rates[0]), np.zeros((self.n, count)), np.log(rates[1][list(self.unknowns.dampers)])]
+        )
+        rests = self.rests(rates[0])
+
+        def one(t: int) -> Array:
+            state = np.concatenate([self.starts[t].rotation, self.starts[t].rate])
+            return self.rough.run(self.recordings[t], values, np.repeat(state[:, None], count, axis=1), rests[t])
+
+        return shared_out(one, len(self.recordings))
+
+    def by_joint(self, rates: Array) -> Array:
+        """(c, n) costs for rates (2, n, c)."""
+        return self.cost.of(self.motions(rates))
+
+    def locals(self, spring_rate: Array) -> tuple[Array, list[Local]]:
+        """The common rests (n,) rad, and each trial's own unknowns, for spring rates (n,)."""
+        rests = self.rests(spring_rate[:, None])[:, :, 0]
+        middle = np.median(rests, axis=0)
+        own = [Local(s.rotation, s.rate, rest - middle) for s, rest in zip(self.starts, rests, strict=True)]
+        return middle, own
+
+    def first(self, curves: Sequence[DamperCurve | None]) -> Array:
+        """(2, n) rates to start from: the weak form's, or a limb's where that finds none."""
+        inertia = outboard_inertia(self.model.leg)
+        natural = np.array([inertia * (2 * np.pi * START[0]) ** 2, inertia * START[1]])
+        found = weak_form(self.model.leg, self.recordings, curves)
+        rates = np.array([found.spring_rate, found.damper_rate])
+        within = (rates > 0.01 * natural) & (rates < 100 * natural)
+        return np.where(within.all(axis=0), rates, natural)
+
+    def piecewise(
+        self,
+        start: Array,
+        bounds: Bounds,
+        order: Sequence[int] | None = None,
+        judged: Sequence[Sequence[int]] | None = None,
+    ) -> tuple[Array, list[Found]]:
+        """(2, n) rates by a simplex joint after joint, the others held: knee, hip, ankle, as in the thesis.
+
+        Each joint's two rates are sought by its own cost and that of the joints before it in the order, or by those of
+        the joints ``judged`` at each step.
+        """
+        rates, found = start.copy(), []
+        steps = tuple(order) if order is not None else order_of(self.n)
+        for place, j in enumerate(steps):
+            done = tuple(judged[place]) if judged is not None else steps[: place + 1]
+            rows = [0, 1] if j in self.unknowns.dampers else [0]
+
+            def cost(columns: Array, j: int = j, rows: Sequence[int] = rows, done: Sequence[int] = done) -> Array:
+                tried = np.repeat(rates[:, :, None], columns.shape[1], axis=2)
+                tried[rows, j] = columns
+                return np.asarray(self.by_joint(tried)[:, list(done)].sum(axis=1))
+
+            result = simplex(cost, rates[rows, j], bounds.lower[rows, j], bounds.upper[rows, j])
+            rates[rows, j] = result.point
+            found.append(result)
+        return rates, found
+
+    def swarm(
+        self, seeded: Array, bounds: Bounds, *, seed: int = 0, decimals: int | None = None
+    ) -> tuple[Array, Found]:
+        """(2, n) rates by the swarm over all joints at once, its first particle at ``seeded`` (2, n)."""
+        sought = np.array([np.ones(self.n, dtype=bool), np.isin(np.arange(self.n), self.unknowns.dampers)])
+
+        def cost(columns: Array) -> Array:
+            tried = np.repeat(seeded[:, :, None], columns.shape[1], axis=2)
+            tried[sought] = columns
+            return np.asarray(self.by_joint(tried).sum(axis=1))
+
+        result = swarm(cost, seeded[sought], bounds.lower[sought], bounds.upper[sought], seed=seed, decimals=decimals)
+        rates = seeded.copy()
+        rates[sought] = result.point
+        return rates, result
+
+
+def order_of(n: int) -> tuple[int, ...]:
+    """The order in which joints are sought: the second, the first, then outwards (knee, hip, ankle)."""
+    return (1, 0, *range(2, n)) if n > 1 else (0,)

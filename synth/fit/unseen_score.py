@@ -1,0 +1,47 @@
+"""A fitted leg on recordings that took no part: only what belongs to each trial is estimated there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.fit_problem import model_of, sought_by
+from synth.fit.fit_result import FitResult
+from synth.fit.least_squares import Weights, solve
+from synth.fit.recordings import Recording
+from synth.fit.starts import first_locals
+from synth.fit.trajectories import Local
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Each trial's own unknowns, and predictions (m, n) rad a trial."""
+
+    locals: tuple[Local, ...]
+    predictions: tuple[Array, ...]
+
+
+def score(result: FitResult, recordings: Sequence[Recording]) -> Scored:
+    """Predict recordings with the fitted leg held fixed.
+
+    Where the fit found that the free angle differs from trial to trial, each scored trial has its own within that
+    spread too.
+    """
+    leg = result.leg
+    curves = {
+        joint.name: joint.damper.curve
+        for joint in leg.joints
+        if joint.damper is not None and joint.damper.curve is not None
+    }
+    model = model_of(leg, curves)
+    damping = np.array([(joint.damper.rate or 0.0) if joint.damper else 0.0 for joint in leg.joints])
+    values = sought_by(model).pack(leg.spring_rate, leg.rest, damping)
+    spread = np.array([joint.free_angle_spread.value for joint in result.joints.values()])
+    noise = np.array([result.rms[name] for name in leg.joint_names])
+    noise = np.where(np.isfinite(noise), noise, 1.0)
+    weights = Weights(np.tile(noise, (len(recordings), 1)), spread)
+    solution = solve(model, recordings, values, first_locals(recordings), weights, fixed=True)
+    return Scored(solution.locals, solution.predictions)

@@ -1,0 +1,85 @@
+"""What tolerances leave open: one design beside fourteen copies of it, each with one quantity at its 90 % end.
+
+The interval is the nominal clearance less and plus the root of the sum of squared changes, each quantity's worse
+(better) end counting below (above): first order, but with the curvature that makes the two sides differ. A maker's
+"plus or minus 20 %" is taken as uniform, whose 90 % ends are at 0.9 of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.hopper.motors import with_speed, with_torque
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
+from synth.jump.jump_layout import LANES
+from synth.jump.jump_models import Model, lanes
+
+UNIFORM = 0.9
+QUANTITIES = (
+    "no-load speed",
+    "stall torque",
+    "no-load current",
+    "rotor inertia",
+    "body mass",
+    "joint damping",
+    "crouch",
+)
+
+
+def copies(leg: HopperLeg, motor: Motor, tolerances: Tolerances) -> list[tuple[HopperLeg, Motor]]:
+    """The design and its fourteen copies, lower end before upper, in the order of ``QUANTITIES``."""
+    t = tolerances
+    found = [(leg, motor)]
+    for sign in (-1.0, 1.0):
+        flexures = replace(leg.flexures, damping=leg.flexures.damping * (1.0 + sign * t.joint_damping))
+        lower = None if leg.crouch_lower is None else leg.crouch_lower + sign * t.crouch
+        mass = leg.structure_mass + sign * t.mass * (leg.structure_mass + 2 * motor.mass)
+        found += [
+            (leg, with_speed(motor, 1.0 + sign * UNIFORM * t.speed)),
+            (leg, with_torque(motor, 1.0 + sign * t.torque)),
+            (leg, replace(motor, friction=motor.friction * (1.0 + sign * UNIFORM * t.current))),
+            (leg, replace(motor, rotor_inertia=motor.rotor_inertia * (1.0 + t.rotor_inertia) ** sign)),
+            (replace(leg, structure_mass=mass), motor),
+            (replace(leg, flexures=flexures), motor),
+            (replace(leg, crouch=leg.crouch + sign * t.crouch, crouch_lower=lower), motor),
+        ]
+    return found
+
+
+def groups(
+    leg: HopperLeg, motor: Motor, contact: Contact, model: Model, tolerances: Tolerances, length: Array
+) -> Array:
+    """(n_design, n_row, 16) lanes of ``copies`` for each length (n_design,) m; the last lane repeats the nominal one.
+
+    A crouch that a copy's links cannot reach is left as it is.
+    """
+    made = copies(leg, motor, tolerances)
+    nominal = lanes(leg, motor, contact, model, length)
+    columns = [nominal]
+    for bent, other in made[1:]:
+        reach = in_reach(bent, length)
+        column = nominal.copy()
+        column[:, reach] = lanes(bent, other, contact, model, length[reach])
+        columns.append(column)
+    columns += [nominal] * (LANES - len(columns))
+    return np.stack(columns).transpose(2, 1, 0)
+
+
+def intervals(clearance: Array) -> tuple[Array, Array, Array]:
+    """Nominal, low and high (n,) of clearances (n, 16) in the order of ``groups``; never below 0."""
+    count = len(QUANTITIES)
+    nominal = clearance[:, 0]
+    change = np.stack([clearance[:, 1 : 1 + count], clearance[:, 1 + count : 1 + 2 * count]]) - nominal[:, None]
+    down = np.sqrt((np.minimum(change, 0.0).min(axis=0) ** 2).sum(axis=1))
+    up = np.sqrt((np.maximum(change, 0.0).max(axis=0) ** 2).sum(axis=1))
+    return nominal, np.maximum(0.0, nominal - down), nominal + up
+
+
+def contributions(clearance: Array) -> dict[str, tuple[float, float]]:
+    """Change of one design's clearance (16,) at each quantity's lower and upper end, m."""
+    count = len(QUANTITIES)
+    ends = (clearance[1 : 1 + count] - clearance[0], clearance[1 + count : 1 + 2 * count] - clearance[0])
+    return {name: (float(ends[0][i]), float(ends[1][i])) for i, name in enumerate(QUANTITIES)}

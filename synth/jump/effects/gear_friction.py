@@ -1,0 +1,37 @@
+"""The gears rub: a torque constant in speed, or a share of what they carry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.jump.effects.jump_effect import MotorEffect
+from synth.swing.effects.definition import Parameter, Prior, Shape, size
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.jump.jump_lanes import JumpLanes
+
+
+def change(jumps: JumpLanes, torque: Array, loss: Array) -> None:
+    """Add dry friction (N m at the rotor) and take a share of what passes, whichever way it passes."""
+    jumps.gear_friction += torque
+    jumps.driving *= 1.0 - loss
+    jumps.braking /= 1.0 - loss
+
+
+EFFECT = MotorEffect(
+    name="gear_friction",
+    meaning="the gears rub more than the design says: dry friction, or a share of the load",
+    phrase="have gears that rub",
+    formula="-torque sign(omega) at the rotor; of what the gear passes on, (1 - loss)",
+    source="Knaup & Aukes, equation 4 (f_0, the same for all their gearboxes); loss: Shigley, Mechanical Engineering "
+    "Design, ch. 13",
+    way="leg",
+    place="hip",
+    parameters=(
+        Parameter("torque", "N*m", 0.0, size(0.15), meaning="dry friction at the rotor"),
+        Parameter("loss", "1", 0.0, Prior(0.0, 0.2, lower=0.0, upper=0.7), meaning="share of the torque carried"),
+    ),
+    strengths=("torque", "loss"),
+    shapes=(Shape(("torque",), {}), Shape(("loss",), {})),
+)

@@ -1,0 +1,34 @@
+"""The foot slides: less friction under it than the design has. Only a leaning jump asks the ground for any."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.jump.effects.jump_effect import MotorEffect
+from synth.swing.effects.definition import Parameter, Shape, positive
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.jump.jump_lanes import JumpLanes
+
+
+def change(jumps: JumpLanes, friction: Array) -> None:
+    """Put another coefficient in the design's place where it is less."""
+    jumps.ground_friction[:] = jumps.ground_friction * (friction <= 0.0) + friction
+
+
+EFFECT = MotorEffect(
+    name="ground_slip",
+    meaning="the foot slides on the ground",
+    phrase="lets the foot slide",
+    formula="F = -friction N v / sqrt(v^2 + v_s^2)",
+    source="Coulomb's law, regularised",
+    way="leg",
+    place="base",
+    leaning=True,
+    parameters=(
+        Parameter("friction", "1", 0.0, positive(0.15, 0.8, 0.005, 2.0), natural=False, meaning="coefficient"),
+    ),
+    strengths=("friction",),
+    shapes=(Shape(("friction",), {}, ({"friction": 0.15}, {"friction": 0.06})),),
+)

@@ -1,0 +1,33 @@
+"""The motor's constant is not the design's: torque a current and back-EMF a speed are off by the same share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.jump.effects.jump_effect import MotorEffect
+from synth.swing.effects.definition import Parameter, Prior, Shape
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.jump.jump_lanes import JumpLanes
+
+
+def change(jumps: JumpLanes, share: Array) -> None:
+    """Scale both by 1 + ``share``."""
+    jumps.scale_torque_constant(1.0 + share)
+
+
+EFFECT = MotorEffect(
+    name="torque_constant",
+    meaning="the motors' torque constant, and with it their back-EMF constant, is not the design's",
+    phrase="have another torque constant than the design",
+    formula="K_t (1 + share), K_e (1 + share)",
+    source="K_t = K_e in SI by conservation of energy; magnets lose strength with heat",
+    way="leg",
+    place="hip",
+    parameters=(
+        Parameter("share", "1", prior=Prior(0.0, 0.15, lower=-0.6, upper=1.0), meaning="by which the constant is off"),
+    ),
+    strengths=("share",),
+    shapes=(Shape(("share",), {}),),
+)

@@ -1,0 +1,31 @@
+"""The supply gives way under load: battery, leads and driver have a resistance that both motors draw through."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.jump.effects.jump_effect import MotorEffect
+from synth.swing.effects.definition import Parameter, Shape, size
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.jump.jump_lanes import JumpLanes
+
+
+def change(jumps: JumpLanes, resistance: Array) -> None:
+    """Add to the supply's resistance (ohm)."""
+    jumps.supply_resistance += resistance
+
+
+EFFECT = MotorEffect(
+    name="voltage_sag",
+    meaning="the supply's voltage falls with the current drawn from it",
+    phrase="are starved by a supply that sags",
+    formula="V = V_supply - resistance (i_1 + i_2)",
+    source="Thevenin's equivalent of the supply",
+    way="leg",
+    place="hip",
+    parameters=(Parameter("resistance", "ohm", prior=size(0.15), meaning="of supply and leads, seen by both motors"),),
+    strengths=("resistance",),
+    shapes=(Shape(("resistance",), {}),),
+)

@@ -1,0 +1,31 @@
+"""The winding takes time to carry current: more inductance than the design has, or any where the design has none."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.jump.effects.jump_effect import MotorEffect
+from synth.swing.effects.definition import Parameter, Shape, size
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.jump.jump_lanes import JumpLanes
+
+
+def change(jumps: JumpLanes, inductance: Array) -> None:
+    """Add to the winding's own (H)."""
+    jumps.inductance += inductance
+
+
+EFFECT = MotorEffect(
+    name="winding_inductance",
+    meaning="the winding's current takes longer to rise than the design says",
+    phrase="have windings that are slow to take current",
+    formula="(L + inductance) di/dt = V - i R - K_e G omega",
+    source="Knaup & Aukes, equation 3; any text on DC motors",
+    way="leg",
+    place="hip",
+    parameters=(Parameter("inductance", "H", prior=size(1.0), meaning="beyond the design's"),),
+    strengths=("inductance",),
+    shapes=(Shape(("inductance",), {}),),
+)

@@ -1,0 +1,91 @@
+"""Jumps by the compiled lanes: designs in, outcomes out, sixteen at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.compiling.code_cache import load
+from synth.jump import jump_integrator, jump_source
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.jump_layout import LANES, LAYOUTS, JumpLayout
+from synth.jump.jump_models import Model, lane
+from synth.jump.outcomes import N_OUTCOME, Outcome, outcome_of
+
+TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
+DURATION = 1.0  # s, for the push; a leg that has not lifted by then does not
+FALL = 0.1  # m/s, falling that fast its highest point is past
+FIRST_STEP = 1e-5  # s
+MAX_STEPS = 60_000
+
+
+@dataclass(frozen=True)
+class Jumper:
+    """The compiled functions for one way of bending; obtain it from ``compiled_jump``."""
+
+    layout: JumpLayout
+    right_hand_side: Any
+    jump: Any
+
+    @property
+    def where(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        """Rows that the integrator looks at."""
+        names = ("derivative", "normal", "foot", "foot_speed", "com_speed", "com", "gear_torque", "drawn", "bend",
+                 "alive", "height", "energy")  # fmt: skip
+        return np.array([self.layout.n_state, *(self.layout.row(name) for name in names), 0], dtype=np.int64)
+
+    def run(self, lanes: Array, tolerance: float = TOLERANCE, duration: float = DURATION, workers: int = 1) -> Array:
+        """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``models.lane``'s lanes (n_row, n_lane)."""
+        groups = range(0, lanes.shape[1], LANES)
+        outcome = np.empty((N_OUTCOME, lanes.shape[1]))
+
+        def one(first: int) -> None:
+            group = lanes[:, first : first + LANES]
+            workspace = np.empty((self.layout.n_row, LANES))
+            workspace[:, : group.shape[1]] = group
+            workspace[:, group.shape[1] :] = group[:, :1]
+            found = np.empty((N_OUTCOME, LANES))
+            self.jump(self.right_hand_side, workspace, self.where, duration, tolerance, FIRST_STEP, MAX_STEPS, FALL,
+                      found, np.empty((0, 1 + self.layout.n_row)))  # fmt: skip
+            outcome[:, first : first + LANES] = found[:, : group.shape[1]]
+
+        if workers > 1:
+            with ThreadPoolExecutor(workers) as pool:
+                list(pool.map(one, groups))
+        else:
+            for first in groups:
+                one(first)
+        return outcome
+
+    def trace(
+        self, parameters: Array, tolerance: float = TOLERANCE, duration: float = DURATION, fall: float = FALL
+    ) -> Array:
+        """Time and the whole workspace (n_step, 1 + n_row) of one lane at every step."""
+        workspace = np.repeat(parameters[:, None], LANES, axis=1)
+        found, room = np.empty((N_OUTCOME, LANES)), np.empty((MAX_STEPS, 1 + self.layout.n_row))
+        where = self.where
+        self.jump(self.right_hand_side, workspace, where, duration, tolerance, FIRST_STEP, MAX_STEPS, fall, found, room)
+        return room[: where[13]]
+
+
+@lru_cache(maxsize=3)
+def compiled_jump(bending: str) -> Jumper:
+    """The compiled jump; the first call on a machine compiles for some seconds, then it is on disk."""
+    layout = LAYOUTS[bending]
+    made = load(f"hopper{layout.n}", jump_source.right_hand_side(layout), (jump_source.TRIGONOMETRY,))
+    return Jumper(layout, made.right_hand_side, jump_integrator.jump)
+
+
+def simulate(
+    designs: Sequence[tuple[HopperLeg, Motor]], contact: Contact, model: Model, *, tolerance: float = TOLERANCE
+) -> list[Outcome]:
+    """Jumps of designs that bend alike, by a model that the lanes have."""
+    jumper = compiled_jump(designs[0][0].bending)
+    lanes = np.stack([lane(leg, motor, contact, model) for leg, motor in designs], axis=1)
+    return [outcome_of(column) for column in jumper.run(lanes, tolerance).T]

@@ -1,0 +1,94 @@
+"""What a jump comes to, by whichever model: how it ended, and its numbers as rows of an array or by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+
+# How a jump ended.
+RUNNING, LANDED_AGAIN, TOO_WEAK, COLLAPSED, TOO_STIFF = 0, 1, 2, 3, 4
+
+# Rows of a lane's outcome.
+OUTCOMES = (
+    "status", "clearance", "takeoff_time", "takeoff_speed", "takeoff_height", "apex", "peak_gear_torque",
+    "peak_current", "energy", "peak_normal", "peak_bend", "end_time", "start_com", "gear_torque_at_start",
+)  # fmt: skip
+N_OUTCOME = len(OUTCOMES)
+STATUS, CLEARANCE, TAKEOFF_TIME, TAKEOFF_SPEED, TAKEOFF_HEIGHT, APEX, PEAK_GEAR_TORQUE = range(7)
+PEAK_CURRENT, ENERGY, PEAK_NORMAL, PEAK_BEND, END_TIME, START_COM, GEAR_TORQUE_AT_START = range(7, N_OUTCOME)
+
+SETTLED = 0.05  # s, from which on a leg that neither moves nor is about to is not going to
+CREEP = 0.02  # m/s, of the centre of mass: a self-locking gear that folds does so slowly
+LIFTED = 1e-3  # m, the foot's height that counts as off the ground
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a jump came to.
+
+    clearance : the foot's greatest height, m; 0 where it does not lift.
+    rise : greatest rise of the centre of mass over the crouch, m (the total height).
+    peak_gear_torque : largest torque of one gear on its link during the push, N m; peak_current : of both motors, A.
+    energy : electrical, both motors, to takeoff, J.
+    limit : why there is no jump, empty where there is one.
+    """
+
+    clearance: float
+    rise: float
+    takeoff_time: float
+    takeoff_speed: float
+    peak_gear_torque: float
+    peak_current: float
+    energy: float
+    peak_normal: float
+    limit: str
+
+
+LIMITS = {
+    RUNNING: "no result",
+    LANDED_AGAIN: "",
+    TOO_WEAK: "too weak or too slow to lift",
+    COLLAPSED: "too weak to hold the crouch: folds up",
+    TOO_STIFF: "too stiff for the step: contact, links or winding",
+}
+
+
+def outcome_of(column: Array) -> Outcome:
+    """From one column (n_outcome,) of ``jump.Jumper.run``."""
+    lifts = column[STATUS] == LANDED_AGAIN
+    return Outcome(
+        clearance=float(column[CLEARANCE]) if lifts else 0.0,
+        rise=float(column[APEX]),
+        takeoff_time=float(column[TAKEOFF_TIME]),
+        takeoff_speed=float(column[TAKEOFF_SPEED]),
+        peak_gear_torque=float(column[PEAK_GEAR_TORQUE]),
+        peak_current=float(column[PEAK_CURRENT]),
+        energy=float(column[ENERGY]),
+        peak_normal=float(column[PEAK_NORMAL]),
+        limit=LIMITS[int(column[STATUS])],
+    )
+
+
+def heights(found: Array, row: int = CLEARANCE) -> Array:
+    """(n_lane,) m, the clearance or another height of outcomes (n_outcome, n_lane); 0 where there is no jump."""
+    return np.where(found[STATUS] == LANDED_AGAIN, found[row], 0.0)
+
+
+def column_of(outcome: Outcome) -> Array:
+    """(n_outcome,) the other way round, for engines that give an ``Outcome``; what it does not hold is 0."""
+    status = next(code for code, text in LIMITS.items() if text == outcome.limit)
+    values = {
+        "status": status,
+        "clearance": outcome.clearance,
+        "takeoff_time": outcome.takeoff_time,
+        "takeoff_speed": outcome.takeoff_speed,
+        "apex": outcome.rise,
+        "peak_gear_torque": outcome.peak_gear_torque,
+        "peak_current": outcome.peak_current,
+        "energy": outcome.energy,
+        "peak_normal": outcome.peak_normal,
+    }
+    return np.array([values.get(name, 0.0) for name in OUTCOMES])

@@ -1,0 +1,142 @@
+"""Planar jumps: the five-bar with pitch and slip (``synth.jump.planar_engine``) from leg and motor to outcome."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.jump.hopper_leg import Contact, HopperLeg, Motor
+from synth.jump.jump_lanes import JumpLanes
+from synth.jump.jump_models import Model, columns
+from synth.jump.jump_runs import DURATION, FALL, TOLERANCE
+from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, Outcome
+from synth.jump.planar_engine import SCALARS, com_speed, integrate
+
+
+@dataclass(frozen=True)
+class PlanarJump:
+    """A planar jump: the outcome and what only this form knows. Columns of ``trace``: time, state, asides."""
+
+    outcome: Outcome
+    slip: float  # m, the foot's way along the ground during the push
+    pitch: float  # rad, at the end
+    trace: Array
+
+
+def planar_jump(
+    leg: HopperLeg,
+    motor: Motor,
+    contact: Contact,
+    model: Model,
+    *,
+    pitch: float = 0.0,
+    tolerance: float = TOLERANCE,
+    duration: float = DURATION,
+) -> PlanarJump:
+    """One jump by the planar form, from the crouch leaning by ``pitch`` rad."""
+    jumps = columns(leg, motor, contact, model, np.array([leg.length]))
+    run = _run(jumps, leg.body_inertia, contact.slip_speed, pitch, tolerance, duration)
+    aside = run.aside
+    outcome = _outcome(run.trace, aside, run.n, run.status, run.arguments, float(jumps.total_mass[0]))
+    return PlanarJump(outcome, _slip(aside), float(run.trace[-1, 3]), run.trace)
+
+
+def planar_record(
+    jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, times: Array, tolerance: float
+) -> dict[str, Array]:
+    """What sensors see of a jump that leans by ``pitch`` rad, (n_time,) each at ``times`` s; before 0 at rest.
+
+    ``angle`` : the right upper link's, from the body; ``normal`` N; ``current`` of both motors, A; ``pitch`` rad;
+    ``slide`` : the foot's way along the ground, m.
+    """
+    run = _run(jumps, body_inertia, slip_speed, pitch, tolerance, float(times[-1]), fall=np.inf)
+    t, x, aside = run.trace[:, 0], run.trace[:, 1 : 1 + 2 * run.n + 3], run.aside
+    rows = {
+        "angle": x[:, 3] - x[:, 2],
+        "normal": aside[:, 0],
+        "current": aside[:, 7],
+        "pitch": x[:, 2],
+        "slide": aside[:, 2] - aside[0, 2],
+    }
+    reached = times <= t[-1] + 1e-9
+    return {name: np.where(reached, np.interp(times, t, row), np.nan) for name, row in rows.items()}
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Rows of ``trace``: time, state, asides."""
+
+    trace: Array
+    n: int
+    status: int
+    arguments: Any
+
+    @property
+    def aside(self) -> Array:
+        """(n_step, 8): normal and friction force, the foot's x, height and vertical speed, gear torques, current."""
+        return self.trace[:, 1 + 2 * self.n + 3 :]
+
+
+def _run(
+    jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, tolerance: float, duration: float,
+    fall: float = FALL,
+) -> _Run:  # fmt: skip
+    """Integrate the first lane."""
+    layout = jumps.layout
+    parameters = jumps.workspace()[:, 0]
+    scalars = np.array([parameters[layout.row(name)] for name in SCALARS])
+    lengths = parameters[layout.block("length")]
+    masses = jumps.mass_per_length[0] * lengths
+    count = len(lengths)
+    n = 3 + 2 * count
+    angles = parameters[layout.block("angle")]
+    x = np.zeros(2 * n + 3)
+    height = parameters[layout.row("height")]
+    x[3 : 3 + count], x[3 + count : n] = angles + pitch, -angles + pitch
+    x[2] = pitch
+    x[0], x[1] = -height * np.sin(pitch), height * np.cos(pitch)
+    weight = np.concatenate([np.ones(n), np.full(n, 1 / 30.0), np.full(2, 0.3), np.zeros(1)])
+    body = np.array([jumps.body_mass[0], body_inertia])
+    ground = np.array([jumps.ground_friction[0], slip_speed, float(layout.knee)])
+    foot_mass = float(jumps.foot_mass[0])
+    arguments = (lengths, masses, parameters[layout.block("beam")], body, ground, scalars, foot_mass)
+    trace = np.empty((60_000, 1 + len(x) + 8))
+    rows, status = integrate(
+        x, n, arguments, weight, tolerance, duration, fall, float(jumps.total_mass[0]), 60_000, trace
+    )
+    return _Run(trace[:rows], n, status, arguments)
+
+
+def _slip(aside: Array) -> float:
+    pushing = _pushing(aside)
+    return float(np.abs(np.diff(aside[pushing, 2])).sum())
+
+
+def _pushing(aside: Array) -> slice:
+    """Rows up to the last touch of the ground before the foot lifts."""
+    lifted = np.flatnonzero(aside[:, 3] > LIFTED)
+    end = int(lifted[0]) if len(lifted) else len(aside)
+    touching = np.flatnonzero(aside[:end, 3] <= 0.0)
+    return slice(0, int(touching[-1]) + 1 if len(touching) else 1)
+
+
+def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> Outcome:
+    size = 2 * n + 3
+    push = _pushing(aside)
+    last = push.stop - 1
+    speeds = [com_speed(row[1 : 1 + size], n, arguments, mass) for row in trace]
+    rise = np.concatenate([[0.0], np.cumsum(np.diff(trace[:, 0]) * 0.5 * (np.array(speeds[1:]) + speeds[:-1]))])
+    return Outcome(
+        clearance=float(aside[:, 3].max()) if status == LANDED_AGAIN else 0.0,
+        rise=float(rise.max()),
+        takeoff_time=float(trace[last, 0]),
+        takeoff_speed=float(speeds[last]),
+        peak_gear_torque=float(np.abs(aside[push, 5:7]).max()),
+        peak_current=float(np.abs(aside[push, 7]).max()),
+        energy=float(trace[last, size]),
+        peak_normal=float(aside[:, 0].max()),
+        limit=LIMITS[status],
+    )

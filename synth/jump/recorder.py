@@ -1,0 +1,113 @@
+"""Sixteen jumps abreast as an encoder and a force plate would record them: chosen rows at given times.
+
+The same pair as in ``synth.jump.jump_integrator`` and for the same reasons. Angles and heights are read between steps
+by cubic Hermite interpolation, the other outputs of the right-hand side by straight lines; no step is longer than
+``LONGEST``. Lanes share every step, so differences between them are smooth however coarse it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import float64, int64, njit, types
+
+from synth.jump.jump_layout import LANES
+from synth.jump.jump_step import compiled_step
+
+LONGEST = 1e-3  # s
+_rhs = types.FunctionType(types.void(float64[:, ::1]))
+_signature = int64(
+    _rhs, float64[:, ::1], int64[::1], int64[::1], float64[:, ::1], float64, float64, int64, float64[:, :, ::1]
+)
+# Fast, but without the promise that every number is one: a lane may diverge beside others that do not.
+_rules: dict[str, Any] = {
+    "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"}, "error_model": "numpy", "nogil": True,
+}  # fmt: skip
+error_weights, try_step = compiled_step(_rules)
+
+
+@njit(_signature, cache=True, **_rules)
+def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
+    """Integrate from the crouch to the last time of all lanes.
+
+    Parameters
+    ----------
+    rhs : the compiled right-hand side.
+    Z : (n_row, 16) workspace with initial state and parameters.
+    where : rows: n_state, derivative, alive, normal.
+    rows : (m,) rows to record.
+    times : (n, 16) s, rising; before 0 the leg is at rest.
+    tolerance : as in ``integrator.jump``.
+    max_steps : accepted and rejected; what then is not reached stays nan.
+    out : (n, m, 16) filled in.
+
+    Returns
+    -------
+    Number of steps.
+    """
+    n, d, alive = where[0], where[1], where[2]
+    m = len(rows)
+    n_time = times.shape[0]
+    x = np.empty((n, LANES))
+    K = np.empty((4, n, LANES))
+    old = np.empty((m, LANES))
+    error_sum = np.empty(LANES)
+    weight = error_weights(n)
+    following = np.zeros(LANES, dtype=np.int64)
+    for lane in range(LANES):
+        Z[alive, lane] = 1.0
+        for j in range(n):
+            x[j, lane] = Z[j, lane]
+    out[:] = np.nan
+    rhs(Z)
+    last = 0.0
+    for lane in range(LANES):
+        last = max(last, times[n_time - 1, lane])
+        for j in range(n):
+            K[0, j, lane] = Z[d + j, lane]
+        for r in range(m):
+            old[r, lane] = Z[rows[r], lane]
+        while following[lane] < n_time and times[following[lane], lane] <= 0.0:
+            for r in range(m):
+                out[following[lane], r, lane] = Z[rows[r], lane]
+            following[lane] += 1
+    t, h, steps = 0.0, first_step, 0
+    while t < last and steps < max_steps and h > 1e-10:
+        try_step(rhs, Z, x, K, d, h, weight, tolerance, error_sum)
+        steps += 1
+        error = 1e-30
+        for lane in range(LANES):
+            if not (error_sum[lane] <= error):  # also when it is not a number
+                error = error_sum[lane]
+        error = math.sqrt(error / n)
+        if error <= 1.0:
+            for lane in range(LANES):
+                while following[lane] < n_time and times[following[lane], lane] <= t + h:
+                    u = (times[following[lane], lane] - t) / h
+                    for r in range(m):
+                        row = rows[r]
+                        if row < n:
+                            a, b = x[row, lane], Z[row, lane]
+                            out[following[lane], r, lane] = (
+                                a + u * u * (3.0 - 2.0 * u) * (b - a)
+                                + h * u * (1.0 - u) * ((1.0 - u) * K[0, row, lane] - u * K[3, row, lane])
+                            )  # fmt: skip
+                        else:
+                            out[following[lane], r, lane] = old[r, lane] + u * (Z[row, lane] - old[r, lane])
+                    following[lane] += 1
+            t += h
+            for lane in range(LANES):
+                for r in range(m):
+                    old[r, lane] = Z[rows[r], lane]
+                for j in range(n):
+                    x[j, lane] = Z[j, lane]
+                    K[0, j, lane] = K[3, j, lane]
+        factor = 0.9 * error ** (-1.0 / 3.0)
+        if not (factor > 0.2):
+            factor = 0.2
+        if error > 1.0 and factor > 1.0:
+            factor = 1.0
+        h = min(h * min(4.0, factor), LONGEST)
+    return steps

@@ -1,0 +1,235 @@
+"""One CSV of a catalogue family to rows: units from the headers, every bad cell reported with its place."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import Field, dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from synth.errors import Problem, UserError
+from synth.files.names import title_fault
+from synth.parts.headers import standard, standard_value
+from synth.parts.rows import FAMILIES, Row
+from synth.units import factor, header
+
+MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
+MAX_PROBLEMS = 50  # a file of the wrong kind would give one a cell
+_OF_A_PART = {"direction", "continuous", "travel", "wire_diameter", "max_deflection"}  # no curve's table has these
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_TITLES = ("part", "vendor", "material")  # columns that lists of parts and pages show
+
+
+@dataclass(frozen=True)
+class ReadTable:
+    """The rows of a file that could be read, and what is wrong with the others."""
+
+    family: str | None
+    rows: tuple[Row, ...]
+    problems: tuple[Problem, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """One column of the file: where it goes and by what its numbers are multiplied."""
+
+    index: int
+    title: str
+    field: Field[Any]
+    scale: float
+
+
+def read_table(path: Path, shown: str | None = None) -> ReadTable:
+    """Read one catalogue file; its family is recognised by its headers.
+
+    Nothing is raised for what the user can mend: it is in ``problems``. Rows with a bad cell are left out.
+    ``shown``: the file's name in messages and rows, default the path as given.
+    """
+    name = shown or str(path)
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            return _refused(name, f"is larger than {MAX_BYTES // 1_000_000} MB, which no catalogue is")
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            return _read(csv.reader(stream, strict=True), name)
+    except OSError as error:
+        return _refused(name, f"cannot be read: {error.strerror or error}")
+    except UnicodeDecodeError as error:
+        return _refused(name, f"is not UTF-8 text (byte {error.start}); save it as CSV UTF-8")
+    except csv.Error as error:
+        return _refused(name, f"is not a well-formed CSV: {error}")
+
+
+def _refused(name: str, text: str) -> ReadTable:
+    return ReadTable(None, (), (Problem(text, file=name),))
+
+
+def _read(lines: Iterator[list[str]], name: str) -> ReadTable:
+    titles = next(lines, None)
+    if not titles or not any(title.strip() for title in titles):
+        return _refused(name, "is empty; the first line holds the headers, name [unit]")
+    written, titles = titles, _standard(titles)
+    family = _recognise(titles)
+    if family is None:
+        keys = "; ".join(f"{key}: {', '.join(_keys(row))}" for key, row in FAMILIES.items())
+        text = f"is no catalogue: its headers fit no family. The headers that tell one are {keys}"
+        return ReadTable(None, (), (Problem(text + _near_key(titles), file=name, line=1),))
+    row_type = FAMILIES[family]
+    columns, problems = _columns(titles, written, row_type, name)
+    if problems:
+        return ReadTable(family, (), tuple(problems))
+    rows: list[Row] = []
+    line = 1
+    for cells in lines:
+        line = getattr(lines, "line_num", line + 1)
+        if not any(cell.strip() for cell in cells):
+            continue
+        if len(cells) != len(titles):
+            problems.append(Problem(f"{len(cells)} cells where the header has {len(titles)}", file=name, line=line))
+        else:
+            row, bad = _row(cells, columns, row_type, name, line)
+            problems.extend(bad)
+            if row is not None:
+                rows.append(row)
+        if len(problems) > MAX_PROBLEMS:
+            problems.append(Problem("more mistakes follow; the rest of the file was not read", file=name, line=line))
+            break
+    if not rows and not problems:
+        problems.append(Problem("has headers but no rows", file=name))
+    return ReadTable(family, tuple(rows), tuple(problems))
+
+
+def _bare(title: str) -> str:
+    """The name in a header, without its unit."""
+    return title.split("[", 1)[0].strip()
+
+
+def _standard(titles: list[str]) -> list[str]:
+    """Headers in the catalogue's words; a column that stands there under its own name keeps it to itself."""
+    known = frozenset(item.name for row in FAMILIES.values() for item in row.columns())
+    own = {_bare(title) for title in titles if _bare(title) in known}
+    found = []
+    for title in titles:
+        better = standard(title, known)
+        found.append(title if _bare(title) in known and "(" not in title else title if _bare(better) in own else better)
+    names = {_bare(title) for title in found}
+    if "torque" in names and "max_torque" not in names and names & _OF_A_PART:
+        found = ["max_" + title if _bare(title) == "torque" else title for title in found]
+    return found
+
+
+def _keys(row_type: type[Row]) -> list[str]:
+    return [item.name for item in row_type.columns() if item.metadata.get("key")]
+
+
+def _recognise(titles: list[str]) -> str | None:
+    """The family all of whose key columns are there; the one with more keys where two fit."""
+    names = {_bare(title) for title in titles}
+    if {"max_torque", "max_deflection"} <= names:
+        names = names | {"rate"}  # it follows from them
+    fitting = [(len(_keys(row)), family) for family, row in FAMILIES.items() if set(_keys(row)) <= names]
+    return max(fitting)[1] if fitting else None
+
+
+def _near_key(titles: list[str]) -> str:
+    keys = sorted({key for row in FAMILIES.values() for key in _keys(row)})
+    for title in titles:
+        if _bare(title) not in keys and (near := get_close_matches(_bare(title), keys, n=1, cutoff=0.75)):
+            return f'. Did you mean "{near[0]}" by "{_bare(title)}"?'
+    return ""
+
+
+def _columns(
+    titles: list[str], written: list[str], row_type: type[Row], name: str
+) -> tuple[list[_Column], list[Problem]]:
+    """Match headers with fields; ``written``: as they stand in the file.
+
+    A column that the family does not know is passed over, unless it looks like a slip.
+    """
+    known = {item.name: item for item in row_type.columns()}
+    columns: list[_Column] = []
+    problems: list[Problem] = []
+    seen: set[str] = set()
+    for index, title in enumerate(titles):
+        bare = _bare(title)
+        if bare not in known:
+            near = get_close_matches(bare, [key for key in known if key not in seen], n=1, cutoff=0.8)
+            if near and not any(_bare(other) == near[0] for other in titles):
+                problems.append(
+                    Problem(f'there is no column "{bare}"; did you mean "{near[0]}"?', file=name, line=1, key=title)
+                )
+            continue
+        if bare in seen:
+            problems.append(Problem(f'the column "{bare}" stands there twice', file=name, line=1, key=title))
+            continue
+        seen.add(bare)
+        try:
+            scale = _scale(title, known[bare])
+        except UserError as error:
+            problems.append(Problem(str(error), file=name, line=1, key=bare))
+            continue
+        columns.append(_Column(index, written[index], known[bare], scale))
+    return columns, problems
+
+
+def _scale(title: str, item: Field[Any]) -> float:
+    """What a number of this column is multiplied by to be SI; raises UserError on a missing or wrong unit."""
+    unit = item.metadata["unit"]
+    if unit is None:
+        if "[" in title:
+            raise UserError(f'"{title}" is a column of words and has no unit')
+        return 1.0
+    if "[" not in title:
+        raise UserError(f'column "{title}" has no unit: write it like {item.name} [{item.metadata["shown"]}]')
+    written = header(title)[1]
+    if unit == "degC":
+        if written != "degC":
+            raise UserError(f'"{written}" is no unit for a temperature here; write {item.name} [degC]')
+        return 1.0
+    return factor(written, unit)
+
+
+def _row(
+    cells: list[str], columns: list[_Column], row_type: type[Row], name: str, line: int
+) -> tuple[Row | None, list[Problem]]:
+    values: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for column in columns:
+        text = cells[column.index].strip()
+        if not text:
+            continue
+        try:
+            values[column.field.name] = _cell(text, column)
+        except ValueError as error:
+            problems.append(Problem(str(error), file=name, line=line, key=column.title))
+    if problems:
+        return None, problems
+    return row_type(file=name, line=line, **values), []
+
+
+def _cell(text: str, column: _Column) -> float | str:
+    """One cell; the ValueError's text is the user's message."""
+    rules = column.field.metadata
+    if rules["unit"] is None:
+        fault = title_fault(text) if column.field.name in _TITLES else None
+        if fault is not None:
+            raise ValueError(f'"{text[:60]}" {fault}')
+        if rules.get("choices"):
+            text = standard_value(column.field.name, text)
+        if rules.get("choices") and text not in rules["choices"]:
+            near = get_close_matches(text.lower(), rules["choices"], n=1, cutoff=0.5)
+            hint = f'; did you mean "{near[0]}"?' if near else ""
+            raise ValueError(f'"{text}" is none of {", ".join(rules["choices"])}{hint}')
+        return text
+    if _NUMBER.fullmatch(text) is None:
+        comma = "; decimals take a point" if re.fullmatch(r"\d+,\d+", text) else "; the unit stands in the header"
+        raise ValueError(f'"{text}" is not a number{comma}')
+    value = float(text) * column.scale
+    if not math.isfinite(value):
+        raise ValueError(f'"{text}" is too large a number')
+    if not rules["signed"] and (value < 0.0 or (value == 0.0 and not rules["zero"])):
+        raise ValueError(f'"{text}" must be {"at least" if rules["zero"] else "above"} 0')
+    return value

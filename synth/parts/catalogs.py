@@ -1,0 +1,271 @@
+"""The catalogues: built-in rows and the user's, found by part, listed, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import TypeVar
+
+from synth.errors import Problem, UserError
+from synth.parts.catalog_table import MAX_PROBLEMS, read_table
+from synth.parts.row_check import completed, contradictions, curve_problems, status_of
+from synth.parts.rows import (
+    FAMILIES,
+    CurvePointRow,
+    DamperRow,
+    GearMotorRow,
+    MaterialRow,
+    Row,
+    TorsionSpringRow,
+    WireRow,
+)
+from synth.parts.wire import ALIASES, WireMaterial, wire_material
+from synth.units import factor
+
+R = TypeVar("R", bound=Row)
+P = TypeVar("P", TorsionSpringRow, DamperRow, GearMotorRow)
+
+
+def catalog_folder() -> Path:
+    """Where the built-in CSVs lie: inside the installed package, or at the root of a working copy."""
+    package = Path(__file__).resolve().parent.parent
+    for folder in (package / "_catalogs", package.parent / "catalogs"):
+        if (folder / "torsion_springs.csv").is_file():
+            return folder
+    raise FileNotFoundError(f"the built-in catalogues are neither in {package / '_catalogs'} nor beside {package}")
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """All rows that take part, each with its status worked out."""
+
+    springs: tuple[TorsionSpringRow, ...]
+    dampers: tuple[DamperRow, ...]
+    wires: tuple[WireRow, ...]
+    materials: tuple[MaterialRow, ...]
+    curves: tuple[CurvePointRow, ...]
+    motors: tuple[GearMotorRow, ...] = ()
+
+    @classmethod
+    def load(cls, extra: Sequence[Path] = ()) -> Catalogue:
+        """The built-in catalogues and the user's files, of whatever family.
+
+        A user's row with the vendor and part of an earlier one takes its place; a user's curve points replace all
+        earlier points of that part.
+
+        Raises
+        ------
+        UserError
+            With every bad cell, header or duplicate of the user's files.
+        """
+        rows, problems = _read_all(extra)
+        catalogue, joining = _join(rows)
+        if problems or joining:
+            raise UserError([*problems, *joining])
+        return catalogue
+
+    def find_spring(self, part: str) -> TorsionSpringRow:
+        """The spring with this part number; UserError with near misses where there is none."""
+        return _find(self.springs, part, "spring")
+
+    def find_damper(self, part: str) -> DamperRow:
+        """The damper with this part number; UserError with near misses where there is none."""
+        return _find(self.dampers, part, "damper")
+
+    def find_motor(self, part: str) -> GearMotorRow:
+        """The gear motor with this part number; UserError with near misses where there is none."""
+        return _find(self.motors, part, "gear motor")
+
+    def find_material(self, name: str) -> WireMaterial:
+        """A wire material by its name or an alias (``music``, ``A228``); UserError with near misses."""
+        wanted = name.strip().casefold()
+        names = sorted({row.material for row in self.materials})
+        aliases = {alias.casefold(): target for alias, target in ALIASES.items()}
+        target = aliases.get(wanted) or next((known for known in names if known.casefold() == wanted), None)
+        material = wire_material(target, self.materials, self.wires) if target else None
+        if material is None:
+            raise UserError(f'no wire material "{name}"{_near(name, [*names, *ALIASES])}; known are {", ".join(names)}')
+        return material
+
+    def elastic_modulus(self, material: str, diameter: float) -> float | None:
+        """Young's modulus of wire, Pa; None where the material is not known."""
+        return _modulus(ALIASES.get(material, material), diameter, self.materials)
+
+    def rows(self, family: str) -> tuple[Row, ...]:
+        """All rows of a family; UserError with near misses on an unknown one."""
+        families: dict[str, tuple[Row, ...]] = {
+            "torsion_springs": self.springs,
+            "dampers": self.dampers,
+            "damper_curves": self.curves,
+            "wire_diameters": self.wires,
+            "wire_materials": self.materials,
+            "gearmotors": self.motors,
+        }
+        if family not in families:
+            raise UserError(f'no catalogue "{family}"{_near(family, list(families))}; there are {", ".join(families)}')
+        return families[family]
+
+
+@dataclass(frozen=True)
+class CatalogueTable:
+    """Rows of a family as text, headers with units; columns without any value are left out."""
+
+    family: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+def catalogue_rows_as_table(family: str, catalogue: Catalogue | None = None) -> CatalogueTable:
+    """A family as a table for the screen: identity first, then values in their usual units, then status."""
+    rows = (catalogue or Catalogue.load()).rows(family)
+    columns = list(FAMILIES[family].columns())
+    last = ("status", "note", "as_published", "source")
+    columns.sort(key=lambda item: last.index(item.name) if item.name in last else -1)
+    header: list[str] = []
+    cells: list[list[str]] = []
+    for item in columns:
+        unit, shown = item.metadata["unit"], item.metadata.get("shown", "")
+        scale = 1.0 if unit is None or unit == shown else factor(shown, unit)
+        values = [getattr(row, item.name) for row in rows]
+        texts = ["" if v is None else v if isinstance(v, str) else f"{v / scale:.6g}" for v in values]
+        if any(texts):
+            header.append(item.name if unit is None else f"{item.name} [{shown}]")
+            cells.append(texts)
+    return CatalogueTable(family, tuple(header), tuple(zip(*cells, strict=True)))
+
+
+def check_catalogue(paths: Sequence[Path] = ()) -> list[Problem]:
+    """Everything wrong with the given files, or with the built-in ones where none is given.
+
+    Bad cells and headers, duplicates, values that contradict each other, materials that are not known. A row that is
+    merely incomplete is no mistake: its status says what it lacks.
+    """
+    rows, problems = _read_all(paths)
+    catalogue, joining = _join(rows)
+    names = {str(path) for path in paths}
+    known = {row.material for row in catalogue.materials} | set(ALIASES)
+    for family in FAMILIES:
+        for row in catalogue.rows(family):
+            if names and row.file not in names:
+                continue
+            for text in contradictions(row, catalogue.elastic_modulus):
+                problems.append(Problem(text, file=row.file, line=row.line, key=getattr(row, "part", None) or None))
+            material = getattr(row, "material", "")
+            if material and material not in known:
+                text = f'"{material}" is no known wire material{_near(material, sorted(known))}'
+                problems.append(Problem(text, file=row.file, line=row.line, key="material"))
+    return [*problems, *joining]
+
+
+@lru_cache(maxsize=1)
+def _built_in() -> tuple[Row, ...]:
+    folder = catalog_folder()
+    rows: list[Row] = []
+    for family in FAMILIES:
+        table = read_table(folder / f"{family}.csv", shown=f"catalogs/{family}.csv")
+        if table.problems:
+            raise ValueError("\n".join(str(problem) for problem in table.problems))  # ours, not the user's
+        rows.extend(table.rows)
+    return tuple(rows)
+
+
+def _read_all(extra: Sequence[Path]) -> tuple[list[Row], list[Problem]]:
+    rows: list[Row] = list(_built_in())
+    problems: list[Problem] = []
+    for path in extra:
+        table = read_table(Path(path))
+        rows.extend(table.rows)
+        problems.extend(table.problems)
+    return rows, problems
+
+
+def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
+    """Rows of all files to one catalogue: replaced parts, curves beside their dampers, statuses."""
+    rows = list(rows)
+    materials = _of(rows, MaterialRow)
+    problems: list[Problem] = []
+
+    @cache
+    def modulus_of(material: str, diameter: float) -> float | None:
+        return _modulus(ALIASES.get(material, material), diameter, materials)
+
+    def finished(kept: Sequence[R]) -> tuple[R, ...]:
+        return tuple(replace(row, status=status_of(row, modulus_of)) for row in kept)
+
+    springs = _latest([completed(row) for row in _of(rows, TorsionSpringRow)], problems)
+    dampers = _latest(_of(rows, DamperRow), problems)
+    curves = finished(_of(rows, CurvePointRow))
+    motors = finished(_latest(_of(rows, GearMotorRow), problems))
+    with_curves = _with_curves(dampers, curves, problems)
+    catalogue = Catalogue(
+        finished(springs), finished(with_curves), finished(_of(rows, WireRow)), finished(materials), curves, motors
+    )
+    return catalogue, problems
+
+
+def _of(rows: Iterable[Row], row_type: type[R]) -> list[R]:
+    return [row for row in rows if isinstance(row, row_type)]
+
+
+def _latest(rows: Sequence[P], problems: list[Problem]) -> list[P]:
+    """One row a vendor and part: a later file's takes the place of an earlier one's; twice in one file is a mistake."""
+    kept: dict[tuple[str, str], P] = {}
+    for row in rows:
+        key = (row.vendor.casefold(), row.part.casefold())
+        before = kept.get(key)
+        if before is not None and before.file == row.file:
+            text = f"{row.vendor} {row.part}".strip() + f" stands twice in this file, first in line {before.line}"
+            problems.append(Problem(text, file=row.file, line=row.line, key="part"))
+        kept[key] = row if before is None else replace(row, note=f"replaces {before.place}. {row.note}".strip())
+    return list(kept.values())
+
+
+def _with_curves(
+    dampers: Sequence[DamperRow], curves: Sequence[CurvePointRow], problems: list[Problem]
+) -> list[DamperRow]:
+    """Give each damper its curve: the points of the last file that has any for it."""
+    sold = {(vendor, row.part.casefold()) for row in dampers for vendor in ("", row.vendor.casefold())}
+    points: dict[tuple[str, str], list[tuple[int, CurvePointRow]]] = {}
+    for order, point in enumerate(curves):
+        key = (point.vendor.casefold(), point.part.casefold())
+        if key not in sold and key not in points and len(problems) < MAX_PROBLEMS:
+            text = f'"{point.part}" is no damper of the catalogues{_near(point.part, [row.part for row in dampers])}'
+            problems.append(Problem(text, file=point.file, line=point.line, key="part"))
+        points.setdefault(key, []).append((order, point))
+    joined: list[DamperRow] = []
+    for damper in dampers:
+        part = damper.part.casefold()
+        keys = dict.fromkeys((("", part), (damper.vendor.casefold(), part)))
+        found = sorted((item for key in keys for item in points.get(key, [])), key=lambda item: item[0])
+        own = [point for _, point in found]
+        own = sorted((point for point in own if point.file == own[-1].file), key=lambda point: point.speed or 0.0)
+        for text in curve_problems(own):
+            problems.append(Problem(text, file=own[0].file, line=own[0].line, key=damper.part))
+        speeds = tuple(point.speed for point in own if point.speed is not None)
+        torques = tuple(point.torque for point in own if point.torque is not None)
+        joined.append(replace(damper, curve_speed=speeds, curve_torque=torques))
+    return joined
+
+
+def _modulus(material: str, diameter: float, materials: Sequence[MaterialRow]) -> float | None:
+    records = tuple(row for row in materials if row.material == material)
+    return WireMaterial(material, records, (), ()).elastic_modulus(diameter) if records else None
+
+
+def _find(rows: Sequence[P], part: str, kind: str) -> P:
+    wanted = part.strip().casefold()
+    found = [row for row in rows if row.part.casefold() == wanted]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise UserError(f'"{part}" is a {kind} of {" and of ".join(row.vendor or row.place for row in found)}')
+    raise UserError(f'no {kind} "{part}" in the catalogues{_near(part, [row.part for row in rows])}')
+
+
+def _near(name: str, known: Sequence[str]) -> str:
+    folded = {each.casefold(): each for each in known}
+    near = get_close_matches(name.casefold(), list(folded), n=3, cutoff=0.6)
+    return f"; did you mean {' or '.join(folded[each] for each in near)}?" if near else ""

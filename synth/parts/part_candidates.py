@@ -1,0 +1,177 @@
+"""Which catalogue rows meet a joint's constraints, and for each that does not, why."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+from typing import Generic, TypeVar
+
+from synth.errors import UserError
+from synth.files.project_options import DamperChoice, PartsOptions, SpringChoice
+from synth.parts.catalogs import Catalogue
+from synth.parts.rows import DamperRow, Row, TorsionSpringRow
+
+RowType = TypeVar("RowType", bound=Row)
+
+
+@dataclass(frozen=True)
+class Candidates(Generic[RowType]):
+    """Rows that meet the constraints, and how many do not for each reason."""
+
+    rows: tuple[RowType, ...]
+    left_out: Mapping[str, int]
+    nearest: str = ""
+
+
+ANY = PartsOptions()
+
+
+def spring_candidates(
+    catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions = ANY, count: int = 1
+) -> Candidates[TorsionSpringRow]:
+    """Springs of which ``count`` side by side have the wanted rate (N m/rad) in tolerance and meet the constraints.
+
+    A spring that the choice names by part is the only candidate, whatever its numbers.
+    """
+    if choice.part is not None:
+        row = catalogue.find_spring(choice.part)
+        if row.rate is None or row.included_angle is None:
+            raise UserError(f"spring {row.part} ({row.place}) cannot be used: {row.status}")
+        return Candidates((row,), {})
+    kept, reasons = [], Counter[str]()
+    parts = of_family(parts, catalogue.springs)
+    rate /= count
+    nearest = min(
+        (row for row in catalogue.springs if row.complete and row.rate),
+        key=lambda row: abs((row.rate or 0.0) / rate - 1.0),
+        default=None,
+    )
+    for row in catalogue.springs:
+        reason = spring_reason(row, choice, rate, parts, count)
+        if reason is None:
+            kept.append(row)
+        else:
+            reasons[reason] += 1
+    said = ""
+    if nearest is not None and nearest.rate is not None:
+        said = f"{nearest.part} comes nearest with {nearest.rate:.4g} N*m/rad, {nearest.rate / rate - 1:+.0%}"
+    return Candidates(tuple(kept), dict(sorted(reasons.items())), said)
+
+
+def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[DamperRow]) -> PartsOptions:
+    """The options for one family: vendors who sell nothing of it do not keep its parts out."""
+    wanted = {name.casefold() for name in parts.vendors}
+    if not wanted or any(row.vendor.casefold() in wanted for row in rows):
+        return parts
+    return replace(parts, vendors=())
+
+
+def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> Iterator[str]:
+    """Why a part may not be chosen whatever its numbers."""
+    if parts.vendors and row.vendor.casefold() not in {name.casefold() for name in parts.vendors}:
+        yield f"not of {' or '.join(parts.vendors)}"
+    if row.part.casefold() in {name.casefold() for name in parts.without}:
+        yield "said not to be had"
+
+
+def spring_reason(
+    row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+) -> str | None:
+    """The first reason why a spring is left out, or None. ``rate`` N m/rad of each, None: any."""
+    return next(spring_reasons(row, choice, rate, parts, count), None)
+
+
+def spring_reasons(
+    row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
+) -> Iterator[str]:
+    """Every reason why a spring does not fit; of a row that cannot be used at all, that."""
+    if not row.complete:
+        yield row.status
+        return
+    yield from _not_to_be_had(row, parts)
+    if parts.system is not None and row.system not in (None, parts.system):
+        yield f"its wire is no {parts.system} size"
+    assert row.rate is not None
+    assert row.included_angle is not None
+    if rate is not None and abs(row.rate / rate - 1.0) > choice.rate_tolerance:
+        yield f"rate not within {choice.rate_tolerance:.0%} of {rate:.4g} N*m/rad"
+    if choice.included_angle is not None and abs(degrees(row.included_angle - choice.included_angle)) > 1.5:
+        yield f"included angle is not {degrees(choice.included_angle):g} deg"
+    body = row.body_length if row.body_length is not None else row.close_wound_length
+    body = None if body is None else body * count
+    for what, value, least, most in (
+        ("outer diameter", row.outer_diameter, choice.min_outer_diameter, choice.max_outer_diameter),
+        ("inner diameter", row.inside, choice.min_inner_diameter, None),
+        ("body length", body, choice.min_body_length, choice.max_body_length),
+        ("wire diameter", row.wire_diameter, choice.min_wire_diameter, choice.max_wire_diameter),
+    ):
+        if value is not None and most is not None and value > most * (1 + 1e-6):
+            yield f"{what} over {most * 1e3:.4g} mm"
+        if value is not None and least is not None and value < least * (1 - 1e-6):
+            yield f"{what} under {least * 1e3:.4g} mm"
+
+
+def damper_candidates(
+    catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str, parts: PartsOptions = ANY
+) -> Candidates[DamperRow]:
+    """Dampers that turn the right way and far enough (rad).
+
+    Raises
+    ------
+    UserError : none is left; the message counts the reasons.
+    """
+    if choice.part is not None:
+        row = catalogue.find_damper(choice.part)
+        if row.max_torque is None or row.speed is None:
+            raise UserError(f"damper {row.part} ({row.place}) cannot be used: {row.status}")
+        return Candidates((row,), {})
+    kept, reasons = [], Counter[str]()
+    parts = of_family(parts, catalogue.dampers)
+    for row in catalogue.dampers:
+        reason = damper_reason(row, choice, travel, parts)
+        if reason is None:
+            kept.append(row)
+        else:
+            reasons[reason] += 1
+    if not kept:
+        raise UserError(
+            f"{joint}: no damper in the catalogue meets the constraints: {_counted(reasons)}. Loosen "
+            f"select.joints.{joint}.damper, or add a catalogue under select.catalogs"
+        )
+    return Candidates(tuple(kept), dict(sorted(reasons.items())))
+
+
+def damper_reason(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> str | None:
+    """The first reason why a damper is left out, or None."""
+    return next(damper_reasons(row, choice, travel, parts), None)
+
+
+def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> Iterator[str]:
+    """Every reason why a damper does not fit; of a row that cannot be used at all, that."""
+    if not row.complete:
+        yield row.status
+        return
+    yield from _not_to_be_had(row, parts)
+    if choice.direction == "both" and row.direction != "both" and choice.parallel < 2:
+        yield "damps one way only (parallel: 2 lets it serve in a pair)"
+    wanted = (choice.travel if choice.travel is not None else travel) * min(choice.ratios)
+    if row.allows_travel(wanted) is False:
+        yield f"turns less than {degrees(wanted):.0f} deg"
+    most = choice.max_outer_diameter
+    if most is not None and row.outer_diameter is not None and row.outer_diameter > most * (1 + 1e-6):
+        yield f"outer diameter over {most * 1e3:.4g} mm"
+
+
+def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> UserError:
+    """The message for a joint for which a bought spring is asked and none fits."""
+    return UserError(
+        f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {_counted(found.left_out)}. "
+        f"{found.nearest}. Loosen select.joints.{joint}.spring, add a catalogue under select.catalogs, or write "
+        "make: true to have one wound"
+    )
+
+
+def _counted(reasons: Mapping[str, int]) -> str:
+    return "; ".join(f"{count} {reason}" for reason, count in sorted(reasons.items(), key=lambda item: -item[1]))

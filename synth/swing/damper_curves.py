@@ -1,0 +1,57 @@
+"""Torque-speed curves in the form that the compiled chain takes: a sum of clamped speeds.
+
+An odd curve, linear between points, is ``sum_m c_m * clamp(speed, -s_m, s_m)``: branch-free, and exact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.swing.lane_layout import CURVE_POINTS
+from synth.swing.leg_model import DamperCurve
+
+UNBOUNDED = 1e9  # rad/s, beyond any joint's speed
+
+
+def torque_at(curve: DamperCurve, speed: Array) -> Array:
+    """Torque (N m) that resists ``speed`` (rad/s, any shape): odd, linear between points and beyond the last."""
+    clamp_speed, clamp_slope = clamps(curve)
+    return np.asarray(np.sum(clamp_slope * np.clip(speed[..., None], -clamp_speed, clamp_speed), axis=-1))
+
+
+def clamps(curve: DamperCurve) -> tuple[Array, Array]:
+    """Clamp speeds (rad/s) and slopes (N m s/rad), each (n_point,), whose clamped sum is the curve."""
+    speed, torque = np.array(curve.speed), np.array(curve.torque)
+    slope = np.diff(torque, prepend=0.0) / np.diff(speed, prepend=0.0)
+    return np.append(speed[:-1], UNBOUNDED), slope - np.append(slope[1:], 0.0)
+
+
+def compiled_rows(curve: DamperCurve) -> tuple[Array, Array]:
+    """Clamp speeds and slopes padded to the compiled chain's ``CURVE_POINTS``; a longer curve is thinned first."""
+    speed, slope = clamps(thin(curve))
+    pad = CURVE_POINTS - len(speed)
+    return np.pad(speed, (0, pad), constant_values=UNBOUNDED), np.pad(slope, (0, pad))
+
+
+def thin(curve: DamperCurve, points: int = CURVE_POINTS) -> DamperCurve:
+    """The same curve on at most ``points`` of its points, those dropped first that lie nearest their neighbours' chord.
+
+    Visvalingam & Whyatt's line simplification (Cartographic Journal 30, 1993), with the torque's distance from the
+    chord in place of the area, since torque is what matters. ``thinning_error`` tells what it costs.
+    """
+    speed, torque = [0.0, *curve.speed], [0.0, *curve.torque]
+    while len(speed) - 1 > points:
+        distance = [
+            abs(torque[i] - np.interp(speed[i], [speed[i - 1], speed[i + 1]], [torque[i - 1], torque[i + 1]]))
+            for i in range(1, len(speed) - 1)
+        ]
+        drop = int(np.argmin(distance)) + 1
+        del speed[drop], torque[drop]
+    return DamperCurve(tuple(speed[1:]), tuple(torque[1:]))
+
+
+def thinning_error(curve: DamperCurve) -> float:
+    """Largest torque error of the thinned curve at the points of the full one, as a share of its largest torque."""
+    full = np.array(curve.torque)
+    return float(np.abs(torque_at(thin(curve), np.array(curve.speed)) - full).max() / np.abs(full).max())

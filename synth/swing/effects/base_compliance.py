@@ -1,0 +1,101 @@
+"""The mount moves: it rocks about the first joint's place, or slides, on a spring and a damper.
+
+A sliding mount is the end of a link of ``LEVER`` leg lengths: its frequencies are within 0.2 % of those of one that
+goes straight (``tests/swing/effects/test_structure.py``). Gravity does no work on the mount's own rotation: the
+static deflection under the leg's weight is part of the mount's rest position.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, positive, signed, stiff
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_lanes import LegLanes
+
+LEVER = 100.0  # leg lengths: a link so long turns by next to nothing when its end slides
+LEAST = 0.02  # of the leg's own mass or inertia, that a mount has in any case
+
+
+def extend(
+    legs: LegLanes,
+    joint: int,
+    stiffness: Array,
+    mass: Array,
+    rocking_stiffness: Array,
+    arm: Array,
+    inertia: Array,
+    damping_ratio: Array,
+) -> LegLanes:
+    """One more link before the first: so long that its end goes straight (sliding), or of length ``arm`` (rocking).
+
+    Both where both give, the point that it rocks about sliding. A mount that rocks about a point below the first joint
+    has a negative ``arm``: a link of negative length.
+    """
+    total, carried = legs.length.sum(axis=0), legs.mass.sum(axis=0)
+    slides = bool(np.any(stiffness > 0.0))  # in its own direction, level with the base
+    if not slides or bool(np.any(rocking_stiffness > 0.0)):
+        reach = np.cumsum(legs.length, axis=0) - legs.length + legs.com
+        leg_inertia = (legs.inertia + legs.mass * reach**2).sum(axis=0)
+        length = np.asarray(arm) + 0.0 * total
+        own = np.maximum(inertia, LEAST * leg_inertia)
+        moving = own + leg_inertia + carried * length**2
+        legs = _mount(legs, length, own, moving, rocking_stiffness, damping_ratio)
+    if slides:
+        length = LEVER * total
+        own = np.maximum(mass, LEAST * carried) * length**2
+        legs = _mount(legs, length, own, own + carried * length**2, stiffness * length**2, damping_ratio)
+    return legs
+
+
+def _mount(
+    legs: LegLanes, length: Array, own: Array, moving: Array, stiffness: Array, damping_ratio: Array
+) -> LegLanes:
+    """A link before the first, of inertia ``own``, with a spring and a damper; ``moving``: with what it carries."""
+    damping = 2.0 * damping_ratio * np.sqrt(stiffness * moving)
+    return legs.with_link(
+        0, length=length, inertia=own, spring_rate=stiffness, damper_rate=damping, rest=0.0, weightless=1.0
+    )
+
+
+def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
+    """Deflections (n_new, n_lane) rad of the mount while the leg is held: what the first joint's spring bends it by.
+
+    A sliding mount starts undeflected: what force the hand put on it is not known. ``joint``: the leg's first, before
+    which the new links stand.
+    """
+    torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
+    sliding = np.abs(legs.length[:joint]) > 0.5 * LEVER * legs.length[joint:].sum(axis=0)
+    return np.where(sliding, 0.0, torque / legs.spring_rate[:joint])
+
+
+EFFECT = Effect(
+    name="base_compliance",
+    meaning="the mount moves",
+    phrase="moves",
+    formula="mass x'' + damper + stiffness x = force of the leg (sliding); inertia, rocking_stiffness (rocking at arm)",
+    source="definition; damper from the ratio to the critical one of mount and leg together",
+    way="structure",
+    where="base",
+    parameters=(
+        Parameter("stiffness", "N/m", 0.0, stiff(30.0, 400.0), meaning="against sliding sideways"),
+        Parameter("mass", "kg", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that slides"),
+        Parameter("rocking_stiffness", "N*m/rad", 0.0, stiff(30.0, 400.0), meaning="against rocking"),
+        Parameter("arm", "m", 0.0, signed(1.5), meaning="of the first joint below the point it rocks about"),
+        Parameter("inertia", "kg*m^2", 0.0, positive(0.3, 1.0), meaning="of the part of the mount that rocks"),
+        Parameter("damping_ratio", "1", 0.05, positive(0.05, 0.7, upper=0.7), natural=False),
+    ),
+    strengths=("stiffness", "rocking_stiffness"),
+    shapes=(
+        Shape(
+            ("rocking_stiffness", "arm", "inertia", "damping_ratio"),
+            {},
+            ({"rocking_stiffness": 100.0, "arm": 1.0}, {"rocking_stiffness": 100.0, "arm": -1.0}),
+        ),
+        Shape(("stiffness", "mass", "damping_ratio"), {}, ({"stiffness": 100.0},)),
+    ),
+)

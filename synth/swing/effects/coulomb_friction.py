@@ -1,0 +1,49 @@
+"""Dry friction, constant in speed, with true sticking: a bristle that bends by ``presliding`` before it slides."""
+
+from __future__ import annotations
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, positive, size
+from synth.swing.effects.inlined import bristle, held, inlined
+
+PRESLIDING = 0.0  # rad
+GIVE = positive(6e-4, 0.8, 1e-4, 1e-2)  # rad, of real bearings and gears
+
+
+@inlined
+def torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, friction, presliding):  # type: ignore[no-untyped-def]
+    """Memory z in -1..1 is the bristle's bend; at rest it holds any torque below ``friction``."""
+    change = bristle(rate, memory, presliding)
+    return -friction * held(memory, change), change
+
+
+def start(deflection, friction, presliding):  # type: ignore[no-untyped-def]
+    """Bristles at the release: straight."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="coulomb_friction",
+    meaning="dry friction, constant in speed",
+    phrase="lacks dry friction",
+    formula="-torque z (3 - z^2) / 2, dz/dt = w / presliding up to |z| = 1",
+    source="Coulomb 1785; the bristle: Prandtl's element, ZAMM 8 (1928) 85; sticking as in Dahl, TOR-158 (1968)",
+    way="torque",
+    linear=True,
+    memory=True,
+    kin="bristle",
+    bristle="presliding",
+    parameters=(
+        Parameter("torque", "N*m", prior=size(0.1), meaning="friction torque while sliding"),
+        Parameter(
+            "presliding",
+            "rad",
+            PRESLIDING,
+            GIVE,
+            off=PRESLIDING,
+            natural=False,
+            meaning="how far it gives before it slides",
+        ),
+    ),
+    strengths=("torque",),
+    shapes=(Shape(("torque", "presliding"), {}, ({}, {"presliding": 2e-3})),),
+)

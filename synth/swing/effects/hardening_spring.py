@@ -1,0 +1,55 @@
+"""A stiffness that grows, or falls, with deflection."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, signed, size
+from synth.swing.effects.inlined import inlined, power
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation,
+    rate,
+    deflection,
+    spring_rate,
+    damper_rate,
+    damper_torque,
+    force,
+    memory,
+    stiffening,
+    exponent,
+    reach,
+    onset,
+    softening,
+):
+    """Odd power of the deflection beyond the onset; and what a spring that gives way, k u / (1 + |s u|^2), lacks."""
+    beyond = (max(abs(deflection) - onset, 0.0) + 1e-9) / reach
+    extra = stiffening * power(beyond, exponent)
+    lost = spring_rate * deflection * (1.0 - 1.0 / sqrt(1.0 + (softening * deflection) ** 2))
+    return lost - (extra if deflection > 0.0 else -extra), 0.0
+
+
+EFFECT = Effect(
+    name="hardening_spring",
+    meaning="a stiffness that grows (or falls) with deflection",
+    phrase="has a spring whose rate changes with deflection",
+    formula="-stiffening sign(u) ((|u| - onset) / reach)^exponent, u the deflection; k u / sqrt(1 + (softening u)^2)",
+    source="G. Duffing, Erzwungene Schwingungen (1918): exponent 3; bumper: exponent 1 with an onset",
+    way="torque",
+    belongs_to="spring",
+    parameters=(
+        Parameter("stiffening", "N*m", prior=signed(0.4), meaning="extra torque at reach; negative: softening"),
+        Parameter("exponent", "1", 3.0, Prior(3.0, 1.0, lower=1.0, upper=7.0), off=3.0, natural=False),
+        Parameter("reach", "rad", 1.0, off=1.0, meaning="deflection beyond the onset at which stiffening is meant"),
+        Parameter("onset", "rad", 0.0, Prior(0.0, 0.4, lower=0.0, upper=0.9), meaning="deflection where it begins"),
+        Parameter("softening", "1/rad", 0.0, size(1.0), meaning="one over the deflection where the spring gives way"),
+    ),
+    strengths=("stiffening", "softening"),
+    shapes=(
+        Shape(("stiffening", "exponent"), {"reach": 1.0}, ({"exponent": 2.0}, {"exponent": 3.5})),
+        Shape(("stiffening", "onset"), {"exponent": 1.0, "reach": 0.3}, ({"onset": 0.3}, {"onset": 0.6})),
+        Shape(("softening",), {}, ({"softening": 0.3},)),
+    ),
+)

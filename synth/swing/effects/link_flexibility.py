@@ -1,0 +1,75 @@
+"""A link, or its coupling to the joint, bends: one more hinge with a stiff spring."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, stiff
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_lanes import LegLanes
+
+HUB = 0.1  # of the link's inertia about its joint stays with the joint where the coupling bends
+DAMPING_RATIO = 0.1
+
+
+def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLanes:
+    """Cut the joint's link at ``place`` (share of its length) and join the parts by a spring.
+
+    Mass, first moment and inertia of the whole stay those of the link. The near part of a cut at 0 is a hub with
+    ``HUB`` of the inertia; elsewhere it is a uniform rod with its share of mass.
+    """
+    length, mass, com = legs.length[joint], legs.mass[joint], legs.com[joint]
+    about_joint = legs.inertia[joint] + mass * com**2
+    share = np.broadcast_to(np.asarray(place, dtype=float), length.shape)
+    near_mass = 0.5 * share * mass
+    near_com = 0.5 * share * length
+    near_inertia = near_mass * (share * length) ** 2 / 12.0 + HUB * about_joint * (share == 0.0)
+    far_mass = mass - near_mass
+    far_com = (mass * com - near_mass * near_com) / far_mass  # from the joint
+    far_inertia = about_joint - near_inertia - near_mass * near_com**2 - far_mass * far_com**2
+    far_inertia = np.maximum(far_inertia, 0.01 * about_joint)
+    moving = far_inertia + far_mass * (far_com - share * length) ** 2
+    made = legs.with_link(
+        joint + 1,
+        length=(1.0 - share) * length,
+        mass=far_mass,
+        com=far_com - share * length,
+        inertia=far_inertia,
+        spring_rate=stiffness,
+        damper_rate=2.0 * DAMPING_RATIO * np.sqrt(stiffness * moving),
+    )
+    made.length[joint] = share * length
+    made.mass[joint] = near_mass
+    made.com[joint] = near_com
+    made.inertia[joint] = near_inertia
+    return made
+
+
+def start(legs: LegLanes, joint: int, rotation: Array) -> Array:
+    """Bend (n_lane,) rad at the release: what the joint's spring bends the link by while its end is held."""
+    torque = legs.spring_rate[joint] * (rotation[joint] - legs.rest[joint])
+    return np.asarray(torque / legs.spring_rate[joint + 1])
+
+
+EFFECT = Effect(
+    name="link_flexibility",
+    meaning="a link, or its coupling to the joint, bends",
+    phrase="carries a link that bends",
+    formula="the link cut at place (share of its length), its parts joined by stiffness and a light damper",
+    source="pseudo-rigid-body model: Howell, Compliant Mechanisms (2001), ch. 5",
+    way="structure",
+    shows_locked=True,
+    parameters=(
+        Parameter("stiffness", "N*m/rad", prior=stiff(20.0, 200.0), meaning="of the bend"),
+        Parameter("place", "1", 0.0, meaning="where it bends, share of the length; 0 is the coupling"),
+    ),
+    strengths=("stiffness",),
+    shapes=(
+        Shape(("stiffness",), {"place": 0.0}, ({"stiffness": 100.0},)),
+        Shape(("stiffness",), {"place": 0.4}, ({"stiffness": 100.0},)),
+    ),
+)

@@ -1,0 +1,57 @@
+"""Dry friction that grows with the joint's load: with the force on its bearing, or with the torque it transmits."""
+
+from __future__ import annotations
+
+from synth.swing.effects.coulomb_friction import GIVE, PRESLIDING
+from synth.swing.effects.definition import Effect, Parameter, Shape, size
+from synth.swing.effects.inlined import bristle, held, inlined
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, memory, radius, share, presliding
+):
+    """The bristle of Coulomb friction, as strong as the load of the moment."""
+    level = radius * force + share * abs(spring_rate * deflection)
+    change = bristle(rate, memory, presliding)
+    return -level * held(memory, change), change
+
+
+def start(deflection, radius, share, presliding):  # type: ignore[no-untyped-def]
+    """Bristles at the release: straight."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="load_friction",
+    meaning="dry friction that grows with the joint's load",
+    phrase="lacks dry friction that grows with load",
+    formula="-s (radius |F| + share |T|), F the bearing force, T the spring's torque, s of the bristle",
+    source="journal bearing: Shigley, Mechanical Engineering Design, ch. 12; gear: Duclusaud et al., BAM, "
+    "arXiv 2410.08650, model M3",
+    way="torque",
+    linear=True,
+    memory=True,
+    kin="bristle",
+    bristle="presliding",
+    uses_load=True,
+    by_load=("radius",),
+    parameters=(
+        Parameter("radius", "m", 0.0, size(0.03), meaning="coefficient of friction times bearing radius"),
+        Parameter("share", "1", 0.0, size(0.15), natural=False, meaning="friction a unit of the spring's torque"),
+        Parameter(
+            "presliding",
+            "rad",
+            PRESLIDING,
+            GIVE,
+            off=PRESLIDING,
+            natural=False,
+            meaning="how far it gives before it slides",
+        ),
+    ),
+    strengths=("radius", "share"),
+    shapes=(
+        Shape(("radius", "presliding"), {}, ({}, {"presliding": 2e-3})),
+        Shape(("share", "presliding"), {}, ({}, {"presliding": 2e-3})),
+    ),
+)

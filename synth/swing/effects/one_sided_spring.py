@@ -1,0 +1,55 @@
+"""A spring that acts in one direction only, or with two rates."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, signed, size
+from synth.swing.effects.inlined import inlined
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation,
+    rate,
+    deflection,
+    spring_rate,
+    damper_rate,
+    damper_torque,
+    force,
+    memory,
+    loss_above,
+    loss_below,
+    shift,
+    width,
+):
+    """Take back the share of the spring's torque that one side lacks, the change from side to side being rounded."""
+    beyond = deflection - shift
+    root = sqrt(beyond * beyond + width * width)
+    return 0.5 * spring_rate * (loss_above * (beyond + root - width) + loss_below * (beyond - root + width)), 0.0
+
+
+def to_rotation(
+    sign: int, zero: float, loss_above: float, loss_below: float, shift: float
+) -> tuple[float, float, float]:
+    """Above and below are meant in measured angle."""
+    return (loss_above, loss_below, shift) if sign > 0 else (loss_below, loss_above, -shift)
+
+
+EFFECT = Effect(
+    name="one_sided_spring",
+    meaning="a spring that acts in one direction only, or with two rates",
+    phrase="has a spring with two rates",
+    formula="rate k (1 - loss) on one side of the free angle + shift; the changeover rounded over width",
+    source="bilinear stiffness: Shaw & Holmes, J. Sound and Vibration 90 (1983) 129",
+    way="torque",
+    belongs_to="spring",
+    parameters=(
+        Parameter("loss_above", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost above the free angle"),
+        Parameter("loss_below", "1", 0.0, signed(0.6, 1.0), natural=False, meaning="share lost below the free angle"),
+        Parameter("shift", "rad", 0.0, signed(0.02), natural=False, meaning="of the changeover from the free angle"),
+        Parameter("width", "rad", 0.0, size(0.03), natural=False, meaning="over which it changes"),
+    ),
+    strengths=("loss_above", "loss_below"),
+    shapes=(Shape(("loss_above", "shift", "width"), {}), Shape(("loss_below", "shift", "width"), {})),
+)

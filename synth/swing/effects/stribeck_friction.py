@@ -1,0 +1,76 @@
+"""Dry friction that falls with speed: a breakaway torque that goes over into a lower sliding torque."""
+
+from __future__ import annotations
+
+from synth.swing.effects.coulomb_friction import GIVE, PRESLIDING
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive, size
+from synth.swing.effects.inlined import bristle, held, inlined
+
+
+@inlined
+def torque(  # type: ignore[no-untyped-def]
+    rotation,
+    rate,
+    deflection,
+    spring_rate,
+    damper_rate,
+    damper_torque,
+    force,
+    memory,
+    friction,
+    fall,
+    speed,
+    presliding,
+):
+    """The bristle of Coulomb friction with Stribeck's curve for its strength; exp(-s) as (1 + s/16)^-16, to 2 %."""
+    s = 1.0 + (rate / speed) ** 2 / 16.0
+    s = s * s
+    s = s * s
+    s = s * s
+    s = s * s
+    level = friction * (1.0 - fall + fall / s)
+    change = bristle(rate, memory, presliding)
+    return -level * held(memory, change), change
+
+
+def start(deflection, friction, fall, speed, presliding):  # type: ignore[no-untyped-def]
+    """Bristles at the release: straight."""
+    return 0.0 * deflection
+
+
+EFFECT = Effect(
+    name="stribeck_friction",
+    meaning="dry friction that falls with speed",
+    phrase="lacks dry friction that falls with speed",
+    formula="-s torque (1 - fall + fall exp(-(w/speed)^2)), s = z (3 - z^2) / 2 as for dry friction",
+    source="Stribeck 1902; Armstrong-Helouvry, Dupont & Canudas de Wit, Automatica 30 (1994) 1083, eq. 5",
+    way="torque",
+    linear=True,
+    memory=True,
+    kin="bristle",
+    bristle="presliding",
+    parameters=(
+        Parameter("torque", "N*m", prior=size(0.15), meaning="breakaway torque, at lowest speed"),
+        Parameter(
+            "fall", "1", 0.5, Prior(0.6, 0.25, lower=0.25, upper=1.0), natural=False, meaning="share lost at speed"
+        ),
+        Parameter("speed", "rad/s", prior=positive(0.15, 1.0), off=1.0, meaning="speed over which it falls"),
+        Parameter(
+            "presliding",
+            "rad",
+            PRESLIDING,
+            GIVE,
+            off=PRESLIDING,
+            natural=False,
+            meaning="how far it gives before it slides",
+        ),
+    ),
+    strengths=("torque",),
+    shapes=(
+        Shape(
+            ("torque", "fall", "speed", "presliding"),
+            {},
+            ({"fall": 0.6, "speed": 0.05, "presliding": 2e-3}, {"fall": 0.6, "speed": 0.25}),
+        ),
+    ),
+)

@@ -1,0 +1,58 @@
+"""The compiled loop of ``along``, loaded from there as generated code is."""
+
+from __future__ import annotations
+
+from numba import float64, int64, njit, types
+
+from synth.swing.lane_layout import LANES
+
+NEAR = 1e-6  # rad
+_extra = types.FunctionType(types.void(float64[::1], int64, int64[::1]))
+_signature = types.void(
+    _extra, float64[:, ::1], float64[::1], int64[::1], int64[::1], int64, int64, int64, float64, int64, float64[::1],
+    float64[:, :, ::1], int64[::1], float64[:, ::1],
+)  # fmt: skip
+
+
+@njit(_signature, error_model="numpy", nogil=True, cache=True)
+def along(  # type: ignore[no-untyped-def]
+    extra, Z, flat, active, rows, torque, memory, change, bound, gap, time, inputs, steps, out
+):
+    """Fill ``out`` (n_time, 16) with the torque along the motion; ``steps`` (n_time,) of the memory up to each sample.
+
+    ``Z`` and ``flat`` are the same memory; ``inputs`` (n_time, n_input, 16) belong into ``rows``, rotation first, rest
+    third; ``memory``, ``change`` and ``gap`` are rows, -1 for none. A memory stays within ``bound``, or within half a
+    gap of the deflection; next to a flank it is put onto it, from which the errors of interpolation would else part it.
+    """
+    before = [0.0] * LANES
+    for i in range(len(time)):
+        for s in range(steps[i]):
+            step = (time[i] - time[i - 1]) / steps[i]
+            for half in range(2):
+                share = (s + 0.5 * half) / steps[i]
+                for k in range(len(rows)):
+                    for lane in range(LANES):
+                        Z[rows[k], lane] = (1.0 - share) * inputs[i - 1, k, lane] + share * inputs[i, k, lane]
+                extra(flat, 1, active)
+                for lane in range(LANES):
+                    if half == 0:
+                        before[lane] = Z[memory, lane]
+                        Z[memory, lane] += 0.5 * step * Z[change, lane]
+                    else:
+                        reached = before[lane] + step * Z[change, lane]
+                        Z[memory, lane] = max(-bound, min(bound, reached))
+                if gap >= 0 and half == 1:
+                    done = (s + 1.0) / steps[i]
+                    for lane in range(LANES):
+                        before_it = inputs[i - 1, 0, lane] - inputs[i - 1, 2, lane]
+                        after_it = inputs[i, 0, lane] - inputs[i, 2, lane]
+                        lag = before_it + done * (after_it - before_it) - Z[memory, lane]
+                        side = 1.0 if lag > 0.0 else -1.0
+                        if side * lag > 0.5 * Z[gap, lane] - NEAR:
+                            Z[memory, lane] += lag - side * (0.5 * Z[gap, lane] + 1e-9)
+        for k in range(len(rows)):
+            for lane in range(LANES):
+                Z[rows[k], lane] = inputs[i, k, lane]
+        extra(flat, 1, active)
+        for lane in range(LANES):
+            out[i, lane] = Z[torque, lane]

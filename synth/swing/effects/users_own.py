@@ -1,0 +1,280 @@
+"""What keeps a user's own effect from taking part: found when its file is read, not in the middle of a diagnosis.
+
+A definition may be of the wrong kind in any of its fields, and its functions may fail at their first call. So every
+field is looked at, and every function is called once, on two legs of two joints side by side.
+"""
+
+from __future__ import annotations
+
+import keyword
+import math
+import stat
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Parameter, Prior, Shape
+
+SIZE_LIMIT = 1_000_000  # bytes: thousands of times what an effect takes
+LANES = 2  # legs side by side in a trial call
+
+
+class WrongEffect(Exception):
+    """A definition that cannot take part; the text is the user's message."""
+
+
+def source_of(path: Path, name: str) -> bytes:
+    """The text of a user's file; ``name``: as the user named it.
+
+    Raises
+    ------
+    UserError : no such file, no regular one (a pipe would block), too large, or not to be read.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode) or status.st_size > SIZE_LIMIT:
+            text = f"is no regular file of at most {SIZE_LIMIT / 1e6:g} MB; name a Python file that holds an EFFECT"
+            raise UserError(Problem(text, file=name))
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise UserError(Problem("no such file; name a Python file that holds an EFFECT", file=name)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(Problem(f"cannot be read: {reason}", file=name)) from None
+
+
+def require(effect: Effect, module: ModuleType) -> None:
+    """Check a user's effect and call each of its functions once.
+
+    Raises
+    ------
+    WrongEffect : with what is wrong, and what is allowed.
+    """
+    _require_fields(effect)
+    _require_parameters(effect)
+    _require_functions(effect, module)
+    function = getattr(module, FUNCTIONS[effect.way])
+    with _called(FUNCTIONS[effect.way], str(module.__file__)):
+        {"torque": _try_torque, "leg": _try_change, "reading": _try_reading, "structure": _try_extension}[effect.way](
+            effect, function
+        )
+
+
+def line_of(error: BaseException, path: str | Path) -> int | None:
+    """The line of the user's file in which an error arose, None where it arose elsewhere."""
+    if isinstance(error, SyntaxError):
+        return error.lineno
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
+    return frames[-1].lineno if frames else None
+
+
+def said_by(error: BaseException) -> str:
+    """An error in one short line."""
+    text = str(error.args[0] if error.args else "").strip()
+    first = text.splitlines()[0] if text else ""
+    first = first if len(first) <= 200 else first[:197] + "..."
+    return f"{type(error).__name__}: {first}" if first else type(error).__name__
+
+
+@contextmanager
+def blamed_on(files: Mapping[str, str]) -> Iterator[None]:
+    """Errors that arise in a user's effect while it is used become the user's; ``files``: its path -> as named.
+
+    Raises
+    ------
+    UserError : with the file, the line and what Python says.
+    """
+    try:
+        yield
+    except UserError:
+        raise
+    except Exception as error:
+        for path, name in files.items():
+            line = line_of(error, path)
+            if line is not None and not isinstance(error, SyntaxError):
+                raise UserError(Problem(f"stopped while it was used: {said_by(error)}", name, line)) from error
+        raise
+
+
+def _require_fields(effect: Effect) -> None:
+    """Every field of the right type, and of what is allowed where that is a choice."""
+    if not isinstance(effect.name, str) or not effect.name.isidentifier() or keyword.iskeyword(effect.name):
+        raise WrongEffect("cannot be an effect's name: write letters, digits and underscores")
+    allowed = {"way": tuple(FUNCTIONS), "where": ("joint", "base"), "belongs_to": ("joint", "spring", "damper")}
+    for key, choices in allowed.items():
+        value = getattr(effect, key)
+        if value not in choices:
+            raise WrongEffect(f"{key}={value!r} is not allowed; write one of {', '.join(map(repr, choices))}")
+    for key, kind in (("parameters", Parameter), ("shapes", Shape), ("strengths", str)):
+        value = getattr(effect, key)
+        if not isinstance(value, tuple) or not all(isinstance(item, kind) for item in value):
+            raise WrongEffect(f"{key} must be a tuple of {kind.__name__}, such as ({_example(key)},)")
+    for key in ("meaning", "formula", "source", "kin", "phrase", "bristle", "play"):
+        if not isinstance(getattr(effect, key), str):
+            raise WrongEffect(f"{key} must be text")
+    if effect.memory and effect.way != "torque":
+        raise WrongEffect('memory is of way="torque" alone')
+
+
+def _example(key: str) -> str:
+    return {"parameters": 'Parameter("strength", "N*m")', "shapes": 'Shape(("strength",), {})'}.get(key, '"strength"')
+
+
+def _require_parameters(effect: Effect) -> None:
+    """Parameters of unlike names and known units; strengths and shapes name no others."""
+    from synth.units import factor
+
+    names = [parameter.name for parameter in effect.parameters]
+    for parameter in effect.parameters:
+        name = parameter.name
+        if not isinstance(name, str) or not name.isidentifier() or keyword.iskeyword(name) or names.count(name) > 1:
+            raise WrongEffect(f"{name!r} cannot be a parameter's name, or two have it: letters, digits, underscores")
+        try:
+            factor(parameter.unit, parameter.unit)
+        except (UserError, TypeError, AttributeError):
+            raise WrongEffect(f"{name}: {parameter.unit!r} is no unit; write one such as N*m, rad, 1") from None
+        for key in ("default", "off"):
+            value = getattr(parameter, key)
+            if not (value is None and key == "default") and not _is_number(value):
+                raise WrongEffect(f"{name}: {key}={value!r} must be a number")
+        if not (parameter.prior is None or isinstance(parameter.prior, Prior)):
+            raise WrongEffect(f"{name}: prior must be a Prior, such as size(0.2) (from synth.effects)")
+    missing = [name for name in effect.strengths if name not in names]
+    if missing or not effect.strengths:
+        text = f"strengths must name some of its parameters ({', '.join(names)})"
+        raise WrongEffect(text + "".join(f", not {name}" for name in missing))
+    for key, named in _naming(effect):
+        if named not in names:
+            raise WrongEffect(f"{key} must name one of its parameters ({', '.join(names)}), not {named!r}")
+    for shape in effect.shapes:
+        for name in shape.free:
+            if effect.parameters[names.index(name)].prior is None:
+                raise WrongEffect(f"a shape frees {name}, which has no prior; give it one, such as size(0.2)")
+    if not effect.shapes:
+        raise WrongEffect("shapes is empty; write at least one, which frees a parameter")
+
+
+def _naming(effect: Effect) -> Iterator[tuple[str, str]]:
+    """Every place that names a parameter, with the name."""
+    for key in ("bristle", "play"):
+        if getattr(effect, key):
+            yield key, getattr(effect, key)
+    yield from (("by_load", name) for name in effect.by_load)
+    for shape in effect.shapes:
+        yield from (("a shape", name) for name in (*shape.free, *shape.held, *(n for s in shape.starts for n in s)))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
+
+
+def _require_functions(effect: Effect, module: ModuleType) -> None:
+    """The functions are there, compiled where they must be, and take as many arguments as they are given."""
+    names = [parameter.name for parameter in effect.parameters]
+    needed = {FUNCTIONS[effect.way]: ARGUMENTS[effect.way]} | ({"start": 1} if effect.memory else {})
+    for name, before in needed.items():
+        function = getattr(module, name, None)
+        if not callable(function):
+            raise WrongEffect(f"the file holds no function {name}")
+        if name == "torque" and not hasattr(function, "py_func"):
+            raise WrongEffect("torque must be compiled: write @inlined above it (from synth.effects)")
+        code = getattr(getattr(function, "py_func", function), "__code__", None)
+        if code is None or code.co_argcount != before + len(names):
+            taken = "an unknown number of" if code is None else code.co_argcount
+            raise WrongEffect(f"{name} takes {taken} arguments, not {before} and then {', '.join(names)}")
+
+
+@contextmanager
+def _called(name: str, path: str) -> Iterator[None]:
+    """What a trial call raises is what is wrong with the function."""
+    try:
+        yield
+    except WrongEffect:
+        raise
+    except Exception as error:
+        line = line_of(error, path)
+        place = "" if line is None else f" in line {line}"
+        raise WrongEffect(f"{name} fails{place} when it is called: {said_by(error)}") from error
+
+
+def _off(effect: Effect) -> list[float]:
+    return [float(parameter.off) for parameter in effect.parameters]
+
+
+def _on(effect: Effect) -> list[float]:
+    """A value of each parameter that a diagnosis would try."""
+    values = []
+    for parameter in effect.parameters:
+        tried = parameter.default
+        if tried is None:
+            tried = parameter.prior.value(0.5) if parameter.prior else parameter.off
+        values.append(float(tried))
+    return values
+
+
+def _try_torque(effect: Effect, function: Callable[..., Any]) -> None:
+    """Compiles, gives two numbers, and no torque where the effect is off."""
+    state = (0.3, -0.7, 0.2, 4.0, 0.1, -0.07, 5.0, 0.0)
+    for values in (_on(effect), _off(effect)):
+        found = function(*state, *values)
+        if not isinstance(found, tuple) or len(found) != 2 or not all(_is_real(item) for item in found):
+            raise WrongEffect("torque must give two numbers: the torque on q, and the rate of change of its memory")
+    if float(found[0]) != 0.0:
+        text = f"torque must be 0 where every parameter is off; it is {float(found[0]):g} N m: a joint without the"
+        raise WrongEffect(f"{text} effect would have it all the same")
+
+
+def _is_real(value: object) -> bool:
+    try:
+        float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def _try_change(effect: Effect, function: Callable[..., Any]) -> None:
+    """Changes nothing where the effect is off."""
+    before, legs = _legs(), _legs()
+    for values in (_off(effect), _on(effect)):
+        function(legs, 1, 1, *_columns(values))
+        if values == _off(effect):
+            names = [key for key, value in vars(legs).items() if isinstance(value, np.ndarray)]
+            changed = [key for key in names if not np.array_equal(getattr(before, key), getattr(legs, key))]
+            if changed:
+                raise WrongEffect(f"change must change nothing where every parameter is off; it changes {changed[0]}")
+
+
+def _try_reading(effect: Effect, function: Callable[..., Any]) -> None:
+    """Gives an array of the rotation's shape."""
+    rotation = np.linspace(-0.4, 0.6, 6 * LANES).reshape(6, LANES)
+    for values in (_off(effect), _on(effect)):
+        found = function(np.linspace(0.0, 0.5, 6), rotation.copy(), np.ones_like(rotation), 1, 0.2, *_columns(values))
+        if not isinstance(found, np.ndarray) or found.shape != rotation.shape:
+            raise WrongEffect(f"read must give an array of the rotation's shape {rotation.shape}")
+
+
+def _try_extension(effect: Effect, function: Callable[..., Any]) -> None:
+    """Gives a leg of one more link at least."""
+    legs = _legs()
+    made = function(legs, 1, *_columns(_on(effect)))
+    if not isinstance(made, type(legs)) or made.n <= legs.n:
+        raise WrongEffect("extend must give a LegLanes of one more link")
+
+
+def _columns(values: list[float]) -> list[Any]:
+    return [np.full(LANES, value) for value in values]
+
+
+def _legs() -> Any:
+    from synth.swing.leg_lanes import LegLanes
+    from synth.swing.leg_model import Joint, Leg, Link, Spring
+
+    link = Link(0.2, 0.5, 0.1, 2e-3)
+    joints = tuple(Joint(name, link, 0.0, spring=Spring(5.0, 0.1)) for name in ("first", "second"))
+    return LegLanes.of(Leg("trial", joints), LANES)

@@ -1,0 +1,52 @@
+"""A known torque on the joints: linear between its samples, which may be denser than those of the angles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth.arrays import Array
+
+STRAIGHT = 0.002  # of the largest known torque: a step of the integrator sees a pulse that is larger
+KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
+
+
+def for_integrator(known: KnownTorque | None, n: int) -> tuple[Array, Array, Array]:
+    """Times (m,), torques (m, n), and by how much (n,) N m each may leave a straight line in a step; m = 0 for none.
+
+    The times must reach from the first sample to the last: beyond its ends a torque is a straight line on.
+    """
+    if known is None:
+        return np.zeros(0), np.zeros((0, n)), np.zeros(n)
+    times, torques = (np.ascontiguousarray(array, dtype=float) for array in known)
+    return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300
+
+
+def averaged(known: KnownTorque, grid: Array) -> Array:
+    """(m, n) N m on an even ``grid`` (m,) s, each value the mean under a hat that reaches to both neighbours.
+
+    The hats sum to one everywhere, so that the grid's sum times its step is the torque's integral, whatever happens
+    between two grid points: a value taken at each would miss a pulse, or count it for more than it is. In closed form:
+    the torque is linear in pieces, its second integral F cubic, and the mean is (F(t - h) - 2 F(t) + F(t + h)) / h^2.
+    """
+    times, torques = known
+    step = float(grid[1] - grid[0])
+    wide = np.concatenate([[grid[0] - step], grid, [grid[-1] + step]])
+    # Beyond its ends it stays what it is there.
+    times = np.concatenate([[min(times[0], wide[0]) - step], times, [max(times[-1], wide[-1]) + step]])
+    torques = np.concatenate([torques[:1], torques, torques[-1:]])
+    width = np.diff(times)[:, None]
+    first = np.concatenate(
+        [np.zeros((1, torques.shape[1])), np.cumsum(0.5 * (torques[1:] + torques[:-1]) * width, axis=0)]
+    )
+    rise = first[:-1] * width + (2.0 * torques[:-1] + torques[1:]) * width**2 / 6.0
+    second = np.concatenate([np.zeros((1, torques.shape[1])), np.cumsum(rise, axis=0)])
+    k = np.clip(np.searchsorted(times, wide, side="right") - 1, 0, len(times) - 2)
+    u = (wide - times[k])[:, None]
+    slope = (torques[k + 1] - torques[k]) / width[k]
+    integral = second[k] + first[k] * u + 0.5 * torques[k] * u**2 + slope * u**3 / 6.0
+    return np.asarray((integral[:-2] - 2.0 * integral[1:-1] + integral[2:]) / step**2)
+
+
+def _summed(parts: Array) -> Array:
+    """(m + 1, n) running sums, from 0 on."""
+    return np.concatenate([np.zeros((1, parts.shape[1])), np.cumsum(parts, axis=0)])

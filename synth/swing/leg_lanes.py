@@ -1,0 +1,245 @@
+"""Legs as columns: the numbers of many legs of one build side by side, from which the compiled chain's lanes are made.
+
+A diagnosis runs hundreds of legs that differ in a mass here and a friction there. Written one by one they would cost
+more than their simulation, so each quantity is one array with a column a leg.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.swing.damper_curves import compiled_rows
+from synth.swing.effects import Effect, effect_named, registered
+from synth.swing.lane_layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
+from synth.swing.leg_model import Leg
+
+UNSETTLED = 0.3  # of the weight of what a link carries, as an acceleration that it may have when a recording begins
+_PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate")
+
+
+@dataclass
+class LegLanes:
+    """Columns of legs; every array has ``n_lane`` columns and is meant to be changed in place.
+
+    ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
+    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad; ``tilt`` (n_lane,) rad;
+    ``weightless`` (n,) links on which gravity does no work (a sliding base). ``torques``: name of a torque effect ->
+    (n_parameter, n, n_lane) in the sense of q. ``curves`` : per joint clamp speeds and slopes (2, 12) or None.
+    ``first`` : index of the leg's first own link, 1 where an effect put one before it.
+    """
+
+    length: Array
+    mass: Array
+    com: Array
+    inertia: Array
+    spring_rate: Array
+    rest: Array
+    damper_rate: Array
+    tilt: Array
+    gravity: float
+    weightless: Array
+    curves: list[tuple[Array, Array] | None]
+    torques: dict[str, Array] = field(default_factory=dict)
+    own: tuple[int, ...] = ()  # where the leg's own joints are in the chain
+    newest: int = -1  # where the link that was put in last stands, before others of the same effect
+
+    @property
+    def n(self) -> int:
+        """Number of links."""
+        return int(self.length.shape[0])
+
+    @property
+    def n_lane(self) -> int:
+        """Number of legs."""
+        return int(self.length.shape[1])
+
+    @classmethod
+    def of(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
+        """The same leg in every column, with the torque effects that it holds; its links are rigid, its base fixed.
+
+        Raises
+        ------
+        ValueError : an effect that changes a number of the leg, which the leg is to hold in that number.
+        """
+        joints = leg.joints
+        for name in {*leg.effects, *(name for joint in joints for name in joint.effects)}:
+            if effect_named(name).way == "leg":
+                raise ValueError(f"{name} changes numbers of the leg: change those, not its effects")
+
+        def column(values: Sequence[float] | Array) -> Array:
+            return np.repeat(np.array(values, dtype=float)[:, None], n_lane, axis=1)
+
+        made = cls(
+            length=column([j.link.length for j in joints]),
+            mass=column([j.link.mass for j in joints]),
+            com=column([j.link.com for j in joints]),
+            inertia=column([j.link.inertia for j in joints]),
+            spring_rate=column(leg.spring_rate),
+            rest=column(leg.rest),
+            damper_rate=column([(j.damper.rate or 0.0) if j.damper else 0.0 for j in joints]),
+            tilt=np.full(n_lane, leg.tilt),
+            gravity=leg.gravity,
+            weightless=np.zeros(len(joints)),
+            curves=[compiled_rows(j.damper.curve) if j.damper and j.damper.curve else None for j in joints],
+            own=tuple(range(len(joints))),
+        )
+        for index, joint in enumerate(joints):
+            for name, given in joint.effects.items():
+                effect = effect_named(name)
+                if effect.way == "torque":
+                    made.put(effect, index, in_rotation(effect, joint.sign, joint.zero, given))
+        return made
+
+    def first(self, n_lane: int) -> LegLanes:
+        """A copy of the first columns."""
+        return replace(
+            self,
+            **{name: getattr(self, name)[:, :n_lane].copy() for name in _PER_LINK},
+            torques={name: values[:, :, :n_lane].copy() for name, values in self.torques.items()},
+            tilt=self.tilt[:n_lane].copy(),
+            weightless=self.weightless.copy(),
+            curves=list(self.curves),
+        )
+
+    @classmethod
+    def whole(cls, leg: Leg, n_lane: int = 1) -> LegLanes:
+        """As ``of``, with the further links of a moving base and of bending links."""
+        return cls.held(leg, np.zeros((len(leg.joints), n_lane)))[0]
+
+    @classmethod
+    def held(cls, leg: Leg, rotation: Array) -> tuple[LegLanes, Array]:
+        """As ``whole``, and rotations (n_link, n_lane) of the leg held at ``rotation`` (n, n_lane), new links bent."""
+        n_lane = rotation.shape[1]
+        legs, full = cls.of(leg, n_lane), np.array(rotation, dtype=float)
+        held = [
+            (e, j, joint.effects[e.name])
+            for e in registered()
+            for j, joint in enumerate(leg.joints)
+            if e.name in joint.effects
+        ]
+        held += [(e, 0, leg.effects[e.name]) for e in registered() if e.name in leg.effects]
+        for effect, joint, given in held:
+            if effect.way == "structure":
+                values = [np.full(n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
+                legs = effect.function()(legs, legs.own[joint], *values)
+                full = legs.started(effect, joint, full)
+        return legs, full
+
+    def started(self, effect: Effect, joint: int, rotation: Array) -> Array:
+        """Rotations (n_link, n_lane) with those of the links that a structure effect has just put in, as it starts."""
+        full = np.insert(rotation, [self.newest] * (self.n - len(rotation)), 0.0, axis=0)
+        full[self.newest : self.newest + self.n - len(rotation)] = effect.function("start")(self, self.own[joint], full)
+        return full
+
+    def unsettled(self, link: int, joint: int, rotation: Array) -> tuple[Array, Array]:
+        """How far (n_lane,) rad and how fast, rad/s, a link that gives may be from where it starts if held.
+
+        Where a recording begins after the release the mount, or the bend, moves already: by what ``UNSETTLED`` of the
+        weight that it carries bends it and what the joint's spring does; at its own frequency. ``link``, ``joint`` : of
+        this chain.
+        """
+        ends = np.cumsum(self.length[link:], axis=0)
+        reach = ends - self.length[link:] + self.com[link:]
+        moment = np.abs((self.mass[link:] * reach).sum(axis=0))
+        moving = (self.inertia[link:] + self.mass[link:] * reach**2).sum(axis=0)
+        spring = np.abs(self.spring_rate[joint] * (rotation[joint] - self.rest[joint]))
+        far = (UNSETTLED * self.gravity * moment + spring) / self.spring_rate[link]
+        return far, far * np.sqrt(self.spring_rate[link] / moving)
+
+    def put(self, effect: Effect, joint: int, values: Array | list[float]) -> None:
+        """Give one joint a torque effect: parameters (n_parameter,) or (n_parameter, n_lane), in the sense of q."""
+        if effect.name not in self.torques:
+            off = np.array([parameter.off for parameter in effect.parameters])
+            self.torques[effect.name] = np.tile(off[:, None, None], (1, self.n, self.n_lane))
+        value = np.asarray(values, dtype=float)
+        self.torques[effect.name][:, joint] = value if value.ndim == 2 else value[:, None]
+
+    def with_link(self, before: int, **values: Array | float) -> LegLanes:
+        """A copy with one more link put in before link ``before``, its numbers given by name, zero if not."""
+        changed = {}
+        for name in _PER_LINK:
+            row = np.broadcast_to(np.asarray(values.get(name, 0.0), dtype=float), (self.n_lane,))
+            changed[name] = np.insert(getattr(self, name), before, row, axis=0)
+        torques = {}
+        for effect in registered():
+            if effect.name in self.torques:
+                off = np.array([parameter.off for parameter in effect.parameters])[:, None]
+                torques[effect.name] = np.insert(self.torques[effect.name], before, off, axis=1)
+        weightless = np.insert(self.weightless, before, float(np.mean(values.get("weightless", 0.0))))
+        curves = [*self.curves[:before], None, *self.curves[before:]]
+        own = tuple(i + (i >= before) for i in self.own)
+        return replace(
+            self,
+            **changed,
+            weightless=weightless,
+            curves=curves,
+            torques=torques,
+            own=own,
+            newest=before,
+            tilt=self.tilt.copy(),
+        )
+
+    def write(self, layout: Layout, locked: tuple[int, ...], tip_mass: float, tilt: float, off: Array) -> Array:
+        """(n_row, n_lane) the chain's lanes, state rows zero; ``locked`` counts in the chain's own joints.
+
+        ``off`` (n_row,): a lane whose effects are off. Coefficients as in ``mechanics.coefficients``.
+        """
+        n = self.n
+        lanes = np.repeat(off[:, None], self.n_lane, axis=1)
+        carried = np.cumsum(self.mass[::-1], axis=0)[::-1] + tip_mass
+        outboard = np.concatenate([carried[1:], np.full((1, self.n_lane), tip_mass)])
+        moment = self.mass * self.com + outboard * self.length
+        for i in range(n):
+            own = self.inertia[i] + self.mass[i] * self.com[i] ** 2 + outboard[i] * self.length[i] ** 2
+            lanes[layout.inertia_row(i, i)] = own
+            for j in range(i + 1, n):
+                lanes[layout.inertia_row(i, j)] = self.length[i] * moment[j]
+        lanes[layout.rows("gravity")] = self.gravity * moment * (1.0 - self.weightless[:, None])
+        lanes[layout.row("tilt")] = self.tilt + tilt
+        lanes[layout.row("weight")] = self.gravity
+        free = np.ones(n)
+        free[list(locked)] = 0.0
+        lanes[layout.rows("free")] = free[:, None]
+        for block, values in (
+            ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
+            ("length", self.length), ("carried_mass", carried), ("first_moment", moment),
+        ):  # fmt: skip
+            lanes[layout.rows(block)] = values
+        for j, curve in enumerate(self.curves):
+            if curve is not None:
+                rows = slice(j * CURVE_POINTS, (j + 1) * CURVE_POINTS)
+                lanes[layout.rows("curve_speed")][rows] = curve[0][:, None]
+                lanes[layout.rows("curve_slope")][rows] = curve[1][:, None]
+        if not self.torques.keys() <= {law.name for law in layout.laws}:
+            raise KeyError(
+                f"not in the compiled chain: {sorted(self.torques.keys() - {law.name for law in layout.laws})}"
+            )
+        for name, given in self.torques.items():
+            for p, values in enumerate(given):
+                lanes[layout.parameter_rows(name, p)] = values
+        return lanes
+
+
+def has_direction(effect: Effect) -> bool:
+    """Whether some parameter is meant in measured angle and must be turned to the sense of q."""
+    return hasattr(effect.loaded, "to_rotation")
+
+
+def in_rotation(effect: Effect, sign: int, zero: float, given: Mapping[str, float]) -> list[float]:
+    """Parameters of a torque effect in order, defaults filled in, turned to the sense of q where direction matters."""
+    values = [given.get(p.name, effect.defaults[p.name]) for p in effect.parameters]
+    return turned_to_rotation(effect, sign, zero, values) if has_direction(effect) else values
+
+
+def turned_to_rotation(effect: Effect, sign: int, zero: float, values: list[float]) -> list[float]:
+    """All parameters in order of an effect of which some are meant in measured angle, turned to the sense of q."""
+    turn = effect.function("to_rotation")
+    taken = turn.__code__.co_argcount - 2
+    return [*turn(sign, zero, *values[:taken]), *values[taken:]]
+
+
+assert LANES >= MOST_LINKS

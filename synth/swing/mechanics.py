@@ -1,0 +1,129 @@
+"""The planar chain's mechanics in plain numpy: inertia and gravity coefficients, momentum, energy, rest pose.
+
+Written for clarity and used where speed does not matter: setting up the compiled chain, the weak form,
+energies, equilibria, and as the reference that tests hold the compiled chain against. With absolute rotations
+``phi_i = tilt + q_1 + ... + q_i`` measured from straight down, the kinetic energy is
+``1/2 sum_ij A_ij cos(phi_i - phi_j) dphi_i dphi_j`` and the potential energy ``-sum_i G_i cos(phi_i)``
+(Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2; for a serial chain of point-hinged links the
+coefficients are those of any n-pendulum text).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.swing.leg_model import Leg
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Inertia ``inertia[i, j]`` (n, n) kg m^2, symmetric, and gravity moments ``gravity`` (n,) N m."""
+
+    inertia: Array
+    gravity: Array
+
+
+def coefficients(leg: Leg, tip_mass: float = 0.0) -> Coefficients:
+    """Inertia and gravity coefficients of a leg with a point mass ``tip_mass`` (kg) at the last link's end."""
+    n = len(leg.joints)
+    length = np.array([joint.link.length for joint in leg.joints])
+    mass = np.array([joint.link.mass for joint in leg.joints])
+    com = np.array([joint.link.com for joint in leg.joints])
+    own = np.array([joint.link.inertia for joint in leg.joints])
+    outboard = np.concatenate([np.cumsum(mass[::-1])[::-1][1:], [0.0]]) + tip_mass
+    first_moment = mass * com + outboard * length
+    inertia = np.zeros((n, n))
+    for i in range(n):
+        inertia[i, i] = own[i] + mass[i] * com[i] ** 2 + outboard[i] * length[i] ** 2
+        for j in range(i + 1, n):
+            inertia[i, j] = inertia[j, i] = length[i] * first_moment[j]
+    return Coefficients(inertia, leg.gravity * first_moment)
+
+
+def absolute(rotation: Array, tilt: float) -> Array:
+    """Rotations q (..., n) rad to absolute rotations phi (..., n) rad."""
+    return tilt + np.cumsum(rotation, axis=-1)
+
+
+def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, tilt: float) -> tuple[Array, Array]:
+    """Generalised momentum outboard of each joint and the force that changes it besides the joint's torque.
+
+    Parameters
+    ----------
+    rotation, rate : (n_time, n) rad and rad/s, joint coordinates.
+
+    Returns
+    -------
+    momentum, force : (n_time, n); for each joint j, d(momentum_j)/dt = force_j + torque_j. Lagrange's equation
+        in absolute rotations, summed over the links outboard of j, in which form joint j's torque stands alone.
+    """
+    phi = absolute(rotation, tilt)
+    omega = np.cumsum(rate, axis=-1)
+    difference = phi[:, :, None] - phi[:, None, :]
+    momentum = np.einsum("ij,tij,tj->ti", coefficient.inertia, np.cos(difference), omega)
+    force = -np.einsum("ij,tij,tj,ti->ti", coefficient.inertia, np.sin(difference), omega, omega)
+    force -= coefficient.gravity * np.sin(phi)
+    return np.cumsum(momentum[:, ::-1], axis=1)[:, ::-1], np.cumsum(force[:, ::-1], axis=1)[:, ::-1]
+
+
+def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
+    """(n, n) kg m^2, the mass matrix in joint coordinates at one pose (n,) rad."""
+    phi = absolute(rotation, tilt)
+    n = len(phi)
+    lower = np.tril(np.ones((n, n)))
+    return lower.T @ (coefficient.inertia * np.cos(phi[:, None] - phi[None, :])) @ lower
+
+
+def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float = 0.0) -> Array:
+    """Kinetic, gravity and spring energy together, (n_time,) J, for rotation and rate (n_time, n)."""
+    coefficient = coefficients(leg, tip_mass)
+    phi = absolute(rotation, leg.tilt)
+    omega = np.cumsum(rate, axis=-1)
+    difference = phi[:, :, None] - phi[:, None, :]
+    kinetic = 0.5 * np.einsum("ij,tij,ti,tj->t", coefficient.inertia, np.cos(difference), omega, omega)
+    potential = -np.cos(phi) @ coefficient.gravity
+    for index, joint in enumerate(leg.joints):
+        if joint.spring is not None:
+            potential = potential + 0.5 * joint.spring.rate * (rotation[:, index] - joint.rest) ** 2
+    return np.asarray(kinetic + potential)
+
+
+def outboard_inertia(leg: Leg, tip_mass: float = 0.0) -> Array:
+    """(n,) kg m^2, the straight leg's inertia about each joint of all that hangs from it."""
+    inertia = coefficients(leg, tip_mass).inertia
+    return np.array([inertia[i:, i:].sum() for i in range(len(leg.joints))])
+
+
+def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
+    """(..., n) N m, the torque that each joint needs to hold the pose ``rotation`` (..., n) rad against gravity."""
+    moment = coefficient.gravity * np.sin(absolute(rotation, tilt))
+    return np.asarray(np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1])
+
+
+def rest_pose(leg: Leg, tip_mass: float = 0.0, start: Array | None = None) -> Array:
+    """(n,) rad, rotations at which springs and gravity balance, by Newton's method from the springs' free angles.
+
+    Raises
+    ------
+    ArithmeticError : no equilibrium was reached within 100 steps.
+    """
+    coefficient = coefficients(leg, tip_mass)
+    rate, rest = leg.spring_rate, leg.rest
+    n = len(rate)
+    lower = np.tril(np.ones((n, n)))
+    rotation = rest.copy() if start is None else np.array(start, dtype=float)
+    for _ in range(100):
+        phi = absolute(rotation, leg.tilt)
+        residual = rate * (rotation - rest) + static_torque(coefficient, rotation, leg.tilt)
+        if np.abs(residual).max() <= 1e-13 * max(1e-12, float(np.abs(coefficient.gravity).max() + rate.max())):
+            return rotation
+        stiffness = np.diag(rate) + lower.T @ np.diag(coefficient.gravity * np.cos(phi)) @ lower
+        try:
+            step = np.linalg.solve(stiffness, residual)
+        except np.linalg.LinAlgError:
+            raise ArithmeticError(f"no rest pose of {leg.name!r}: it has no stiffness in some direction") from None
+        rotation = rotation - np.clip(step, -0.3, 0.3)
+    raise ArithmeticError(f"no rest pose found for {leg.name!r}: the last torque imbalance was {residual} N m")

@@ -1,0 +1,60 @@
+"""A table of the reproduction: published numbers beside ours, and why they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from synth.fit.fit_result import Estimate
+from synth.units import quantity
+
+Cell = dict[str, Any] | str | None
+
+
+@dataclass(frozen=True)
+class Row:
+    """``label``, then a cell for every column: a quantity, words, or nothing."""
+
+    label: str
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """One of the thesis' tables. ``how`` says what was done; ``differences`` are sentences made from the figures."""
+
+    name: str
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    how: str
+    differences: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``tables``."""
+        return {
+            "name": self.name,
+            "title": self.title,
+            "columns": list(self.columns),
+            "rows": [{"label": row.label, "cells": list(row.cells)} for row in self.rows],
+            "how": self.how,
+            "differences": list(self.differences),
+        }
+
+
+def cell(value: Estimate | float | None, unit: str = "") -> Cell:
+    """An estimate with its interval, or a number (SI) in ``unit``; nothing for None and nan."""
+    if isinstance(value, Estimate):
+        return value.as_json()
+    return None if value is None or value != value else quantity(float(value), unit)
+
+
+def percent(ratio: float) -> str:
+    """A ratio as a change, ``+12 %``."""
+    return f"{100 * (ratio - 1):+.0f} %"
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,72 @@
+"""Along a ridge: one joint's spring rate held, all else fitted again, step by step away from the best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.fit.fit_result import FitResult
+from synth.fit.least_squares import Weights, solve
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.uncertainty import correlation_times, root_mean_square
+from synth.fit.unknowns import all_of
+from synth.swing.chain import compiled_chain
+from synth.swing.leg_model import Damper, Spring
+
+HELD = 1e8  # precision of a log rate that is held
+STEP = np.log(1.3)  # between two rates on the way
+SPREAD = np.radians(2.0)  # least spread of the free angles, so that creep may show in them
+
+
+@dataclass(frozen=True)
+class Held:
+    """What is left with the rate held: ``rms`` rad at the joint, and ``damper_rate`` N m s/rad."""
+
+    spring_rate: float
+    damper_rate: float
+    rms: float
+
+
+def along(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Sequence[float]) -> list[Held]:
+    """Hold the joint's spring rate at each of ``rates`` (N m/rad); the other joints' rates stay as fitted."""
+    names = fit.leg.joint_names
+    j = names.index(joint)
+    bare = replace(
+        fit.leg, joints=tuple(replace(item, spring=Spring(0.0, item.zero), damper=Damper()) for item in fit.leg.joints)
+    )
+    chain = compiled_chain(len(names))
+    unknowns = all_of(chain, bare)
+    joints = fit.joints.values()
+    common = np.array([item.free_angle.value for item in joints])
+    values = unknowns.pack(
+        np.array([item.spring_rate.value for item in joints]),
+        bare.to_rotation(common),
+        np.array([item.damper_rate.value if item.damper_rate else 0.0 for item in joints]),
+    )
+    n = len(names)
+    others = tuple((p, float(values[p]), HELD) for i in range(n) if i != j for p in (i, 2 * n + i))
+    locals_ = [Local(trial.rotation, trial.rate, bare.sign * (trial.free_angle - common)) for trial in fit.trials]
+    spread = np.array([max(item.free_angle_spread.value, SPREAD) for item in joints])
+    predictions = [bare.to_rotation(trial.fitted) for trial in fit.trials]
+    noise = root_mean_square(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
+    weights = Weights(np.tile(np.where(np.isfinite(noise), noise, 1.0), (len(recordings), 1)), spread)
+    best = float(np.exp(values[j]))
+    found: dict[float, Held] = {}
+    for side in (sorted(r for r in rates if r >= best), sorted((r for r in rates if r < best), reverse=True)):
+        at, own = values.copy(), tuple(locals_)
+        for rate in side:
+            steps = max(1, int(np.ceil(abs(np.log(rate) - at[j]) / STEP)))
+            for target in np.linspace(at[j], np.log(rate), steps + 1)[1:]:
+                held = replace(unknowns, beliefs=(*others, (j, float(target), HELD)))
+                moved = at.copy()
+                moved[2 * n + j] += target - at[j]
+                moved[j] = target
+                model = TrajectoryModel(chain, bare, held)
+                solution = solve(model, recordings, moved, own, weights, tolerance=0.01)
+                at, own = solution.values, solution.locals
+            left = float(root_mean_square(recordings, solution.predictions)[j])
+            found[rate] = Held(float(np.exp(at[j])), float(np.exp(at[2 * n + j])), left)
+    return [found[rate] for rate in rates]

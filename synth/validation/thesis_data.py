@@ -1,0 +1,119 @@
+"""The laboratory's data folder: legs, recordings, and the thesis' tables as numbers (``published.json``)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.leg_file import read_leg
+from synth.files.paths import read_bytes
+from synth.files.trial_list import read_trials
+from synth.fit.recordings import Recording, recordings
+from synth.swing.leg_model import Leg
+
+JOINTS = ("hip", "knee", "ankle")
+# The seven releases that the thesis used, in its order; of each muscle the first repeat, of the iliopsoas the fifth.
+SEVEN = ("IP_5", "GS_1", "ST_1", "ST2_1", "VL_1", "BFp_1", "BFa_1")
+RAT, DOG, DAMPERS, BUILT = "rat/rat.leg.yaml", "dog/dog.leg.yaml", "dog/dog_dampers.leg.yaml", "dog/dog_built.leg.yaml"
+SIZE_LIMIT = 10_000_000
+_NEEDED: Mapping[str, Sequence[str]] = {
+    "thesis_table_1_rat": ("piecewise", "swarm"),
+    "thesis_table_3_target": ("k", "b"),
+    "thesis_table_4_free_angle_deg": (),
+    "thesis_table_6": ("b_dampers", "k_given_dampers", "k_manufacturer"),
+    "thesis_table_8_built": ("k", "b", "bounds_k", "bounds_b"),
+    "thesis_table_A1": ("data", "achieved"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class LabData:
+    """What is in the folder. ``published`` as written; ``inputs`` file -> hash of all that was read."""
+
+    folder: Path
+    rat: Leg
+    dog: Leg
+    dampers: Leg
+    built: Leg
+    published: Mapping[str, Any]
+    inputs: Mapping[str, str]
+
+    def releases(self) -> list[Recording]:
+        """The seven releases, in the thesis' order.
+
+        Raises
+        ------
+        UserError : one is missing or cannot be used.
+        """
+        return self.trials(self.rat, [f"rat/releases/{name}.csv" for name in SEVEN])
+
+    def trials(self, leg: Leg, entries: Sequence[Any], sought: Sequence[str] | None = None) -> list[Recording]:
+        """Recordings of a leg, as a project would list them."""
+        return recordings(leg, read_trials(entries, self.folder, leg), sought)
+
+    def rates(self, table: str, *keys: str) -> Array:
+        """(2, 3) published spring and damper rates of a table."""
+        found: Any = self.published[table]
+        for key in keys:
+            found = found[key]
+        return np.array([found["k"], found["b"]], dtype=float)
+
+
+def read_lab_data(folder: str | Path) -> LabData:
+    """Read the legs and the published numbers.
+
+    Raises
+    ------
+    UserError : the folder is none, a file is missing or broken, or a leg has other joints than hip, knee and ankle.
+    """
+    root = Path(folder)
+    if not root.is_dir():
+        raise UserError(Problem("is no folder; give the one with rat/, dog/ and published.json", str(root)))
+    missing = [Problem("does not exist", str(root / name)) for name in (RAT, DOG, DAMPERS, BUILT, "published.json")
+               if not (root / name).is_file()]  # fmt: skip
+    if missing:
+        raise UserError(missing)
+    legs = [read_leg(root / name) for name in (RAT, DOG, DAMPERS, BUILT)]
+    wrong = [
+        Problem(f"has the joints {', '.join(leg.joint_names)}; hip, knee and ankle are needed", str(root / name))
+        for leg, name in zip(legs, (RAT, DOG, DAMPERS, BUILT), strict=True)
+        if leg.joint_names != JOINTS
+    ]
+    if wrong:
+        raise UserError(wrong)
+    names = [RAT, DOG, DAMPERS, BUILT, "published.json", *(p.relative_to(root).as_posix() for p in _recorded(root))]
+    inputs = {name: sha256((root / name).read_bytes()).hexdigest() for name in names}
+    return LabData(root, legs[0], legs[1], legs[2], legs[3], _published(root / "published.json"), inputs)
+
+
+def _recorded(root: Path) -> list[Path]:
+    folders = ("dog/damper_drops", "dog/joint_tests")
+    found = [root / "rat" / "releases" / f"{name}.csv" for name in SEVEN]
+    found += [path for folder in folders for path in sorted((root / folder).glob("*.csv"))]
+    return [path for path in found if path.is_file()]
+
+
+def _published(path: Path) -> Mapping[str, Any]:
+    """The thesis' tables; every one that is to be compared must be there."""
+    try:
+        found = json.loads(read_bytes(path, SIZE_LIMIT, "a dozen small tables are expected"))
+    except json.JSONDecodeError as error:
+        raise UserError(Problem(f"is not valid JSON: {error.msg}", str(path), error.lineno)) from None
+    problems = []
+    for table, keys in _NEEDED.items():
+        held = found.get(table) if isinstance(found, dict) else None
+        if held is None:
+            problems.append(Problem("is missing", str(path), key=table))
+            continue
+        problems += [Problem("is missing", str(path), key=f"{table}.{key}") for key in keys if key not in held]
+    if problems:
+        raise UserError(problems)
+    return dict(found)

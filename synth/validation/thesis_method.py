@@ -1,0 +1,170 @@
+"""The thesis' way, term by term: its cost, starts and free angles, and the mistakes in it as switches.
+
+Its scripts weigh absolute differences of features (rise time of the hip; damping ratio and damped frequency of the
+knee) and squared ankle errors on a grid of 1 ms, trial by trial, with weights 1 and 5. Two of its terms are left out
+here: heights and times of the knee's peak, which compare the first positive peak of one curve with the largest of the
+other, one measured from the steady state and one from zero.
+
+Mistakes, each of which can be switched on to see what it does: the foot's weight enters the free angles with the wrong
+sign; the initial rates are differences of the first two samples; in motion that is slowed down by two they stay those
+of the fast one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.costs import DIVERGED
+from synth.fit.methods import search_of
+from synth.fit.rate_search import Search
+from synth.fit.recordings import Recording
+from synth.fit.starts import Start
+from synth.motion.characteristics import Characteristics, characteristics
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import absolute, coefficients, static_torque
+
+GRID = 1e-3  # s, on which the thesis adds squares
+FIRST = 0.2  # s, of the transient
+HIP, KNEE, ANKLE = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Mistakes:
+    """Which of the thesis' mistakes are made again."""
+
+    foot_weight: bool = False
+    first_difference: bool = False
+    double_rate: bool = False
+
+
+NONE = Mistakes()
+ALL = Mistakes(True, True, True)
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Factors of the cost: ``rise`` a second, ``ratio``, ``frequency`` a rad/s, ``squares`` a rad^2 on the 1 ms grid.
+
+    ``until`` s: squares count up to there. ``weights`` (n_trial, 3): how much a trial counts at each joint.
+    """
+
+    rise: float
+    ratio: float
+    frequency: float
+    squares: float
+    weights: Array
+    until: float = np.inf
+
+
+@dataclass(frozen=True)
+class ThesisCost:
+    """The cost of some recordings by joint: hip, knee and ankle terms."""
+
+    recordings: tuple[Recording, ...]
+    terms: Terms
+
+    @cached_property
+    def data(self) -> list[list[Characteristics]]:
+        """Each recording's own characteristics by joint."""
+        return [features(r.smoothed.time, r.smoothed.angle, r) for r in self.recordings]
+
+    def of(self, motions: Sequence[Array]) -> Array:
+        """(c, 3) costs of candidates from their motions (m, 3, c) rad a trial; large where one diverged."""
+        count = motions[0].shape[2]
+        total, terms = np.zeros((count, 3)), self.terms
+        for recording, motion, wanted, weight in zip(self.recordings, motions, self.data, terms.weights, strict=True):
+            early = recording.time <= terms.until
+            samples = float(np.median(np.diff(recording.time))) / GRID
+            for c in range(count):
+                if not np.all(np.isfinite(motion[:, :, c])):
+                    total[c] = DIVERGED
+                    continue
+                found = features(recording.time, motion[:, :ANKLE, c], recording)
+                knee = terms.ratio * _off(wanted[KNEE].damping_ratio, found[KNEE].damping_ratio, 1.0)
+                knee += terms.frequency * _off(wanted[KNEE].damped_frequency, found[KNEE].damped_frequency, 20.0)
+                error = (motion[:, ANKLE, c] - recording.rotation[:, ANKLE])[early]
+                squares = terms.squares * samples * float(error @ error)
+                rise = terms.rise * _off(wanted[HIP].rise_time, found[HIP].rise_time, 1.0)
+                total[c] += weight * np.array([rise, knee, squares])
+        return total
+
+
+class ThesisWay:
+    """A leg's recordings under the thesis' cost. Rates are (2, 3): spring rates, then damper rates."""
+
+    def __init__(
+        self, leg: Leg, recordings: Sequence[Recording], terms: Terms, mistakes: Mistakes = NONE, stretched: float = 1.0
+    ) -> None:
+        self.recordings, self.mistakes = tuple(recordings), mistakes
+        self.cost = ThesisCost(self.recordings, terms)
+        search = search_of(leg, recordings, self.cost)
+        search.starts = tuple(self._start(r, s, stretched) for r, s in zip(recordings, search.starts, strict=True))
+        self.search = _WrongFoot.of(search) if mistakes.foot_weight else search
+
+    def _start(self, recording: Recording, start: Start, stretched: float) -> Start:
+        rotation, rate = start.rotation, start.rate
+        if self.mistakes.first_difference:
+            rotation = recording.rotation[0]
+            rate = (recording.rotation[1] - rotation) / (recording.time[1] - recording.time[0])
+        return replace(start, rotation=rotation, rate=rate * (stretched if self.mistakes.double_rate else 1.0))
+
+    def motions(self, rates: Array) -> list[Array]:
+        """(m, 3) rad a trial, for rates (2, 3)."""
+        return [motion[:, :, 0] for motion in self.search.motions(rates[:, :, None])]
+
+    def features(self, rates: Array) -> list[list[Characteristics]]:
+        """Each trial's characteristics by joint, at these rates."""
+        return [features(r.time, m, r) for r, m in zip(self.recordings, self.motions(rates), strict=True)]
+
+    def total(self, rates: Array) -> float:
+        """The cost at these rates."""
+        return float(self.search.by_joint(rates[:, :, None]).sum())
+
+    def rms(self, rates: Array) -> Array:
+        """(3,) rad, over all trials."""
+        errors = [m - r.rotation for m, r in zip(self.motions(rates), self.recordings, strict=True)]
+        return np.asarray(np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)))
+
+    def mean_errors(self, rates: Array) -> Array:
+        """(n_trial, 3) rad, signed mean of model less recording, in measured angles."""
+        sign = self.search.model.leg.sign
+        zipped = zip(self.motions(rates), self.recordings, strict=True)
+        return np.array([sign * np.mean(m - r.rotation, axis=0) for m, r in zipped])
+
+
+def features(time: Array, angle: Array, recording: Recording) -> list[Characteristics]:
+    """By joint."""
+    return [characteristics(time, angle[:, j], float(recording.smoothed.noise[j])) for j in range(angle.shape[1])]
+
+
+def _off(wanted: float | None, found: float | None, penalty: float) -> float:
+    """Absolute difference, or the penalty where only one of the two shows the feature."""
+    if wanted is None:
+        return 0.0
+    return penalty if found is None else abs(found - wanted)
+
+
+class _WrongFoot(Search):
+    """A search whose free angles carry the foot's weight with the thesis' sign: added where it is to be taken off."""
+
+    @classmethod
+    def of(cls, search: Search) -> _WrongFoot:
+        return cls(search.model, search.recordings, search.cost, search.common, search.starts)
+
+    def rests(self, spring_rate: Array) -> Array:
+        """(n_trial, 3, c) rad."""
+        leg, found = self.model.leg, []
+        for recording, start in zip(self.recordings, self.starts, strict=True):
+            known = coefficients(leg, recording.conditions.tip_mass)
+            tilt = leg.tilt + recording.conditions.tilt
+            weight = static_torque(known, start.end, tilt)
+            link = leg.joints[ANKLE].link
+            foot = leg.gravity * link.mass * link.com * np.sin(absolute(start.end, tilt)[ANKLE])
+            wrong = weight - 2 * foot
+            found.append(start.end[:, None] + wrong[:, None] / spring_rate)
+        return np.array(found)

@@ -1,0 +1,56 @@
+"""All tables together, as one result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+import synth
+from synth.validation.built_leg import table_8
+from synth.validation.comparison_table import Table
+from synth.validation.rat_tables import find_rat, table_1, table_2
+from synth.validation.robot_tables import find_target, table_3, table_4, table_a1
+from synth.validation.thesis_dampers import table_6
+from synth.validation.thesis_data import LabData
+
+FORMAT = "synth/reproduction/1"
+Stage = Callable[[str], AbstractContextManager[object]]
+
+
+def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tuple[Table, ...]:
+    """Tables 1, 2, 3, 4, 6, 8 and A-1 from the laboratory's recordings.
+
+    Parameters
+    ----------
+    seed : of the swarms.
+    stage : told what is being done.
+
+    Raises
+    ------
+    UserError : a recording is missing or cannot be used.
+    """
+    step = stage or (lambda text: nullcontext())
+    with step("the rat: the thesis' way, its mistakes, least squares"):
+        rat = find_rat(data, seed)
+        tables = [table_1(data, rat), table_2(data, rat)]
+    with step("the robot leg: the same on the motion slowed down by two"):
+        target = find_target(data, seed)
+        tables += [table_3(data, target), table_4(data, target)]
+    with step("the dampers' drops"):
+        tables.append(table_6(data, target.recordings))
+    with step("the built leg, joint by joint"):
+        tables.append(table_8(data))
+    return (*tables, table_a1(data, target))
+
+
+def reproduction_json(data: LabData, tables: tuple[Table, ...], seed: int) -> dict[str, Any]:
+    """The content of ``reproduction.json``."""
+    return {
+        "format": FORMAT,
+        "name": "E. Krnacik's thesis, gone through again",
+        "versions": {"synth": synth.__version__},
+        "seed": seed,
+        "tables": [table.as_json() for table in tables],
+        "inputs": dict(data.inputs),
+    }

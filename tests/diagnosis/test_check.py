@@ -1,0 +1,114 @@
+"""Trials that tell nothing are refused, those that tell little are said to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import FREE_ANGLE, NAMES, robot
+from synth.arrays import Array
+from synth.diagnosis.trial_checks import check_trials
+from synth.errors import UserError
+from synth.files.trial_list import Trial
+
+TIME = np.arange(200) * 0.005
+LEG = robot()
+
+
+def trial(name: str, amplitude: float, noise: float = 0.05, seed: int = 0) -> Trial:
+    """A decaying swing of every joint, amplitude and noise in deg."""
+    generator = np.random.default_rng(seed)
+    swing = amplitude * np.exp(-3.0 * TIME) * np.cos(20.0 * TIME)
+    angles = FREE_ANGLE + swing[:, None] + generator.normal(0.0, noise, (len(TIME), 3))
+    return Trial(name, TIME, np.radians(angles))
+
+
+def with_angles(original: Trial, joint: int, angles: Array) -> Trial:
+    changed = original.angles.copy()
+    changed[:, joint] = angles
+    return replace(original, angles=changed)
+
+
+def test_good_trials_need_no_word() -> None:
+    assert check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 15.0, seed=1)]) == ()
+
+
+def test_trials_that_never_move_are_refused_one_by_one() -> None:
+    with pytest.raises(UserError) as caught:
+        check_trials(LEG, [trial("a.csv", 0.0), trial("b.csv", 0.1)])
+    assert [problem.file for problem in caught.value.problems] == ["a.csv", "b.csv"]
+    assert all("never moves" in problem.text for problem in caught.value.problems)
+
+
+def test_noise_larger_than_the_motion_is_refused_with_both_numbers() -> None:
+    with pytest.raises(UserError) as caught:
+        check_trials(LEG, [trial("a.csv", 3.0, noise=4.0)])
+    (problem,) = caught.value.problems
+    assert "is larger than its motion" in problem.text
+    noise = float(problem.text.split("its noise, ")[1].split(" deg")[0])
+    assert noise == pytest.approx(4.0, rel=0.2)
+
+
+def test_a_moving_trial_that_is_held_out_does_not_save_the_others() -> None:
+    with pytest.raises(UserError, match="never moves"):
+        check_trials(LEG, [trial("a.csv", 0.0), replace(trial("b.csv", 20.0), held_out=True)])
+
+
+def test_a_trial_at_rest_among_others_is_said() -> None:
+    said = check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 20.0, seed=1), trial("rest.csv", 0.0)])
+    assert len(said) == 1
+    assert said[0].startswith("rest.csv: no joint moves above its noise")
+
+
+def test_a_joint_that_never_moves_is_said() -> None:
+    still = np.radians(105.0 + np.random.default_rng(3).normal(0.0, 0.05, len(TIME)))
+    said = check_trials(LEG, [with_angles(trial(f"{k}.csv", 20.0, seed=k), 0, still) for k in range(2)])
+    assert len(said) == 1
+    assert said[0].startswith("hip: never moves above its noise")
+
+
+def test_a_joint_that_is_always_locked_is_said() -> None:
+    held = [with_angles(trial(f"{k}.csv", 20.0, seed=k), 2, np.full(len(TIME), 2.4)) for k in range(2)]
+    said = check_trials(LEG, [replace(one, locked=("ankle",)) for one in held])
+    assert said == (f"{NAMES[2]}: locked in every trial that is not held out; nothing can be told of this joint",)
+
+
+def test_a_locked_joint_that_moves_is_said() -> None:
+    loose = replace(trial("a.csv", 20.0), locked=("hip",))
+    held = replace(with_angles(trial("b.csv", 20.0, seed=1), 0, np.full(len(TIME), np.radians(100.0))), locked=("hip",))
+    said = check_trials(LEG, [loose, held, trial("c.csv", 20.0, seed=2)])
+    assert len(said) == 1
+    assert said[0].startswith("a.csv: hip is listed as locked and moves by ")
+
+
+def test_two_copies_are_one_trial() -> None:
+    (said,) = check_trials(LEG, [trial("a.csv", 20.0), trial("b.csv", 20.0)])
+    assert "one trial only to learn from" in said
+
+
+@pytest.mark.parametrize(("held_out", "words"), [(0, "on the trial itself"), (2, "on the trials held out")])
+def test_one_trial_alone_is_enough_and_its_limits_are_said(held_out: int, words: str) -> None:
+    others = [replace(trial(f"check_{k}.csv", 20.0, seed=k + 1), held_out=True) for k in range(held_out)]
+    (said,) = check_trials(LEG, [trial("a.csv", 20.0), *others])
+    assert "one trial only to learn from" in said
+    assert words in said
+
+
+def test_a_known_torque_is_applied_and_that_is_said() -> None:
+    torques = np.zeros((len(TIME), 3))
+    torques[:, 1] = 0.01
+    driven = replace(trial("a.csv", 20.0), torques=torques)
+    (said,) = check_trials(LEG, [driven, trial("b.csv", 20.0, seed=1)])
+    assert said.startswith("a.csv: the torque columns of knee are applied as known torques")
+    (said,) = check_trials(LEG, [replace(driven, torques=0.0 * torques), trial("b.csv", 20.0, seed=1)])
+    assert "zero throughout" in said
+
+
+def test_missing_samples_and_counts_are_no_noise() -> None:
+    count = 360.0 / 1024
+    coarse = trial("a.csv", 20.0, noise=0.0)
+    read = np.radians(count * np.round(np.degrees(coarse.angles) / count))
+    read[40:45, 1] = np.nan
+    assert check_trials(LEG, [replace(coarse, angles=read), trial("b.csv", 20.0, seed=1)]) == ()

@@ -1,0 +1,98 @@
+"""What is known of the recordings before any model: copies, noise, counts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import NOISE, TIME, TWO, off, recorded, with_effects
+from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
+from synth.diagnosis.gap_trials import copies, gap_trial, sensor
+from synth.files.trial_list import Trial
+from synth.fit.recordings import Recording, recordings
+
+LEG = off(TWO, 2)
+TRIALS = recorded(LEG, held_out=0)
+
+
+def read(trials: list[Trial]) -> list[Recording]:
+    return recordings(TWO, trials, ())
+
+
+def copied(trials: list[Trial]) -> list[tuple[int, int]]:
+    """Pairs (copy, original)."""
+    return copies(read(trials), [trial.held_out for trial in trials])
+
+
+def test_different_releases_are_no_copies() -> None:
+    assert copied(TRIALS) == []
+
+
+def test_the_same_release_recorded_again_is_no_copy() -> None:
+    assert copied([*TRIALS, *recorded(LEG, held_out=0, seed=9)]) == []
+
+
+@pytest.mark.parametrize("change", ["same", "cut short", "fewer digits"])
+def test_a_copy_is_known_whatever_was_done_to_it(change: str) -> None:
+    copy = replace(TRIALS[1], name="copy.csv")
+    if change == "cut short":
+        copy = replace(copy, time=copy.time[:120], angles=copy.angles[:120])
+    if change == "fewer digits":
+        copy = replace(copy, angles=np.radians(np.round(np.degrees(copy.angles), 2)))
+    assert copied([*TRIALS, copy]) == [(len(TRIALS), 1)]
+
+
+def test_what_was_learnt_from_cannot_score_whichever_stands_first() -> None:
+    held = replace(TRIALS[2], name="unseen.csv", held_out=True)
+    assert copied([held, *TRIALS]) == [(0, 3)]
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.1, 0.5])
+def test_noise_is_estimated_from_the_readings_alone(noise: float) -> None:
+    found = sensor(read(recorded(LEG, noise=np.radians(noise), held_out=0)))
+    np.testing.assert_allclose(np.degrees(found.noise), noise, rtol=0.1)
+    assert coarse_counts(found) == ()
+
+
+def test_a_channel_with_more_noise_is_not_pooled_with_the_others() -> None:
+    generator = np.random.default_rng(3)
+    louder = [
+        replace(t, angles=t.angles + generator.normal(0.0, [0.0, 4 * NOISE], t.angles.shape)) for t in TRIALS
+    ]  # fmt: skip
+    noise = sensor(read(louder)).noise
+    assert noise[0] == pytest.approx(NOISE, rel=0.1)
+    assert noise[1] == pytest.approx(np.sqrt(17.0) * NOISE, rel=0.1)
+
+
+def test_coarse_counts_are_seen_where_they_are() -> None:
+    step = np.radians(1.0)
+    trials = recorded(with_effects(LEG, {"knee": {"encoder_quantisation": {"step": step}}}), held_out=0)
+    found = sensor(read(trials))
+    (coarse,) = coarse_counts(found)
+    assert coarse.joint == 1
+    assert coarse.step == pytest.approx(step, rel=1e-6)
+    assert usual_noise(found, (coarse,))[1] == pytest.approx(NOISE, rel=0.1)  # as it would be without the counts
+    trial = gap_trial(read(trials)[0], False)
+    told = rounded(TWO, trial, trial.measured + 0.3 * step, (coarse,))
+    np.testing.assert_allclose(told[:, 1], trial.measured[:, 1], atol=1e-9)
+    np.testing.assert_allclose(told[:, 0], trial.measured[:, 0] + 0.3 * step)
+
+
+def test_counts_that_all_channels_share_are_no_cause() -> None:
+    step = np.radians(360 / 4096)
+    counted = [replace(t, angles=step * np.round(t.angles / step)) for t in recorded(LEG, noise=0.0, held_out=0)]
+    found = sensor(read(counted))
+    np.testing.assert_allclose(found.step, step, rtol=1e-6)
+    assert coarse_counts(found) == ()
+
+
+def test_samples_are_thinned_evenly() -> None:
+    time = np.arange(3001) * 1e-3
+    (trial,) = recorded(LEG, np.array([[0.4, -0.5]]), time=time, held_out=0)
+    thin = gap_trial(read([trial])[0], True)
+    assert 350 < len(thin.time) < 1000
+    assert np.ptp(np.diff(thin.time)) < 1e-9
+    assert thin.held_out
+    assert len(gap_trial(read(TRIALS)[0], False).time) == len(TIME)

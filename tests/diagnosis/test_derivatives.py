@@ -1,0 +1,184 @@
+"""What the diagnosis computes in lanes against one simulation after another: predictions, frames, columns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
+from synth.arrays import Array
+from synth.diagnosis.candidates import Candidate, candidates, scales
+from synth.diagnosis.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.gap_trials import GapTrial, gap_trial
+from synth.diagnosis.predict import Block, Predictor
+from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.tolerances import Tolerance, Tolerances
+from synth.fit.recordings import recordings
+from synth.swing.chain import Conditions, compiled_chain, simulate
+from synth.swing.effects import registered
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Leg
+
+TOLERANCES = Tolerances.of(TWO, Tolerance())
+CONDITIONS = (Conditions(), Conditions((0,)), Conditions((), 0.05), Conditions((), 0.0, 0.3))
+
+
+def made_trials() -> tuple[GapTrial, ...]:
+    """A trial under each of ``CONDITIONS``; the leg as designed but for its tolerances."""
+    leg, found = off(TWO, 3, 0.5), []
+    for number, conditions in enumerate(CONDITIONS):
+        found += recorded(leg, AWAY[number : number + 1], conditions=conditions, held_out=0, seed=number, first=number)
+    return tuple(gap_trial(recording, False) for recording in recordings(TWO, found, ()))
+
+
+TRIALS = made_trials()
+BENCH = Workbench(Predictor(TWO, TOLERANCES), TRIALS, np.full(2, NOISE), 50.0)
+CANDIDATES = [c for c in candidates(TWO, TRIALS, scales(TWO, TRIALS)) if c.shape is c.effect.shapes[0]]
+
+
+def started(hypothesis: tuple[Candidate, ...] = ()) -> Fit:
+    """A point off the nominal one, each cause at its first start, each trial from where it was let go."""
+    tolerances = 0.5 * np.random.default_rng(7).standard_normal(TOLERANCES.size)
+    starts = [candidate.starts()[0] for candidate in hypothesis]
+    states = []
+    for trial in TRIALS:
+        state = np.concatenate([trial.recording.smoothed.angle[0], np.zeros(2)])
+        state[[2 + j for j in trial.free]] = 0.3
+        states.append(state)
+    return Fit(hypothesis, np.concatenate([tolerances, *starts]), tuple(states))
+
+
+def separately(fit: Fit, number: int, state: Array | None = None) -> Array:
+    """(m, n) rad: the leg that the fit stands for as a leg file would hold it, simulated on its own and read."""
+    trial = TRIALS[number]
+    leg = diagnosed_leg(TWO, TOLERANCES, fit, ())
+    begin = fit.states[number] if state is None else state
+    if any(candidate.effect.way == "structure" for candidate in fit.hypothesis):
+        return bent_at_the_start(leg, fit.hypothesis[0], begin, trial)
+    motion = simulate(leg, begin[:2], begin[2:], trial.time, trial.recording.conditions, tolerance=1e-9, rates=True)
+    return read(leg, trial.time, motion[:, :2], motion[:, 2:])
+
+
+def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: GapTrial) -> Array:
+    """As ``simulate``, but for the added link, which is deflected by what held the leg before its release."""
+    legs = LegLanes.whole(leg)
+    chain, own = compiled_chain(legs.n), list(legs.own)
+    (added,) = set(range(legs.n)) - set(own)
+    rotation, rate = np.zeros((legs.n, 1)), np.zeros((legs.n, 1))
+    rotation[own, 0], rate[own, 0] = state[:2], state[2:]
+    rotation[added] = candidate.effect.function("start")(legs, legs.own[candidate.joint], rotation)
+    lanes = chain.lanes(legs, trial.recording.conditions)
+    lanes[chain.layout.rows("rotation")], lanes[chain.layout.rows("rate")] = rotation, rate
+    return chain.run(lanes, trial.time, 1e-9)[:, own, 0]
+
+
+def slope(fit: Fit, number: int, index: int, step: float) -> Array:
+    """(m, n) rad, central difference by one unknown."""
+    ends = []
+    for side in (1.0, -1.0):
+        moved = fit.unknowns.copy()
+        moved[index] += side * step
+        ends.append(separately(replace(fit, unknowns=moved), number))
+    return np.asarray((ends[0] - ends[1]) / (2.0 * step))
+
+
+def unwhitened(number: int, column: Array) -> Array:
+    """A column of a trial's samples as (m, n) rad, zero where none counts."""
+    trial = TRIALS[number]
+    found = np.zeros(trial.measured.shape)
+    found[trial.counts] = column[: int(trial.counts.sum())]
+    return found * BENCH.sigma(trial)
+
+
+def close(found: Array, expected: Array, counts: Array, share: float) -> None:
+    """Equal within a share of the greatest."""
+    most = np.abs(expected[counts]).max()
+    assert np.abs(found - expected)[counts].max() <= share * most + 1e-7
+
+
+@pytest.mark.parametrize("number", range(len(CONDITIONS)))
+def test_tolerances_columns_are_finite_differences_of_simulations(number: int) -> None:
+    fit = started()
+    part = BENCH.frame(fit).parts[number]
+    for index in range(TOLERANCES.size):
+        expected = slope(fit, number, index, 0.02)
+        close(unwhitened(number, part.tolerance[:, index]), expected, TRIALS[number].counts, 0.01)
+
+
+@pytest.mark.parametrize("number", range(len(CONDITIONS)))
+def test_states_columns_are_finite_differences_of_simulations(number: int) -> None:
+    fit, trial = started(), TRIALS[number]
+    part = BENCH.frame(fit).parts[number]
+    columns = part.q @ part.r
+    rows = [*trial.free, *[2 + j for j in trial.free]]
+    for column, row in enumerate(rows):
+        ends = []
+        for side in (1.0, -1.0):
+            moved = fit.states[number].copy()
+            moved[row] += side * 1e-4
+            ends.append(separately(fit, number, moved))
+        close(unwhitened(number, columns[:, column]), (ends[0] - ends[1]) / 2e-4, trial.counts, 0.02)
+
+
+@pytest.mark.parametrize("candidate", CANDIDATES, ids=lambda c: "-".join(c.key))
+def test_what_a_leg_file_would_hold_moves_as_was_predicted(candidate: Candidate) -> None:
+    """For every effect at every place: lanes with unknowns in, and the diagnosed leg on its own."""
+    fit = started((candidate,))
+    block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[0][:, None])
+    found = BENCH.predictor.predict(TRIALS[0], [block])[0][:, :, 0]
+    assert np.abs(found - separately(fit, 0)).max() < 0.1 * NOISE
+
+
+@pytest.mark.parametrize("name", ["quadratic_damping", "hardening_spring", "link_mass", "encoder_scale", "latency"])
+def test_an_effect_s_columns_are_finite_differences_of_simulations(name: str) -> None:
+    (candidate,) = (c for c in CANDIDATES if c.effect.name == name and c.joint == 1)
+    (fit,) = BENCH.evaluate([started((candidate,))])
+    for number in (0, 2):
+        for k in range(candidate.size):
+            expected = slope(fit, number, TOLERANCES.size + k, 1e-3)
+            close(unwhitened(number, fit.columns[number][:, k]), expected, TRIALS[number].counts, 0.02)
+
+
+def test_one_block_or_many_give_the_same() -> None:
+    """Blocks share lanes with others of their structure; whose company they keep must not matter."""
+    some = [c for c in CANDIDATES if c.effect.name in ("coulomb_friction", "quadratic_damping", "base_compliance")]
+    fits = [started((candidate,)) for candidate in some]
+    together = BENCH.evaluate(fits)
+    for fit, found in zip(fits, together, strict=True):
+        (alone,) = BENCH.evaluate([fit])
+        for one, other in zip(alone.residuals, found.residuals, strict=True):
+            np.testing.assert_allclose(one, other, atol=2e-2)  # of the noise
+
+
+def at_its_best(bench: Workbench) -> Fit:
+    """The nominal leg within its tolerances, with derivatives of its own."""
+    states = tuple(np.concatenate([t.recording.smoothed.angle[0], t.recording.smoothed.rate[0]]) for t in bench.trials)
+    fit = Fit((), np.zeros(bench.n_tolerance), states)
+    for _ in range(3):
+        (fit,) = bench.solve([replace(fit, damping=1e-3, done=False)], bench.frame(fit), 3, 1e-3)
+    return replace(fit, frame=bench.frame(fit))
+
+
+def test_a_trial_left_out_is_as_if_it_had_not_been_there() -> None:
+    """The closed form against a fit of the other trials."""
+    fit = at_its_best(BENCH)
+    assert fit.frame is not None
+    step = Normal.of(BENCH, fit, fit.frame).without(2)
+    others = [number for number in range(len(TRIALS)) if number != 2]
+    less = replace(BENCH, trials=tuple(TRIALS[number] for number in others))
+    again = at_its_best(less)
+    spread = np.abs(again.unknowns - fit.unknowns).max()
+    assert spread > 0.02  # the trial says something
+    assert np.abs(fit.unknowns + step - again.unknowns).max() < 0.05 * spread
+
+
+def test_every_effect_is_a_candidate_or_seen_in_the_readings() -> None:
+    assert {c.effect.name for c in CANDIDATES} == {e.name for e in registered()} - {"encoder_quantisation"}
+
+
+def test_with_effects_is_what_a_file_holds() -> None:
+    leg = with_effects(TWO, {"knee": {"coulomb_friction": {"torque": 0.02}}, "base": {"base_tilt": {"tilt": 0.1}}})
+    assert leg.joints[1].effects == {"coulomb_friction": {"torque": 0.02}}
+    assert leg.effects == {"base_tilt": {"tilt": 0.1}}

@@ -1,0 +1,80 @@
+"""Coarse counts: what a reading says when it changes, and how well a leg is known through them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import TIME, TWO, off, recorded, with_effects
+from synth.arrays import Array
+from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.encoder_transitions import at_edges
+from synth.diagnosis.gap_trials import GapTrial, gap_trial
+from synth.files.gap_project import Tolerance
+from synth.fit.recordings import recordings
+
+STEP, USUAL = 0.04, 1e-4  # rad
+
+
+def counted(angle: Array, time: Array) -> tuple[GapTrial, GapTrial]:
+    """A trial whose knee reads ``angle`` (m,) in counts of ``STEP``, and the same at its edges."""
+    (recording,) = recordings(TWO, recorded(TWO, np.array([[0.5, 0.6]]), time=time, held_out=0), ())
+    trial = gap_trial(recording, False)
+    trial.measured[:, 1] = STEP * np.round(angle / STEP)
+    return trial, at_edges(trial, [Coarse(1, STEP)], np.full(2, USUAL))
+
+
+def spread(made: GapTrial) -> Array:
+    """(m,) rad, the deviation that counts leave of the knee's samples that are used."""
+    assert made.relative is not None
+    return USUAL * np.sqrt(np.maximum(made.relative[made.counts[:, 1], 1] ** 2 - 1.0, 0.0))
+
+
+def test_a_slow_reading_is_known_at_its_edges_far_better_than_to_its_count() -> None:
+    time = np.arange(401) * 0.005
+    angle = 0.3 * np.cos(2.0 * time)
+    raw, made = counted(angle, time)
+    kept = made.counts[:, 1]
+    away = np.abs(made.measured[kept, 1] - angle[kept])
+    sharp = spread(made) < 0.05 * STEP
+    assert sharp.sum() > 10
+    assert away[sharp].max() < 0.1 * STEP
+    assert away.max() < 0.51 * STEP
+    assert kept.sum() < 0.6 * raw.counts[:, 1].sum()
+    np.testing.assert_array_equal(made.counts[:, 0], raw.counts[:, 0])
+    np.testing.assert_array_equal(made.measured[:, 0], raw.measured[:, 0])
+
+
+def test_the_errors_said_are_the_errors_made() -> None:
+    """Root mean square of miss over deviation, over motions slow and fast; samples at rest are few and not sure."""
+    ratios = []
+    for speed in (0.5, 2.0, 8.0, 30.0):
+        for phase in (0.0, 0.4, 1.1):
+            time = np.arange(601) * 0.004
+            angle = 0.4 * np.sin(speed * time + phase)
+            _, made = counted(angle, time)
+            kept, deviation = made.counts[:, 1], spread(made)
+            moving = deviation < 0.9 * STEP / np.sqrt(12.0)
+            miss = (made.measured[kept, 1] - angle[kept]) / np.hypot(deviation, 0.01 * STEP)
+            ratios.append(np.mean(miss[moving] ** 2) if moving.any() else np.nan)
+    assert 0.4 < np.sqrt(np.nanmean(ratios)) < 1.2
+
+
+def test_a_reading_that_never_changes_stays_within_its_count() -> None:
+    time = np.arange(301) * 0.005
+    _, made = counted(np.full(301, 0.1), time)
+    kept = made.counts[:, 1]
+    assert 1 <= kept.sum() <= 12
+    information = np.sum(1.0 / spread(made) ** 2)
+    assert information == pytest.approx(12.0 / STEP**2, rel=0.1)  # of one sample within a count
+
+
+def test_unseen_readings_are_predicted_count_for_count() -> None:
+    """Rounded predictions of a leg known to a fraction of a count differ in few samples from the readings."""
+    step = 0.05
+    built = with_effects(off(TWO, 1), {"knee": {"encoder_quantisation": {"step": step}}})
+    result = diagnose(TWO, recorded(built, seed=1, noise=np.radians(0.02), time=TIME), Tolerance())
+    assert result.verdict == "effect"
+    assert [(c.effect, c.joint) for c in result.explanation] == [("encoder_quantisation", "knee")]
+    assert result.after.value < 0.45 * step / np.sqrt(12.0) / np.sqrt(2.0)  # of both joints; .5 before

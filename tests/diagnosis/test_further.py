@@ -1,0 +1,101 @@
+"""Two causes and three: sought beside one another where fewer leave something, and not where they do not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import TWO, causes, off, recorded, with_effects
+from synth.diagnosis.additional_causes import compatible
+from synth.diagnosis.candidates import Candidate, candidates, scales
+from synth.diagnosis.diagnose import EFFECTIVE, diagnose
+from synth.diagnosis.gap_trials import gap_trial, sensor
+from synth.diagnosis.predict import Predictor
+from synth.diagnosis.screening import leverage, prospects
+from synth.diagnosis.search import as_designed, search
+from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.start_sizes import strengthened
+from synth.diagnosis.tolerances import Tolerances
+from synth.files.gap_project import Tolerance
+from synth.fit.recordings import recordings
+from synth.swing.leg_model import Leg
+
+FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"encoder_offset": {"offset": 0.08}}}
+
+
+def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
+    """What a diagnosis would work on, and its candidates."""
+    made = recordings(TWO, recorded(built, seed=seed), ())
+    trials = tuple(gap_trial(recording, False) for recording in made)
+    noise = sensor([trial.recording for trial in trials]).noise
+    bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
+    return bench, candidates(TWO, trials, scales(TWO, trials))
+
+
+def of(found: list[Candidate], effect: str, joint: str) -> Candidate:
+    return next(candidate for candidate in found if candidate.key == (effect, joint))
+
+
+def test_friction_beside_a_shifted_encoder_is_found_with_it() -> None:
+    result = diagnose(TWO, recorded(with_effects(off(TWO, 4), FRICTION_AND_OFFSET), seed=2), Tolerance())
+    assert set(causes(result)) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
+    by_name = {cause.effect: cause.parameters for cause in result.explanation}
+    assert by_name["coulomb_friction"]["torque"].value == pytest.approx(0.15, rel=0.15)
+    assert by_name["encoder_offset"]["offset"].value == pytest.approx(0.08, rel=0.15)
+    assert result.shrink.value > 0.9
+
+
+def test_three_causes_are_tried_and_leave_only_noise() -> None:
+    three = {
+        "hip": {"coulomb_friction": {"torque": 0.15}},
+        "knee": {"encoder_offset": {"offset": 0.08}, "quadratic_damping": {"coefficient": 0.008}},
+    }
+    bench, found = bench_of(with_effects(off(TWO, 4), three))
+    best = min(search(bench, found).several, key=lambda assessed: assessed.cost)
+    assert len(best.keys) == 3
+    assert best.ratio < 1.1
+
+
+def test_nothing_further_is_sought_where_one_cause_leaves_only_noise() -> None:
+    bench, found = bench_of(with_effects(off(TWO, 4), {"hip": FRICTION_AND_OFFSET["hip"]}))
+    assert search(bench, found).several == ()
+
+
+def test_one_place_holds_one_dry_friction_and_no_cause_twice() -> None:
+    _, found = bench_of(TWO)
+    coulomb = of(found, "coulomb_friction", "hip")
+    assert not compatible(coulomb, coulomb)
+    assert not compatible(coulomb, of(found, "stribeck_friction", "hip"))
+    assert compatible(coulomb, of(found, "stribeck_friction", "knee"))
+    assert compatible(of(found, "base_compliance", "base"), of(found, "link_flexibility", "hip"))
+
+
+def test_a_secant_asks_for_the_strength_that_is_there() -> None:
+    bench, found = bench_of(with_effects(TWO, {"knee": {"encoder_offset": {"offset": 0.04}}}))
+    designed = as_designed(bench)
+    candidate = of(found, "encoder_offset", "knee")
+    unknowns = np.concatenate([designed.unknowns, candidate.starts()[0]])
+    start = Fit((candidate,), unknowns, designed.states)
+    ((cost, times),) = leverage(bench, [start], designed)
+    right = strengthened(start, len(designed.unknowns), times)
+    assert candidate.named(right.unknowns[len(designed.unknowns) :])["offset"] == pytest.approx(0.04, rel=0.3)
+    assert cost < 0.4 * designed.cost
+    assert prospects(bench, [right], designed)[0] == pytest.approx(cost, rel=0.3)
+
+
+def test_prospects_beside_a_cause_let_its_unknowns_follow() -> None:
+    """Beside friction fitted for itself, too weak: a start with nothing further promises what a step of all gives."""
+    bench, found = bench_of(with_effects(TWO, {"hip": {"coulomb_friction": {"torque": 0.2}}}))
+    designed = as_designed(bench)
+    friction = of(found, "coulomb_friction", "hip")
+    weak = Fit((friction,), np.concatenate([designed.unknowns, friction.starts()[0]]), designed.states)
+    here = bench.evaluate([weak])[0]
+    here = replace(here, frame=bench.frame(here))
+    nothing = of(found, "encoder_offset", "knee")
+    start = Fit((friction, nothing), np.concatenate([here.unknowns, [0.0]]), here.states)
+    (promised,) = prospects(bench, [start], here)
+    stepped = bench.solve([here], None, 1)[0]
+    assert promised < 0.8 * here.cost
+    assert stepped.cost == pytest.approx(promised, rel=0.1)

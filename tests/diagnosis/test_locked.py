@@ -1,0 +1,50 @@
+"""A joint that is locked in every trial: its reading places the leg, its link is carried along; both can be wrong."""
+
+from __future__ import annotations
+
+from diagnosis.swung import AWAY, TWO, heavier, off, recorded, with_effects
+from diagnosis.test_recovery import one_of
+from synth.diagnosis.candidates import candidates, scales
+from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.gap_trials import gap_trial
+from synth.files.gap_project import Tolerance
+from synth.fit.recordings import recordings
+from synth.swing.chain import Conditions
+
+HIP, KNEE = Conditions(locked=(0,)), Conditions(locked=(1,))
+
+
+def keys(conditions: Conditions) -> set[tuple[str, str]]:
+    """What is tried of a leg with a joint locked."""
+    trials = recorded(TWO, AWAY[:2], conditions=conditions, held_out=0)
+    given = [gap_trial(r, False) for r in recordings(TWO, trials, ())]
+    return {candidate.key for candidate in candidates(TWO, given, scales(TWO, given))}
+
+
+def test_what_shows_at_a_locked_joint_is_tried_there() -> None:
+    hip_locked, knee_locked = keys(HIP), keys(KNEE)
+    assert ("encoder_offset", "hip") in hip_locked
+    assert ("encoder_offset", "knee") in knee_locked
+    assert ("link_mass", "knee") in knee_locked
+    assert ("link_mass", "hip") not in hip_locked  # the thigh stands still, whatever it weighs
+    for effect in ("coulomb_friction", "spring_preload", "latency", "backlash"):
+        assert (effect, "hip") not in hip_locked
+        assert (effect, "knee") not in knee_locked
+
+
+def test_a_shifted_encoder_of_a_locked_joint_is_tied_with_a_tilted_base() -> None:
+    """The knee swings as it would with the base turned: only a trial with the hip free could tell."""
+    built = with_effects(off(TWO, 4), {"hip": {"encoder_offset": {"offset": 0.15}}})
+    result = diagnose(TWO, recorded(built, seed=2, conditions=HIP), Tolerance())
+    assert result.verdict == "tie"
+    assert one_of(result, "encoder_offset", "hip")
+    assert one_of(result, "base_tilt", "base")
+    found = {(e.cause.effect, e.cause.joint): e.cause.parameters for e in result.ranked}
+    assert abs(found["encoder_offset", "hip"]["offset"].value - 0.15) < 0.03
+    assert abs(found["base_tilt", "base"]["tilt"].value + 0.15) < 0.03
+
+
+def test_a_heavier_link_beyond_a_locked_joint_is_found() -> None:
+    built = heavier(off(TWO, 4), "knee", 0.4)
+    result = diagnose(TWO, recorded(built, seed=2, conditions=KNEE), Tolerance())
+    assert one_of(result, "link_mass", "knee") or one_of(result, "link_inertia", "knee")

@@ -1,0 +1,128 @@
+"""From costs to a verdict: what fewer causes do is not given to more; odds that add up; an unknown by what is left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import TWO, recorded
+from synth.diagnosis.candidates import Candidate, candidates, scales
+from synth.diagnosis.gap_trials import gap_trial
+from synth.diagnosis.search import Assessed, Search
+from synth.diagnosis.solve import Fit
+from synth.diagnosis.verdict import CALIBRATED, judge, paying, weigh
+from synth.fit.recordings import recordings
+
+TRIALS = [gap_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+
+
+def cause(effect: str, joint: str) -> Candidate:
+    return next(candidate for candidate in FOUND if candidate.key == (effect, joint))
+
+
+FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "knee")
+DRAG, SCALE = cause("quadratic_damping", "knee"), cause("encoder_scale", "knee")
+
+
+def assessed(cost: float, ratio: float, *causes: Candidate) -> Assessed:
+    return Assessed(Fit(tuple(causes), np.zeros(sum(c.size for c in causes)), ()), cost, ratio)
+
+
+NONE = assessed(1000.0, 5.0)
+SINGLES = (assessed(400.0, 2.5, FRICTION), assessed(500.0, 3.0, OFFSET), assessed(950.0, 4.8, DRAG))
+
+
+def test_one_cause_that_leaves_only_noise_is_the_effect() -> None:
+    judged = judge(Search(NONE, (assessed(100.0, 1.01, FRICTION), *SINGLES[1:]), ()))
+    assert judged.verdict == "effect"
+    assert judged.accepted.keys == (("coulomb_friction", "hip"),)
+    assert judged.probability == pytest.approx(1.0 - CALIBRATED.doubt, abs=0.01)
+    assert judged.unknown == pytest.approx(CALIBRATED.doubt)
+
+
+def test_two_causes_of_which_each_is_certain() -> None:
+    judged = judge(Search(NONE, SINGLES, (assessed(100.0, 1.01, FRICTION, OFFSET),)))
+    assert set(judged.accepted.keys) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
+    odds = {item.keys[0]: probability for item, probability in judged.singles}
+    assert odds["coulomb_friction", "hip"] == pytest.approx(1.0 - CALIBRATED.doubt_of_several, abs=1e-3)
+    assert odds["encoder_offset", "knee"] == pytest.approx(1.0 - CALIBRATED.doubt_of_several, abs=1e-3)
+    assert odds["quadratic_damping", "knee"] < 1e-3
+
+
+def test_a_second_cause_that_takes_little_away_is_not_taken() -> None:
+    """However much cheaper: a form that is not quite right leaves what any other cause takes up some of."""
+    little = assessed(300.0, 2.4, FRICTION, OFFSET)
+    much = assessed(300.0, 1.8, FRICTION, OFFSET)
+    assert paying([NONE, *SINGLES, little], CALIBRATED.pays) == [NONE, *SINGLES]
+    assert paying([NONE, *SINGLES, much], CALIBRATED.pays) == [NONE, *SINGLES, much]
+    assert len(judge(Search(NONE, SINGLES, (little,))).accepted.keys) == 1
+
+
+def test_several_causes_stand_where_fewer_are_not_weighed() -> None:
+    pair = assessed(200.0, 1.5, FRICTION, OFFSET)
+    assert paying([NONE, pair], CALIBRATED.pays) == [NONE, pair]
+
+
+def test_a_third_must_pay_beside_the_best_pair() -> None:
+    pair = assessed(200.0, 1.5, FRICTION, OFFSET)
+    third = assessed(150.0, 1.45, FRICTION, OFFSET, DRAG)
+    clear = assessed(100.0, 1.05, FRICTION, OFFSET, DRAG)
+    assert len(judge(Search(NONE, SINGLES, (pair, third))).accepted.keys) == 2
+    assert len(judge(Search(NONE, SINGLES, (pair, clear))).accepted.keys) == 3
+
+
+def test_single_causes_none_and_unknown_sum_to_one() -> None:
+    judged = judge(Search(NONE, SINGLES, ()))
+    assert sum(p for _, p in judged.singles) + judged.none + judged.unknown == pytest.approx(1.0)
+    assert judged.unknown > 0.5  # 2.5 of 5 is left: no known cause
+    assert judged.verdict == "unknown"
+
+
+def test_more_is_left_the_likelier_an_unknown() -> None:
+    odds = [judge(Search(NONE, (assessed(400.0, r, FRICTION), *SINGLES[1:]), ())).unknown for r in (1.2, 1.6, 2.2, 3.0)]
+    assert odds[0] == pytest.approx(CALIBRATED.doubt)
+    assert odds == sorted(odds)
+    assert odds[-1] > 0.7
+
+
+def test_what_several_causes_leave_is_sooner_an_unknowns() -> None:
+    """Two of the library's causes imitate much; where they leave what one may, something else is at work."""
+    alone = judge(Search(NONE, (assessed(300.0, 1.9, FRICTION), *SINGLES[1:]), ()))
+    both = judge(Search(NONE, SINGLES, (assessed(200.0, 1.9, FRICTION, OFFSET),)))
+    assert alone.unknown < 0.5 < both.unknown
+    assert (alone.verdict, both.verdict) == ("effect", "unknown")
+
+
+def test_what_a_good_sensor_still_sees_far_above_its_noise_is_sooner_an_unknowns() -> None:
+    """The same share of a gap left: of one of five noise floors, and of one of five hundred."""
+    near = judge(Search(assessed(1000.0, 5.0), (assessed(400.0, 1.9, FRICTION),), ()))
+    far = judge(Search(assessed(1000.0, 500.0), (assessed(400.0, 150.0, FRICTION),), ()))
+    little = judge(Search(assessed(1000.0, 500.0), (assessed(400.0, 15.0, FRICTION),), ()))
+    assert near.verdict == "effect"
+    assert far.verdict == "unknown"
+    assert 0.8 < far.unknown < 0.99
+    assert little.verdict == "effect"  # a thousandth of the squared gap
+
+
+def test_explanations_as_good_are_tied() -> None:
+    judged = judge(Search(NONE, (assessed(100.0, 1.0, OFFSET), assessed(101.0, 1.0, SCALE), SINGLES[0]), ()))
+    assert judged.verdict == "tie"
+    assert [item.keys[0] for item in judged.tied] == [("encoder_scale", "knee")]
+
+
+def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
+    still = assessed(100.0, 1.0)
+    found = Search(still, (assessed(98.0, 1.0, FRICTION), assessed(99.5, 1.0, OFFSET)), ())
+    judged = judge(found)
+    assert judged.verdict == "none"
+    assert judged.none > 0.5
+    assert judged.unknown == 0.0
+    weights = weigh(
+        [still, *found.singles], replace(CALIBRATED, temperature=5.0, per_parameter=3.0, none=0.3, single=0.5, pair=0.2)
+    )
+    asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
+    odds = [0.25 * np.exp(-(cost - 100.0) / 5.0) for cost in asked]
+    assert weights[0] == pytest.approx(0.3 / (0.3 + sum(odds)))

@@ -1,0 +1,293 @@
+"""Dry friction against what is known exactly: linear decay, rest anywhere in a band, no creep, breakaway, load.
+
+Errors measured: see ``synth.swing.effects.inlined``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fit.simulated_legs import robot
+from swing.effects.one_joint import INERTIA, LINK, OMEGA, RATE, Array, leg, swing
+from synth.swing.chain import Conditions, compiled_chain, simulate
+from synth.swing.effects.inlined import BRISTLE_DAMPING, LEAST_GIVE
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Damper, Joint, Leg, Spring
+
+HALF = math.pi / OMEGA
+
+
+def sliding_swing(start: float, torque: float, times: Array) -> Array:
+    """Half swings about +-T/k, which lose 2 T/k each until the spring cannot overcome the friction.
+
+    Den Hartog, *Mechanical Vibrations*, section 8.7.
+    """
+    band, left, begin = torque / RATE, start, 0.0
+    angle = np.empty_like(times)
+    while abs(left) > band:
+        centre = math.copysign(band, left)
+        now = times >= begin
+        angle[now] = centre + (left - centre) * np.cos(OMEGA * (times[now] - begin))
+        left, begin = 2 * centre - left, begin + HALF
+    angle[times >= begin] = left
+    return angle
+
+
+@pytest.mark.parametrize("torque", [0.04, 0.2, 0.5, 1.3])
+def test_a_swing_loses_four_times_torque_over_rate_a_cycle_and_rests_off_the_middle(torque: float) -> None:
+    # 1e-6 rad: nothing is smoothed while it slides, and it takes hold where it stops
+    times = np.linspace(0, 4, 2001)
+    got = swing(leg({"coulomb_friction": {"torque": torque}}), 0.5, 0.0, times, 1e-8)[:, 0]
+    expected = sliding_swing(0.5, torque, times)
+    np.testing.assert_allclose(got, expected, atol=1e-6)
+    if torque > 0.04:
+        assert np.ptp(got[-500:]) < 1e-8
+        assert abs(got[-1]) <= torque / RATE
+
+
+@pytest.mark.parametrize("presliding", [1e-3, 5e-3])
+def test_a_presliding_that_is_meant_stays_where_the_joint_turns_back(presliding: float) -> None:
+    # the bristle as a sum of its own: z' = w / presliding up to |z| = 1, share z (3 - z^2) / 2
+    torque, times = 0.2, np.linspace(0, 0.8, 401)
+
+    def derivative(_: float, state: Array) -> list[float]:
+        q, w, z = state
+        bent = min(max(z, -1.0), 1.0)
+        slides = abs(z) >= 1.0 and w * z > 0.0
+        damped = min(max(bent + (0.0 if slides or abs(z) >= 1.0 else BRISTLE_DAMPING * w / presliding), -1.0), 1.0)
+        return [w, (-RATE * q - torque * damped * (1.5 - 0.5 * damped**2)) / INERTIA, 0.0 if slides else w / presliding]
+
+    expected = solve_ivp(
+        derivative, (0, 0.8), [0.5, 0.0, 0.0], "DOP853", times, rtol=1e-9, atol=1e-10, max_step=2e-4
+    ).y[0]  # fmt: skip
+    got = swing(leg({"coulomb_friction": {"torque": torque, "presliding": presliding}}), 0.5, 0.0, times)[:, 0]
+    assert np.abs(expected - sliding_swing(0.5, torque, times)).max() > 3e-3
+    np.testing.assert_allclose(got, expected, atol=1e-4)
+
+
+def test_a_presliding_goes_over_smoothly_into_none() -> None:
+    times = np.linspace(0, 0.8, 81)
+    swings = [
+        swing(leg({"coulomb_friction": {"torque": 0.2, "presliding": give}}), 0.5, 0.0, times)[:, 0]
+        for give in np.linspace(0, 4e-4, 17)
+    ]
+    moved = np.abs(np.diff(swings, axis=0)).max(axis=1)
+    assert np.abs(swings[-1] - swings[0]).max() > 3e-3
+    assert moved.max() < 1.5e-3
+
+
+@pytest.mark.parametrize("push", [-0.9, 0.3, 0.97])
+def test_it_holds_what_is_below_its_torque_for_a_minute_without_creep(push: float) -> None:
+    # held at rest against a spring that pushes with a share of the torque: Dahl's or a smoothed law would creep
+    torque = 0.2
+    made = leg({"coulomb_friction": {"torque": torque}}, damper=0.01)
+    start = push * torque / RATE
+    moved = swing(made, start, 0.0, np.linspace(0, 60, 601))[:, 0]
+    assert np.abs(moved - start).max() < 1e-9
+
+
+def test_pushed_and_let_go_it_gives_by_the_presliding_and_comes_back() -> None:
+    # a known torque rises to 80 % and falls again; the bristle's bend z solves z (3 - z^2) / 2 = 0.8
+    torque, presliding = 0.2, 1e-3
+    made = leg({"coulomb_friction": {"torque": torque, "presliding": presliding}}, rate=None, damper=0.05)
+    moments = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    known = (moments, np.array([[0.0], [0.16], [0.16], [0.0], [0.0]]))
+    angle = simulate(made, [0.0], [0.0], np.array([0.0, 2.0, 3.5]), known_torque=known, tolerance=1e-9)[:, 0]
+    bend = 2 * math.sin(math.asin(0.8) / 3)
+    assert bend * (1.5 - 0.5 * bend**2) == pytest.approx(0.8)
+    assert angle[1] == pytest.approx(bend * presliding, rel=1e-4)
+    assert abs(angle[2]) < 1e-6
+
+
+def test_pulled_slowly_it_breaks_away_at_its_torque() -> None:
+    torque = 0.2
+    made = leg({"coulomb_friction": {"torque": torque}}, rate=None)
+    times = np.linspace(0, 2, 2001)
+    ramp = (np.array([0.0, 2.0]), np.array([[0.0], [0.4]]))
+    angle = simulate(made, [0.0], [0.0], times, known_torque=ramp, tolerance=1e-9)[:, 0]
+    assert times[np.argmax(angle > LEAST_GIVE)] == pytest.approx(1.0, abs=0.01)
+    gone = times - 1.0  # from then on I q'' = 0.2 (t - 1)
+    late = gone > 0.3
+    np.testing.assert_allclose(angle[late], (0.2 / INERTIA * gone**3 / 6)[late], rtol=0.02)
+
+
+def test_starting_in_motion_it_brakes_at_once() -> None:
+    torque, rate = 0.3, 2.0
+    made = leg({"coulomb_friction": {"torque": torque}}, rate=None)
+    times = np.linspace(0, 0.2, 21)
+    angle = swing(made, 0.0, rate, times)
+    stop = rate * INERTIA / torque
+    running = np.minimum(times, stop)
+    np.testing.assert_allclose(angle[:, 0], rate * running - torque / INERTIA * running**2 / 2, atol=1e-8)
+    np.testing.assert_allclose(angle[times > stop + 1e-3, 1], 0.0, atol=1e-9)
+
+
+def test_lanes_that_turn_at_different_times_are_as_when_alone() -> None:
+    # sixteen strengths in one group, that share their steps and have their turns one after the other
+    chain = compiled_chain(3)
+    base, times = robot(damper=[0.3, 0.02, 0.01]), np.linspace(0, 1, 51)
+    legs = LegLanes.of(base, 16)
+    effect = next(effect for effect in chain.effects if effect.name == "coulomb_friction")
+    strengths = np.linspace(0.002, 0.1, 16)
+    legs.put(effect, 1, np.array([strengths, np.zeros(16)]))
+    lanes = chain.lanes(legs)
+    lanes[chain.layout.rows("rotation")] = np.array([[0.3], [-1.0], [0.7]])
+    together = chain.run(lanes, times, 1e-8)
+    alone = np.concatenate([chain.run(lanes[:, i : i + 1], times, 1e-8) for i in range(16)], axis=2)
+    assert np.ptp(together[-1, 1]) > 0.01
+    np.testing.assert_allclose(together, alone, atol=2e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
+def test_perturbed_copies_give_the_derivative(tolerance: float) -> None:
+    # forward differences of 1e-6 in lanes that share their steps, against central ones of 1e-4 at a tight tolerance;
+    # this is what a fit lives on, and what smoothing by many small steps, or events taken lane by lane, spoils
+    chain = compiled_chain(3)
+    base = robot(damper=[0.3, 0.02, 0.01]).with_joints(knee={"effects": {"coulomb_friction": {"torque": 0.02}}})
+    layout, times = chain.layout, np.linspace(0, 1.5, 151)
+
+    def lanes(change: Array) -> Array:
+        made = np.repeat(chain.parameters(base)[:, None], change.shape[1], axis=1)
+        made[layout.rows("rotation")] = np.array([[0.3], [-1.0], [0.7]])
+        made[layout.rows("spring_rate")] *= np.exp(change[:3])
+        made[layout.parameter_rows("coulomb_friction", 0)] *= np.exp(change[3])
+        return made
+
+    steps = np.concatenate([np.zeros((4, 1)), 1e-6 * np.eye(4)], axis=1)
+    run = chain.run(lanes(steps), times, tolerance)
+    got = (run[:, :, 1:] - run[:, :, :1]) / 1e-6
+    wide = chain.run(lanes(1e-4 * np.concatenate([np.eye(4), -np.eye(4)], axis=1)), times, 1e-10)
+    expected = (wide[:, :, :4] - wide[:, :, 4:]) / 2e-4
+    largest = np.abs(expected).max(axis=(0, 1))
+    assert largest.min() > 0.01
+    error = np.sqrt(np.mean((got - expected) ** 2, axis=(0, 1))) / largest
+    assert error.max() < 0.01
+
+
+def test_stribeck_holds_to_the_breakaway_torque_and_slides_with_less() -> None:
+    # between T (1 - fall) and T: held at first, but once it slides, even slowly, it runs away
+    friction = {"torque": 0.3, "fall": 0.6, "speed": 0.05}
+    made = leg({"stribeck_friction": friction}, rate=None)
+    held = (np.array([0.0, 1.0]), np.full((2, 1), 0.29))
+    angle = simulate(made, [0.0], [0.0], np.linspace(0, 1, 11), known_torque=held)[:, 0]
+    assert np.abs(angle).max() < LEAST_GIVE
+    moving = simulate(made, [0.0], [0.5], np.linspace(0, 1, 11), known_torque=held, rates=True)
+    # far above the speed over which it falls: acceleration (0.29 - 0.12) / I
+    assert moving[-1, 1] - moving[-2, 1] == pytest.approx(0.1 * (0.29 - 0.12) / INERTIA, rel=1e-3)
+
+
+def test_stribeck_swings_as_the_same_sum_in_scipy() -> None:
+    friction = {"torque": 0.1, "fall": 0.7, "speed": 0.8}
+
+    def derivative(_: float, state: Array, sense: float) -> list[float]:
+        level = 0.1 * (0.3 + 0.7 * math.exp(-((state[1] / 0.8) ** 2)))
+        return [state[1], (-RATE * state[0] - sense * level) / INERTIA]
+
+    def stops(_: float, state: Array, sense: float) -> float:
+        return float(state[1])
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    times, state, begin = np.linspace(0, 1, 201), [0.5, 0.0], 0.0
+    expected = np.empty_like(times)
+    while begin < 1.0:
+        sense = -math.copysign(1.0, state[0])
+        piece = solve_ivp(
+            derivative, (begin, 2.0), [state[0], sense * 1e-12], "DOP853", args=(sense,), events=stops,
+            dense_output=True, rtol=1e-11, atol=1e-12,
+        )  # fmt: skip
+        now = times >= begin
+        expected[now] = piece.sol(times[now])[0]
+        begin, state = piece.t[-1], [piece.y[0, -1], 0.0]
+        assert abs(state[0]) * RATE > 0.1  # it does not stick in this second
+    # 1e-3 rad: the curve's exponential is (1 + s/16)^-16, up to 2 % of it too large
+    got = swing(leg({"stribeck_friction": friction}), 0.5, 0.0, times)[:, 0]
+    assert np.abs(got - expected).max() < 2e-3
+
+
+def newton_forces(made: Leg, rotation: Array, step: float) -> Array:
+    """(m - 2, n) N: force through each hinge, from second differences of the centres of mass of what hangs from it."""
+    absolute = made.tilt + np.cumsum(rotation, axis=1)
+    hinge = np.zeros((len(rotation), 2))
+    momentum_rate = []
+    for j, joint in enumerate(made.joints):
+        along = np.stack([np.sin(absolute[:, j]), -np.cos(absolute[:, j])], axis=1)
+        centre = hinge + joint.link.com * along
+        acceleration = (centre[2:] - 2 * centre[1:-1] + centre[:-2]) / step**2
+        momentum_rate.append(joint.link.mass * (acceleration + np.array([0.0, made.gravity])))
+        hinge = hinge + joint.link.length * along
+    return np.linalg.norm(np.cumsum(momentum_rate[::-1], axis=0)[::-1], axis=2).T
+
+
+def test_the_bearing_carries_newtons_force() -> None:
+    made = robot()
+    made = Leg(made.name, made.joints, made.gravity, tilt=0.3)
+    chain, step = compiled_chain(3), 1e-4
+    states = simulate(made, [0.5, -1.8, 1.2], [0.0, 3.0, -4.0], np.arange(2001) * step, tolerance=1e-12, rates=True)
+    expected = newton_forces(made, states[:, :3], step)
+    at = np.arange(1, 2000, 125)[:16]
+    workspace = np.repeat(chain.parameters(made)[:, None], 16, axis=1)
+    workspace[chain.layout.rows("rotation")] = states[at, :3].T
+    workspace[chain.layout.rows("rate")] = states[at, 3:].T
+    chain.right_hand_side(workspace.reshape(-1))
+    chain.bearing_forces(workspace.reshape(-1))
+    got = workspace[chain.layout.rows("bearing_force")].T
+    assert np.ptp(expected[at - 1], axis=0).min() > 0.1
+    np.testing.assert_allclose(got, expected[at - 1], rtol=3e-5)  # differences over 1e-4 s
+
+
+@pytest.mark.parametrize("tip_mass", [0.0, 0.4])
+def test_friction_grows_with_the_weight_that_the_bearing_carries(tip_mass: float) -> None:
+    # at rest straight down the bearing carries the weight: a slow pull breaks it away at radius times that
+    radius = 0.02
+    made = Leg("one", (Joint("joint", LINK, effects={"load_friction": {"radius": radius}}, damper=Damper(0.5)),))
+    weight = (LINK.mass + tip_mass) * 9.81
+    times = np.linspace(0, 25, 5001)
+    ramp = (np.array([0.0, 25.0]), np.array([[0.0], [0.25]]))
+    angle = simulate(made, [0.0], [0.0], times, Conditions(tip_mass=tip_mass), known_torque=ramp, tolerance=1e-9)[:, 0]
+    broke = 0.01 * times[np.argmax(angle > LEAST_GIVE)]
+    assert broke == pytest.approx(radius * weight, abs=2e-3)
+
+
+def test_friction_a_unit_of_the_springs_torque_takes_a_share_of_each_half_swing() -> None:
+    # friction mu k |u|: each half swing goes out with k (1 + mu) and back with k (1 - mu); work balance over a half
+    # swing from a to -b: k a^2 (1 - mu) = k b^2 (1 + mu)
+    share = 0.1
+    made = leg({"load_friction": {"share": share}})
+    out, back = (math.pi / (2 * OMEGA * math.sqrt(1 + sign * share)) for sign in (1, -1))
+    times = np.array([0.0, out + back, 2 * (out + back)])
+    factor = math.sqrt((1 - share) / (1 + share))
+    got = swing(made, 0.5, 0.0, times)[:, 0]
+    np.testing.assert_allclose(got, [0.5, -0.5 * factor, 0.5 * factor**2], atol=1e-6)
+
+
+def test_load_friction_in_a_leg_is_coulombs_with_the_load_of_the_moment() -> None:
+    # against solve_ivp with the force from the exact one-link formula: m (g cos q + c w^2) along, m (...) across
+    radius = 0.05
+    made = Leg("one", (Joint("joint", LINK, spring=Spring(RATE, 0.4), effects={"load_friction": {"radius": radius}}),))
+    mass, com = LINK.mass, LINK.com
+
+    def acceleration(q: float, friction: float) -> float:
+        return (-RATE * (q - 0.4) - mass * 9.81 * com * math.sin(q) + friction) / INERTIA
+
+    def derivative(_: float, state: Array) -> list[float]:
+        q, w = state
+        free = acceleration(q, 0.0)  # the load is taken from the accelerations without the friction, as documented
+        across = mass * (com * free + 9.81 * math.sin(q))
+        along = mass * (com * w * w + 9.81 * math.cos(q))
+        return [w, acceleration(q, radius * math.hypot(across, along))]
+
+    def stops(_: float, state: Array) -> float:
+        return float(state[1])
+
+    stops.terminal, stops.direction = True, 1.0  # type: ignore[attr-defined]
+    times = np.linspace(0, 0.15, 31)
+    half = solve_ivp(
+        derivative, (0, 1), [1.2, -1e-12], "DOP853", events=stops, dense_output=True, rtol=1e-11, atol=1e-12
+    )
+    assert half.t[-1] > 0.15
+    got = simulate(made, [1.2], [0.0], times, tolerance=1e-9)[:, 0]
+    np.testing.assert_allclose(got, half.sol(times)[0], atol=1e-6)

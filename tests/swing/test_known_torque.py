@@ -1,0 +1,66 @@
+"""Known torques denser than the motion's samples: no pulse is stepped over, no impulse is lost, noise costs no more."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from synth.swing.chain import compiled_chain, simulate
+from synth.swing.known_torque import averaged
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+
+LINK = Link(0.2, 0.5, 0.1, 2e-3)
+INERTIA = LINK.inertia + LINK.mass * LINK.com**2
+LEG = Leg("one", (Joint("hinge", LINK, 0.0, spring=Spring(3.0, 0.1), damper=Damper(0.02)),), 0.0)
+TIMES = np.linspace(0.0, 1.0, 21)
+
+
+def reference(moments: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """The same motion piece by piece between the torque's knots, by scipy."""
+    state, kept, at = np.array([0.4, 0.0]), {0.0: 0.4}, np.unique(np.r_[moments, TIMES])
+
+    def derivative(time: float, x: np.ndarray) -> list[float]:
+        return [x[1], (np.interp(time, moments, torque) - 3.0 * (x[0] - 0.1) - 0.02 * x[1]) / INERTIA]
+
+    for start, stop in pairwise(at.tolist()):
+        state = solve_ivp(derivative, (start, stop), state, "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+        kept[float(stop)] = float(state[0])
+    return np.array([kept[float(t)] for t in TIMES])
+
+
+@pytest.mark.parametrize("begins", np.linspace(0.4, 0.45, 6).tolist())
+def test_a_short_pulse_between_quiet_times_is_not_stepped_over(begins: float) -> None:
+    moments = np.round(np.linspace(0.0, 1.0, 10_001), 7)
+    torque = np.where((moments > begins) & (moments < begins + 1e-3), 5.0, 0.0)
+    edges = np.flatnonzero(np.diff(torque) != 0.0)
+    knots = np.unique(np.concatenate([[0], edges, edges + 1, [10_000]]))
+    got = simulate(LEG, [0.4], [0.0], TIMES, known_torque=(moments, torque[:, None]), tolerance=1e-9)[:, 0]
+    np.testing.assert_allclose(got, reference(moments[knots], torque[knots]), atol=1e-7)
+
+
+def test_a_noisy_torque_is_followed_within_the_steps_that_a_fit_has() -> None:
+    """Every knot is a bend: a step that does not end there is refused time and again."""
+    generator = np.random.default_rng(3)
+    moments = np.linspace(0.0, 1.0, 2001)
+    torque = 0.5 * np.sin(9.0 * moments) + 0.05 * generator.standard_normal(len(moments))
+    chain = compiled_chain(1)
+    lanes = np.repeat(chain.parameters(LEG)[:, None], 16, axis=1)
+    lanes[chain.layout.rows("rotation")] = 0.4
+    got = chain.run(lanes, TIMES, 1e-7, known_torque=(moments, torque[:, None]), max_steps=500)
+    np.testing.assert_allclose(got[:, 0, 0], reference(moments, torque), atol=2e-6)
+
+
+def test_the_average_keeps_a_line_and_every_impulse() -> None:
+    grid = 0.01 * np.arange(51)
+    moments = np.unique(np.random.default_rng(5).uniform(-0.02, 0.52, 400))
+    line = averaged((moments, np.stack([3.0 - 2.0 * moments, 0.0 * moments], axis=1)), grid)
+    np.testing.assert_allclose(line[:, 0], 3.0 - 2.0 * grid, atol=1e-9)
+    torque = np.where((moments > 0.2) & (moments < 0.204), 7.0, 0.0)
+    found = averaged((moments, torque[:, None]), grid)[:, 0]
+    assert 0.01 * found.sum() == pytest.approx(np.trapezoid(torque, moments), rel=1e-9)
+    fine = np.linspace(0.19, 0.22, 300_001)
+    between = np.interp(fine, moments, torque)
+    assert float(grid @ found / found.sum()) == pytest.approx(float(fine @ between / between.sum()), abs=1e-7)

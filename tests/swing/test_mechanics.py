@@ -1,0 +1,123 @@
+"""The chain's mechanics in plain numpy: rest poses, momentum, mass matrix, against what does not use them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from fit.simulated_legs import LINKS, robot
+from peers.mujoco_leg import mechanical_energy, with_tip_mass
+from synth.swing.chain import Conditions, simulate
+from synth.swing.leg_model import Joint, Leg, Link, Spring
+from synth.swing.mechanics import (
+    coefficients,
+    energy,
+    mass_matrix,
+    momentum_and_force,
+    outboard_inertia,
+    rest_pose,
+    static_torque,
+)
+
+angles = st.lists(st.floats(-3, 3), min_size=3, max_size=3)
+
+
+def potential(leg: Leg, rotation: np.ndarray) -> float:
+    return float(mechanical_energy(leg, rotation[None, :], np.zeros((1, 3)))[0])
+
+
+def slopes(function: object, at: np.ndarray, step: float = 1e-6) -> np.ndarray:
+    """Central differences of a scalar function."""
+    moves = step * np.eye(len(at))
+    return np.array([(function(at + m) - function(at - m)) / (2 * step) for m in moves])  # type: ignore[operator]
+
+
+def test_rest_pose_is_where_a_damped_leg_stops() -> None:
+    leg, start = replace(robot(), tilt=0.3), [0.5, -1.5, 1.0]
+    stopped = simulate(leg, start, [0.0] * 3, np.array([0.0, 40.0]), tolerance=1e-9)[-1]
+    np.testing.assert_allclose(rest_pose(leg), stopped, atol=1e-7)
+    loaded = simulate(leg, start, [0.0] * 3, np.array([0.0, 40.0]), Conditions(tip_mass=0.2), tolerance=1e-9)[-1]
+    assert np.abs(loaded - stopped).max() > 0.05
+    np.testing.assert_allclose(rest_pose(leg, tip_mass=0.2), loaded, atol=1e-7)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.floats(60, 200), min_size=3, max_size=3), st.floats(0.5, 3.0))
+def test_at_rest_gravity_and_springs_balance(free: list[float], stiffer: float) -> None:
+    leg = robot(free_angle=free, spring=np.array([23.7, 1.7, 0.45]) * stiffer)
+    rest = rest_pose(leg)
+    np.testing.assert_allclose(slopes(lambda q: potential(leg, q), rest), 0.0, atol=1e-8)
+
+
+def test_one_link_rests_where_its_torque_equation_says() -> None:
+    link = Link(0.2, 0.74, 0.091, 3.5e-3)
+    leg = Leg("one", (Joint("hip", link, math.pi, -1, None, Spring(1.2, math.radians(120))),), tilt=0.2)
+    unloaded = math.radians(60)
+    root = brentq(lambda q: 1.2 * (q - unloaded) + 0.74 * 9.81 * 0.091 * math.sin(0.2 + q), -2, 2, xtol=1e-14)
+    assert rest_pose(leg)[0] == pytest.approx(root, abs=1e-12)
+
+
+def test_rest_is_found_from_afar_with_hardly_any_springs() -> None:
+    soft = robot(spring=[1e-3, 1e-3, 1e-3])
+    found = rest_pose(soft, start=np.array([1.2, -2.0, 2.0]))
+    np.testing.assert_allclose(slopes(lambda q: potential(soft, q), found), 0.0, atol=1e-8)
+
+
+def test_without_springs_and_gravity_every_pose_is_one_of_rest() -> None:
+    leg = robot(gravity=0.0).with_joints(**{name: {"spring": None} for name in robot().joint_names})
+    np.testing.assert_array_equal(rest_pose(leg, start=np.array([0.3, -0.2, 0.1])), [0.3, -0.2, 0.1])
+
+
+@settings(max_examples=40, deadline=None)
+@given(angles, angles, st.floats(0, 0.5))
+def test_energy_momentum_and_force_agree_with_sums_over_links(q: list[float], w: list[float], tip: float) -> None:
+    """S = dL/dw and R = dL/dq outboard of each joint, by differences of kinetic and potential energy link by link."""
+    leg = replace(robot(), tilt=0.3)
+    rotation, rate = np.array(q), np.array(w)
+    plain = leg.with_joints(**{name: {"spring": None} for name in leg.joint_names})
+    links = [*LINKS[:2], with_tip_mass(LINKS[2], tip)]
+    heavy = replace(plain, joints=tuple(replace(j, link=link) for j, link in zip(plain.joints, links, strict=True)))
+
+    def lagrangian(q: np.ndarray, w: np.ndarray) -> float:
+        both = mechanical_energy(heavy, q[None, :], w[None, :])[0]
+        at_rest = mechanical_energy(heavy, q[None, :], np.zeros((1, 3)))[0]
+        return float(both - 2 * at_rest)
+
+    found = coefficients(leg, tip)
+    momentum, force = momentum_and_force(found, rotation[None], rate[None], leg.tilt)
+    np.testing.assert_allclose(momentum[0], slopes(lambda w: lagrangian(rotation, w), rate), atol=1e-7)
+    np.testing.assert_allclose(force[0], slopes(lambda q: lagrangian(q, rate), rotation), atol=1e-7)
+    np.testing.assert_allclose(mass_matrix(found, rotation, leg.tilt) @ rate, momentum[0], atol=1e-12)
+    with_springs = (
+        energy(leg, rotation[None], rate[None], tip)[0] - energy(leg, 0 * rotation[None], 0 * rate[None], tip)[0]
+    )
+    sprung = replace(
+        heavy, joints=tuple(replace(a, spring=b.spring) for a, b in zip(heavy.joints, leg.joints, strict=True))
+    )
+    at_zero = mechanical_energy(sprung, np.zeros((1, 3)), np.zeros((1, 3)))[0]
+    assert with_springs == pytest.approx(mechanical_energy(sprung, rotation[None], rate[None])[0] - at_zero, abs=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(angles)
+def test_static_torque_is_the_slope_of_gravity_energy(q: list[float]) -> None:
+    leg = replace(robot(), tilt=-0.2).with_joints(**{name: {"spring": None} for name in robot().joint_names})
+    torque = static_torque(coefficients(leg), np.array(q), leg.tilt)
+    np.testing.assert_allclose(torque, slopes(lambda r: potential(leg, r), np.array(q)), atol=1e-8)
+
+
+def test_outboard_inertia_of_a_straight_leg_by_parallel_axes() -> None:
+    reach = np.array([0.0, 0.222, 0.442])  # of each hinge from the hip, straight
+    expected = []
+    for first in range(3):
+        distance = reach + np.array([link.com for link in LINKS]) - reach[first]
+        outboard = range(first, 3)
+        tip = 0.1 * (0.602 - reach[first]) ** 2
+        expected.append(tip + sum(LINKS[i].inertia + LINKS[i].mass * distance[i] ** 2 for i in outboard))
+    np.testing.assert_allclose(outboard_inertia(robot(), 0.1), expected, rtol=1e-12)
