@@ -64,9 +64,9 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
         try:
             lay_out(replace(dimensions, upper_arm_angle=angle))
         except DimensionError as error:
-            problems = problems or error.problems
             if not any(problem.dimension.endswith("upper_arm_angle") for problem in error.problems):
-                break  # another direction does not help
+                raise  # another direction does not help
+            problems = problems or error.problems
         else:
             return angle
     raise DimensionError(problems)

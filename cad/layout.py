@@ -6,8 +6,9 @@ counter-clockwise seen from +z. Every other joint is this one mirrored (see ``fl
 which is drawn in its own hand and laid in, so that the contact checks test the mirror too.
 
 Along z, upwards: damper and bracket | ear A | floor plate of the tongue | coil in its pocket | the upper arm's seat
-plate | ear B. The lower arm leaves the coil at the floor, where a cap clamps it on a pad of the floor plate; the upper arm
-leaves it at the top and is clamped under the seat plate, which is screwed to ear B and can be turned about the hinge.
+plate | ear B. The lower arm leaves the coil at the floor, where a cap clamps it on a pad of the floor plate; the upper
+arm leaves it at the top and is clamped under the seat plate, which is screwed to ear B and can be turned about the
+hinge.
 
 Of a pair of springs the second is the first mirrored in z, in a pocket below the floor, its upper arm on a seat plate
 at ear A. z = 0 is then the middle of the floor: ear A | seat plate | coil | floor plate | coil | seat plate | ear B.

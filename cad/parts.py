@@ -63,6 +63,15 @@ class Mesh:
 
 
 @dataclass(frozen=True)
+class Moments:
+    """What mass and inertia follow from by the density: volume mm^3, its centre mm, about z through it mm^5."""
+
+    volume: float
+    centre: tuple[float, float, float]
+    about_z: float
+
+
+@dataclass(frozen=True)
 class BuiltPart:
     """One part in its joint's frame, the lower half's parts with the joint straight (q = 0)."""
 
@@ -90,6 +99,16 @@ class BuiltPart:
         """Extent along x, y and z, mm, to a hundredth."""
         x, y, z = (round(float(extent), 2) for extent in np.ptp(self.mesh.vertices, axis=0))
         return x, y, z
+
+    def moments(self) -> Moments:
+        """Volume, centre and second moment of the solid, by the kernel; the lower half's parts with q = 0."""
+        from OCP.BRepGProp import BRepGProp
+        from OCP.GProp import GProp_GProps
+
+        found = GProp_GProps()
+        BRepGProp.VolumeProperties_s(self.solid.wrapped, found)
+        centre, matrix = found.CentreOfMass(), found.MatrixOfInertia()
+        return Moments(float(found.Mass()), (centre.X(), centre.Y(), centre.Z()), float(matrix.Value(3, 3)))
 
     def mass(self, print_density: float) -> float | None:
         """Mass in g, printed parts solid at ``print_density`` g/cm^3; None where the material is not known."""

@@ -82,9 +82,10 @@ def spring_space(dimensions: JointDimensions) -> SpringSpace:
         beside = max(0.0, spring.radius - half_width)
         shortest = math.sqrt((tongue + clear) ** 2 - beside**2)
         wanted = shortest if spring.free_arm is None else max(spring.free_arm, shortest)
-        if abs(wanted - arm) < SETTLED and arm:
-            break
+        settled = abs(wanted - arm) < SETTLED
         arm = wanted
+        if settled:
+            break
         found = _extent(spring.radius, coils, round(arm, 6), closing, opening)
         if found is None:
             text = f"the wire would have to bend more than it can over {closing:.4g} deg closing, {opening:.4g} opening"

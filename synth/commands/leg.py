@@ -86,21 +86,24 @@ def _made(
     report: Path,
 ) -> UserError | None:
     """Do the whole work into ``folder``; where gates fail, the error to end with once the folder is whole."""
-    from synth.commands.solid_files import NOT_DRAWN, draw_solids, require_drawn
+    from synth.commands.solid_files import NOT_DRAWN, draw_solids, drawn_up, require_drawn
     from synth.design.bom import write_bom
+    from synth.design.drawn_springs import as_drawn
     from synth.design.leg_design import fastest_rates
     from synth.design.write_design import write_files
     from synth.files.robot_xml import write_robot_files
 
     design = _designed(project, catalogue, cache, progress)
+    extra: dict[str, Any] = NOT_DRAWN
+    if not arguments.no_cad:
+        with progress.stage("drawing, checking and writing the joints"):
+            design = drawn_up(design, catalogue)
+            extra = draw_solids(design, folder, cache, pictures=not arguments.no_pictures)
+            design = as_drawn(design, extra["solids"]["joints"])
     with progress.stage("writing the design"):
         write_files(design, folder)
         times = [release.time for release in design.wanted.releases]
         lost = write_robot_files(design.built, fastest_rates(design.built_motions, times), folder)
-    extra: dict[str, Any] = NOT_DRAWN
-    if not arguments.no_cad:
-        with progress.stage("drawing, checking and writing the joints"):
-            extra = draw_solids(design, folder, cache, pictures=not arguments.no_pictures)
     with progress.stage("writing the report"):
         write_bom(design, extra["solids"]["parts"], folder / "bom.csv")
         _report(design, folder, extra, lost)
