@@ -20,6 +20,9 @@ from cad.outline import Disc, Hull, Point, hull_of, unit
 OVERHANG = 1.0  # mm that an arm reaches past its seat
 RIM = 1.6  # mm of print round an insert: four lines of 0.4 mm
 V_EDGE = 1.2  # mm of print between the V's mouth and an insert: three lines
+# What the print that a joint is drawn for bears (36 MPa along its layers, half of it across, safety 1.5), less 5 %.
+SEAT_PRESSURE = 0.95 * 1.5 * 36.0 / 1.5  # MPa
+CAP_STRESS = 0.95 * 36.0 / 1.5  # MPa
 CORNER = 1.0  # mm, radius of a seat's corners
 
 
@@ -44,14 +47,18 @@ def seat_size(dimensions: JointDimensions) -> SeatSize:
     insert = insert_of(screw.size)
     at = wire / math.sqrt(2) + V_EDGE + insert.hole / 2
     least = max(insert.hole, screw.head_diameter) + 2 * RIM
-    length = dimensions.seat_length if dimensions.seat_length is not None else math.ceil(max(2.5 * wire, least))
+    moment = dimensions.spring_torque * 1e3 / dimensions.springs
+    asked = math.sqrt(12 * moment / (wire * SEAT_PRESSURE))  # of cad.strength: 6 M/l^2 on half of the wire's width
+    length = dimensions.seat_length if dimensions.seat_length is not None else math.ceil(max(2.5 * wire, least, asked))
+    length = max(length, least)
     gap = wire / 2
     engaged = max(1.5 * screw.size, insert.length - 1.0)
-    wanted = dimensions.cap + gap + engaged
+    cap = max(dimensions.cap, 3.0 / length * math.sqrt(moment * at / CAP_STRESS))
+    wanted = cap + gap + engaged
     stock = screw.length_at_least(wanted)
     return SeatSize(
         screw=screw.size,
-        length=max(length, least),
+        length=length,
         half_width=at + max(insert.hole / 2 + RIM, screw.head_diameter / 2 + 0.3),
         screw_at=at,
         gap=gap,

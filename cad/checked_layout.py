@@ -48,7 +48,7 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
     """An ``upper_arm_angle`` that the joint's travel allows.
 
     0 (the thesis' way) where it is free, else along the upper link, else the free direction nearest to that in steps of
-    15 deg; the arm offset follows from it, whichever it is.
+    15 deg, or else of 5; the arm offset follows from it, whichever it is.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
         where none is.
     """
     along = dimensions.zero_angle - 180.0
-    turns = sorted(range(-165, 181, 15), key=abs)
+    turns = [*sorted(range(-165, 181, 15), key=abs), *sorted(range(-175, 180, 5), key=abs)]
     problems: list[DimensionProblem] = []
     for angle in dict.fromkeys((0.0, *(along + turn for turn in turns))):
         if not -360.0 <= angle <= 360.0:

@@ -148,10 +148,12 @@ class JointDimensions:
         None, 2.0, 8.0, "mm", "nominal size of the screws that clamp an arm; left out about the wire's diameter"
     )
     seat_length: float | None = dimension(
-        None, 4.0, 80.0, "mm", "of an arm that is clamped; left out two and a half wires, and room for the screws"
+        None, 4.0, 80.0, "mm", "of an arm that is clamped; left out what its load asks of the print"
     )
     cap: float = dimension(4.0, 1.6, 20.0, "mm", "least thickness of the cap that clamps an arm")
-    seat_travel: float = dimension(15.0, 0.0, 30.0, "deg", "either way, that the upper arm's seat can be turned")
+    seat_travel: float = dimension(
+        13.0, 0.0, 16.0, "deg", "either way, that the upper arm's seat can be turned; free angles are sold to 10 deg"
+    )
     clearance: float = dimension(0.4, 0.1, 2.0, "mm", "per side between printed faces that move on each other")
     fit: float = dimension(0.1, 0.0, 0.5, "mm", "per side of a part that is pushed in and stays; printed holes shrink")
     wall: float = dimension(3.0, 1.2, 12.0, "mm", "printed wall; under 1.2 it is two lines wide")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from cad.dimensions import JointDimensions
-from cad.hardware import screw_of
 from cad.layout import JointLayout
 from cad.limits import DimensionProblem
 from cad.outlines import mount_across
@@ -24,7 +23,6 @@ def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[D
         *_key(dimensions),
         *_encoder(dimensions),
         *_adapter(dimensions),
-        *_pair(dimensions, layout),
         *_mount(dimensions, layout),
     ]
 
@@ -52,19 +50,6 @@ def _encoder(dimensions: JointDimensions) -> list[DimensionProblem]:
         reason = "it lies on a rim round the shaft's bore"
         found.append(DimensionProblem(f"{name}.encoder.body_diameter", encoder.body_diameter, text, reason))
     return found
-
-
-def _pair(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """Of a pair the second seat's screws stand in ear A, under the bracket: the damper's must pass their slots."""
-    if not layout.mirrored:
-        return []
-    screw, damper = screw_of(layout.seat.screw), dimensions.damper
-    beside = screw.washer / 2 + damper.bolt_diameter / 2 + dimensions.clearance + dimensions.wall / 2
-    if abs(damper.bolt_circle / 2 - layout.plate.radius) >= beside:
-        return []
-    allowed = f"at least {2 * (layout.plate.radius + beside):.4g} mm"
-    reason = "with two springs its screws pass outside the slots of the second spring's seat"
-    return [DimensionProblem(f"{dimensions.name}.damper.bolt_circle", damper.bolt_circle, allowed, reason)]
 
 
 def _adapter(dimensions: JointDimensions) -> list[DimensionProblem]:

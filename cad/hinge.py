@@ -15,7 +15,7 @@ from cad.arm_shaft import build_d_bore
 from cad.damper_bracket import PILOT
 from cad.dimensions import JointDimensions
 from cad.hardware import Screw, insert_of, screw_of
-from cad.layout import JointLayout, seat_screws
+from cad.layout import SUNK_ASIDE, VERNIER, VERNIER_STEP, JointLayout, seat_screws, window_half
 from cad.mount import build_flange, flange_volume
 from cad.outline import Hull, Point
 from cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
@@ -24,8 +24,6 @@ THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot and
 CROSS_SCREW = 3.4  # mm, M3 through socket and tube
 MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: one line of 0.4 mm prints
 SCALE_STEP = 5.0  # deg, between the ear's marks
-VERNIER_STEP = 4.0  # deg, between the seat plate's: a fifth less, so that a degree is read where two marks meet
-VERNIER = (-2, -1, 0, 1, 2)
 RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
 
 
@@ -136,7 +134,7 @@ def _arcs(layout: JointLayout, half_width: float) -> list[tuple[float, float]]:
 
 def _window(layout: JointLayout) -> tuple[float, float]:
     """Sector (deg) of the window over the seat plate's marks."""
-    half = layout.plate.travel + VERNIER_STEP * VERNIER[-1] + 2.0
+    half = window_half(layout.plate.travel)
     return layout.plate.window - half, layout.plate.window + half
 
 
@@ -160,9 +158,11 @@ def _mark_ends(layout: JointLayout) -> tuple[float, float]:
 
 def _plus(dimensions: JointDimensions, layout: JointLayout) -> Point:
     """The pit beside the window at its plus end: turned there, the seat makes the free angle larger."""
-    end = layout.plate.travel + VERNIER_STEP * VERNIER[-1] + 2.0 + 4.0
+    marks = scale_marks(layout)
+    end = (marks[-1] - marks[0]) / 2 + 0.6 * SCALE_STEP
     angle = math.radians(layout.plate.window - dimensions.closes * end)
-    return layout.plate.radius * math.cos(angle), layout.plate.radius * math.sin(angle)
+    radius = _mark_ends(layout)[0] + MARK[0]
+    return radius * math.cos(angle), radius * math.sin(angle)
 
 
 def _scale(dimensions: JointDimensions, layout: JointLayout, low: float, top: float) -> list[Any]:
@@ -178,7 +178,7 @@ def _scale(dimensions: JointDimensions, layout: JointLayout, low: float, top: fl
 
 def sunk_size(screw: Screw) -> tuple[float, float]:
     """Half width and depth (mm) of the groove for heads and washers under the damper's bracket."""
-    return screw.washer / 2 + 0.2, screw.head_height + screw.washer_thickness + RECESS
+    return screw.washer / 2 + SUNK_ASIDE, screw.head_height + screw.washer_thickness + RECESS
 
 
 def _sunk(layout: JointLayout, top: float) -> list[Any]:

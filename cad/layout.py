@@ -24,13 +24,16 @@ from dataclasses import dataclass
 from cad.arm_layout import OVERHANG, RIM, ArmLayout, SeatSize, lay_arm, seat_size
 from cad.dimensions import JointDimensions
 from cad.fittings import DamperDimensions, EncoderDimensions
-from cad.hardware import insert_of, screw_of
+from cad.hardware import Screw, insert_of, screw_of
 from cad.outline import Point, unit
 from cad.spring_space import SpringSpace, spring_space
 from cad.stops import Stop, lay_stops
 
 SEAT_SCREWS = (75.0, 180.0, 285.0)  # deg from the arm: round the circle, the seat between two of them
 WINDOW = 127.5  # deg from the arm: between two screws' slots
+SUNK_ASIDE = 0.2  # mm, of a groove beside the washers that lie in it
+VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so a degree is read
+VERNIER = (-2, -1, 0, 1, 2)
 LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, which prints and can be read
 
 
@@ -124,6 +127,11 @@ def damper_screws(damper: DamperDimensions) -> tuple[Point, ...]:
     return tuple(_on_circle(damper.bolt_circle, damper.bolt_count, 90.0 + 180.0 / damper.bolt_count))
 
 
+def window_half(travel: float) -> float:
+    """Half of the window over the seat plate's marks, deg."""
+    return travel + VERNIER_STEP * VERNIER[-1] + 2.0
+
+
 def _on_circle(diameter: float, count: int, start: float) -> list[Point]:
     corners = [unit(start + 360.0 * index / count) for index in range(count)]
     return [(diameter / 2 * x, diameter / 2 * y) for x, y in corners]
@@ -181,7 +189,13 @@ def _seat_plate(
     screw, insert = screw_of(seat.screw), insert_of(seat.screw)
     hub = dimensions.shaft_diameter / 2 + dimensions.clearance + dimensions.wall
     aside = screw.washer / 2 + dimensions.clearance
-    radius = max(LEAST_SCALE, hub + aside, outer + aside)
+    between = math.radians(SEAT_SCREWS[1] - WINDOW - dimensions.seat_travel - window_half(dimensions.seat_travel))
+    radius = max(LEAST_SCALE, hub + aside, outer + aside, (screw.hole / 2 + RIM) / math.sin(between))
+    if dimensions.springs == 2:  # there the heads are sunk, and their grooves end beside the marks
+        radius = max(radius, (screw.washer / 2 + SUNK_ASIDE) / math.sin(between))
+        circle, beside = dimensions.damper.bolt_circle / 2, beside_damper(dimensions, screw)
+        if abs(circle - radius) < beside:
+            radius = circle + beside
     ear, thick = dimensions.plate, max(dimensions.plate, insert.length)
     length = screw.length_at_least(ear + screw.washer_thickness + 1.5 * screw.size)
     return SeatPlate(
@@ -194,6 +208,11 @@ def _seat_plate(
         bottom=bottom,
         top=bottom + max(thick, length - ear - screw.washer_thickness),
     )
+
+
+def beside_damper(dimensions: JointDimensions, screw: Screw) -> float:
+    """Least distance (mm) of a pair's seat screws from the damper's circle: both stand in ear A."""
+    return screw.washer / 2 + SUNK_ASIDE + dimensions.damper.bolt_diameter / 2 + dimensions.wall / 2
 
 
 def place(dimensions: JointDimensions) -> JointLayout:

@@ -1,9 +1,9 @@
 """Free play: how far the hinge turns before the unloaded spring would be bent. Found by contact, from the solids.
 
-The spring is taken as a rigid body that may shift along all axes and turn about the hinge's, small motions only. From
+The spring is taken as a rigid body that may shift along all axes and turn about them, small motions only. From
 points on its wire rays are cast to the parts of either half; a face that a ray meets at the distance g from the wire
 allows the wire there to come nearer by g along the face's normal, and no more. What is turned about the hinge until no
-motion of the spring is allowed any more is a linear programme of five unknowns. No number of the layout is used: the
+motion of the spring is allowed any more is a linear programme of seven unknowns. No number of the layout is used: the
 arms' lines are read from the spring's flat ends, the coil's from its mesh, faces from the parts' meshes.
 """
 
@@ -88,9 +88,8 @@ def _limits(points: Array, ways: Array, body: Any, turn: float, wire: float) -> 
 
 
 def _rows(points: Array, normals: Array) -> Array:
-    """(m, 4): how a normal's gap shrinks with a shift x, y, z (mm) and a turn (rad) of the wire."""
-    turning = np.column_stack([-points[:, 1], points[:, 0], np.zeros(len(points))])
-    return -np.column_stack([normals, np.sum(normals * turning, axis=1)])
+    """(m, 6): how a normal's gap shrinks with shifts along x, y, z (mm) and turns about them (rad) of the wire."""
+    return -np.column_stack([normals, np.cross(points, normals)])
 
 
 def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
@@ -109,17 +108,17 @@ def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
             return None
         row = _rows(touching, normals)
         # What turns with the lower half sees the spring turn the other way.
-        rows.append(np.column_stack([row, -moves * row[:, 3]]))
+        rows.append(np.column_stack([row, -moves * row[:, 5]]))
         limits.append(np.maximum(gaps, 0.0))
     found = []
     most = math.radians(MOST)
     for way in (1.0, -1.0):
-        cost = np.array([0.0, 0.0, 0.0, 0.0, -way])
-        bounds = [(-wire, wire)] * 3 + [(-most, most)] * 2
+        cost = np.array([0.0] * 6 + [-way])
+        bounds = [(-wire, wire)] * 3 + [(-most, most)] * 4
         solved = linprog(cost, A_ub=np.vstack(rows), b_ub=np.concatenate(limits), bounds=bounds, method="highs")
         if solved.x is None:
             return None
-        found.append(math.degrees(float(solved.x[4])) * dimensions.sign)
+        found.append(math.degrees(float(solved.x[6])) * dimensions.sign)
     return Play(min(found), max(found))
 
 

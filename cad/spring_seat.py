@@ -12,8 +12,8 @@ from typing import Any
 from cad.arm_layout import ArmLayout
 from cad.dimensions import JointDimensions
 from cad.hardware import insert_of, screw_of
-from cad.hinge import MARK, VERNIER, VERNIER_STEP, box, cylinder, in_arm_frame, prism, v_groove
-from cad.layout import JointLayout
+from cad.hinge import MARK, box, cylinder, in_arm_frame, prism, v_groove
+from cad.layout import VERNIER, VERNIER_STEP, JointLayout
 from cad.outline import Point
 from cad.outlines import plate_outline
 
