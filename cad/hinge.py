@@ -14,8 +14,8 @@ from cad.arm_layout import OVERHANG, ArmLayout
 from cad.arm_shaft import build_d_bore
 from cad.damper_bracket import PILOT
 from cad.dimensions import JointDimensions
-from cad.hardware import Screw, insert_of, screw_of
-from cad.layout import SUNK_ASIDE, VERNIER, VERNIER_STEP, JointLayout, seat_screws, window_half
+from cad.hardware import insert_of, screw_of
+from cad.layout import SUNK_ASIDE, VERNIER, VERNIER_STEP, JointLayout, seat_screws, sunk_depth, window_half
 from cad.mount import build_flange, flange_volume
 from cad.outline import Hull, Point
 from cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
@@ -24,7 +24,6 @@ THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot and
 CROSS_SCREW = 3.4  # mm, M3 through socket and tube
 MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: one line of 0.4 mm prints
 SCALE_STEP = 5.0  # deg, between the ear's marks
-RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
@@ -176,13 +175,9 @@ def _scale(dimensions: JointDimensions, layout: JointLayout, low: float, top: fl
     return cuts
 
 
-def sunk_size(screw: Screw) -> tuple[float, float]:
-    """Half width and depth (mm) of the groove for heads and washers under the damper's bracket."""
-    return screw.washer / 2 + SUNK_ASIDE, screw.head_height + screw.washer_thickness + RECESS
-
-
 def _sunk(layout: JointLayout, top: float) -> list[Any]:
-    half, depth = sunk_size(screw_of(layout.seat.screw))
+    screw = screw_of(layout.seat.screw)
+    half, depth = screw.washer / 2 + SUNK_ASIDE, sunk_depth(screw)
     radius = layout.plate.radius
     return [ring_sector(radius - half, radius + half, arc, top - depth, top + 1) for arc in _arcs(layout, half)]
 
@@ -263,8 +258,8 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     scale = _scale_volume(layout, plate)
     ears -= scale
     if layout.mirrored:
-        half, depth = sunk_size(screw_of(layout.seat.screw))
-        hole = screw_of(layout.seat.screw).hole / 2
+        screw = screw_of(layout.seat.screw)
+        half, depth, hole = screw.washer / 2 + SUNK_ASIDE, sunk_depth(screw), screw.hole / 2
         slots = sum(_sector_area(layout, arc, hole) for arc in _arcs(layout, hole))
         ears -= scale + depth * (sum(_sector_area(layout, arc, half) for arc in _arcs(layout, half)) - slots)
     web = (layout.gap_a + layout.gap_b) * web_outline(layout).area

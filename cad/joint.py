@@ -13,7 +13,7 @@ from cad.checked_layout import lay_out
 from cad.dimensions import JointDimensions
 from cad.fitting_problems import adapter_radius
 from cad.hardware import screw_of
-from cad.layout import JointLayout
+from cad.layout import JointLayout, sunk_depth
 from cad.outline import Point
 from cad.parts import BuiltPart, Group, Mesh, file_name, mesh_of
 from cad.pose import loaded_line
@@ -207,12 +207,12 @@ def _seat_parts(name: str, which: str, dimensions: JointDimensions, layout: Join
         for index, at in enumerate(arm.screws, start=1):
             title = f"{name}_{group}_screw{which}_{index}"
             parts.append(_screw(title, group, layout, seat.screw_length, face, way, at))
-    top = layout.gap_b + dimensions.plate
-    if which:  # sunk under the damper's bracket
-        top -= hinge.sunk_size(screw_of(seat.screw))[1]
+    top, length = layout.gap_b + dimensions.plate, plate.screw_length
+    if which:
+        top, length = top - sunk_depth(screw_of(seat.screw)), plate.sunk_length
     for index, at in enumerate(plate.screws, start=1):
         title = f"{name}_seat_screw{which}_{index}"
-        parts.append(_screw(title, "upper", layout, plate.screw_length, top, 1, at, washer=True))
+        parts.append(_screw(title, "upper", layout, length, top, 1, at, washer=True))
     return parts
 
 

@@ -31,6 +31,7 @@ from cad.stops import Stop, lay_stops
 
 SEAT_SCREWS = (75.0, 180.0, 285.0)  # deg from the arm: round the circle, the seat between two of them
 WINDOW = 127.5  # deg from the arm: between two screws' slots
+RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
 SUNK_ASIDE = 0.2  # mm, of a groove beside the washers that lie in it
 VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so a degree is read
 VERNIER = (-2, -1, 0, 1, 2)
@@ -42,6 +43,7 @@ class SeatPlate:
     """The plate that carries an upper arm's seat, and the slots in the ear by which it is turned; mm, deg."""
 
     screw_length: float
+    sunk_length: float  # of the second spring's screws, whose heads are sunk in ear A
     radius: float  # of the screws' circle and of the scale
     hub: float  # outer radius round the shaft
     angles: tuple[float, ...]  # of the screws, canonical, with the seat in its middle
@@ -196,18 +198,29 @@ def _seat_plate(
         circle, beside = dimensions.damper.bolt_circle / 2, beside_damper(dimensions, screw)
         if abs(circle - radius) < beside:
             radius = circle + beside
-    ear, thick = dimensions.plate, max(dimensions.plate, insert.length)
-    length = screw.length_at_least(ear + screw.washer_thickness + 1.5 * screw.size)
+    ear, thick = dimensions.plate + screw.washer_thickness, max(dimensions.plate, insert.length)
+    length = screw.length_at_least(ear + 1.5 * screw.size)
+    thick, sunk = max(thick, length - ear), length
+    if dimensions.springs == 2:
+        ear -= sunk_depth(screw)
+        sunk = screw.length_at_least(ear + 1.5 * screw.size)
+        thick = max(thick, sunk - ear)
     return SeatPlate(
         screw_length=length,
+        sunk_length=sunk,
         radius=radius,
         hub=hub,
         angles=tuple(upper.direction + turn for turn in SEAT_SCREWS),
         window=upper.direction + WINDOW,
         travel=dimensions.seat_travel,
         bottom=bottom,
-        top=bottom + max(thick, length - ear - screw.washer_thickness),
+        top=bottom + thick,
     )
+
+
+def sunk_depth(screw: Screw) -> float:
+    """Depth (mm) of the groove for heads and washers under the damper's bracket."""
+    return screw.head_height + screw.washer_thickness + RECESS
 
 
 def beside_damper(dimensions: JointDimensions, screw: Screw) -> float:

@@ -62,6 +62,6 @@ def test_a_link_that_would_meet_the_flange_is_refused_and_what_is_allowed_is_not
         lay_out(folded)
     low = float(re.search(r"allowed is ([0-9.]+) to", str(refused.value))[1])
     assert 45.0 < low < 80.0
-    layout = lay_out(replace(folded, range=(low, 140.0)))  # which refuses it unless it is free
+    layout = lay_out(cleared(replace(folded, range=(low, 140.0))))  # which refuses it unless it is free
     gap = link_gap(folded, layout, low - 3.0 - folded.zero_angle)
     assert folded.clearance <= gap < folded.clearance + 0.2

@@ -78,14 +78,14 @@ def test_steel_knows_no_layers():
 
 def test_without_a_load_nothing_is_checked_and_with_a_large_one_the_gate_names_a_dimension():
     assert check_strength(KNEE, lay_out(KNEE), PRINTING, {}) == []
-    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=40.0))
+    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=40.0), seat_length=11.0)
     failed = [c for c in check_strength(heavy, lay_out(heavy), PRINTING, {}) if not c.passed]
-    assert {"strength: upper seat, pressure", "strength: lower cap, bending"} <= {c.name for c in failed}
+    assert {"strength: upper seat, pressure", "strength: low stop, bending"} <= {c.name for c in failed}
     assert all("a larger " in c.text for c in failed)
 
 
 def test_a_joint_grows_until_it_bears_its_load_and_no_further():
-    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=8.0, damper_torque=0.8))
+    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=8.0, damper_torque=0.8), seat_length=11.0)
     grown = sized(heavy, PRINTING)
     assert max(overload(s, PRINTING) for s in stresses(grown, lay_out(grown), PRINTING)) <= 1.0
     assert max(overload(s, PRINTING) for s in stresses(heavy, lay_out(heavy), PRINTING)) > 1.0
