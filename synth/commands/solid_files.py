@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from synth.files.stage_cache import StageCache, key_of
 
 if TYPE_CHECKING:
     from cad import BuiltLeg, CheckResult, ExportedFile
+    from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
     from synth.parts.catalogs import Catalogue
 
@@ -144,6 +146,29 @@ def _check(check: CheckResult, picture: str | None) -> dict[str, Any]:
 
 def _value(value: float, unit: str) -> dict[str, Any]:
     return {"value": value, "unit": unit or "1"}
+
+
+def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:
+    """``extra`` with how each seat is set: at its zero, or as the spring in hand asks; and how to measure that."""
+    solids = dict(extra["solids"])
+    joints = {name: dict(solids["joints"].get(name, {})) for name in design.built.joint_names}
+    for name, setting in settings.items():
+        joints[name]["seat"] = {**joints[name].get("seat", {}), "setting": setting.as_json()}
+    notes = list(solids["notes"])
+    for name, setting in settings.items():
+        notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the spring in hand")
+    if joints and not settings and solids["drawn"]:
+        notes.append(HOW_TO_MEASURE)
+    return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
+
+
+HOW_TO_MEASURE = (
+    "a spring's free angle is sold to 10 deg only, the largest error of all: assemble each joint with its seat at 0, "
+    "lay it on its side so that no weight turns it, leave the damper off, and read the angle at which it comes to rest "
+    "(the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then tells "
+    "what to turn the seat to. + on the scale (the end with the pit) makes the free angle larger; its marks are 5 deg "
+    "apart on the ear and 4 deg on the seat plate, so where two meet a degree is read"
+)
 
 
 def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:

@@ -8,8 +8,8 @@ one has the rate that its catalogue states of the body alone, less what the arms
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from math import ceil, pi, radians
+from dataclasses import dataclass, replace
+from math import ceil, degrees, pi, radians
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from synth.spring.evaluate import check_spring
 from synth.spring.spring_result import SpringDesign
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import rest_pose
+from synth.units import quantity
 
 if TYPE_CHECKING:
     from cad import JointDimensions
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 ROUNDS = 8
 SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
 HALVINGS = 60
+SEAT_TRAVEL = 13.0  # deg, either way, as ``cad`` draws it unless told
+LEAST_LEFT = radians(0.1)
 LEAST_PLAY = radians(0.01)  # less is rounding of meshes
 
 
@@ -182,3 +185,70 @@ def as_drawn(design: LegDesign, joints: Mapping[str, Any]) -> LegDesign:
     if tuple(built) == design.built.joints:
         return design
     return moved(replace(design, built=replace(design.built, joints=tuple(built))))
+
+
+@dataclass(frozen=True)
+class SeatSetting:
+    """How a joint's seat is set for the spring in hand; angles in rad.
+
+    ``turn`` is what the scale is set to, positive towards larger free angles; ``left`` what the seat's travel leaves of
+    the free angle's error. ``rate`` and ``free_angle`` are the joint's then.
+    """
+
+    turn: float
+    left: float
+    rate: float
+    free_angle: float
+
+    def as_json(self) -> dict[str, Any]:
+        """For ``design.json``."""
+        return {
+            "turn": quantity(self.turn, "deg"),
+            "left": quantity(self.left, "deg"),
+            "rate": quantity(self.rate, "N*m/rad"),
+            "free_angle": quantity(self.free_angle, "deg"),
+        }
+
+
+def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
+    """The design with the springs that were measured, their seats set so that the leg rests where it is meant to.
+
+    Parts stay as they are: only the built leg's rates and free angles, and with them its motions, become those of the
+    springs in hand. The free angle that suits a spring of another rate is the one at which the leg rests as designed.
+    """
+    known = design.project.measured_springs
+    if not known:
+        return design, {}
+    pose, joints, settings = rest_pose(design.built), [], {}
+    for index, joint in enumerate(design.built.joints):
+        measured = known.get(joint.name)
+        if measured is None:
+            joints.append(joint)
+            continue
+        assert joint.spring is not None
+        rate = measured.rate if measured.rate is not None else joint.spring.rate
+        rest = float(pose[index] + (joint.rest - pose[index]) * joint.spring.rate / rate)
+        suits = joint.zero + joint.sign * rest
+        found = measured.free_angle if measured.free_angle is not None else joint.spring.free_angle
+        travel = radians(SEAT_TRAVEL)
+        if design.drawn is not None:
+            travel = radians(design.drawn.dimensions.joints[index].seat_travel)
+        turn = min(travel, max(-travel, suits - found))
+        settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
+        joints.append(replace(joint, spring=replace(joint.spring, rate=rate, free_angle=found + turn)))
+    design = replace(design, built=replace(design.built, joints=tuple(joints)))
+    return moved(_told(design, settings)), settings
+
+
+def _told(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
+    """The design with a warning for each seat whose travel does not reach."""
+    said = [
+        (
+            name,
+            f"{name}: the spring in hand is {degrees(setting.left):+.1f} deg beyond its seat's travel; turn the seat "
+            f"to {degrees(setting.turn):+.1f} deg, and wind or choose another spring for the rest",
+        )
+        for name, setting in settings.items()
+        if abs(setting.left) > LEAST_LEFT
+    ]
+    return replace(design, warnings=(*design.warnings, *said))
