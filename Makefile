@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check blind blind-jumps tune bench robustness universal fuzz format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -30,6 +30,10 @@ check: $(READY)  ## style and types
 test: check  ## style, types and all tests
 	$(BIN)/python -m pytest -n $(WORKERS)
 
+pages: $(READY)  ## every command's page in Chromium (apt-get install chromium): build/pages, pictures beside them
+	@$(BIN)/python -c 'import playwright' 2>/dev/null || $(BIN)/python -m pip install --quiet playwright
+	PYTHONPATH=. $(BIN)/python tools/pages.py
+
 blind: SEED = 3000
 blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED; stopped, it goes on from where it was
 	PYTHONPATH=tests $(BIN)/python -m blind --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
@@ -44,9 +48,27 @@ tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied on
 bench: $(READY)  ## speed, beside other engines in the same run: build/bench/bench.html (BENCH=--hopper: the jumping leg too)
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)
 
+removal: COUNT = 200
+removal: $(READY)  ## choosing without a part against what choosing with it had listed: COUNT (200) random projects
+	PYTHONPATH=tests $(BIN)/python -m design.removal $(COUNT)
+
 fuzz: COUNT = 300
 fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and checked in its own process: build/fuzz
 	$(BIN)/python tools/fuzz_joints.py --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz
+
+mutants: $(READY)  ## do the tests notice a wrong formula? forty single changes of the core, at least 95 % caught: build/mutants
+	$(BIN)/python tools/mutants.py --to build/mutants --workers $(WORKERS)
+
+architecture: $(READY)  ## draw the packages from their imports: docs/architecture.svg
+	$(BIN)/python tools/architecture.py
+
+fuzz-files: COUNT = 2000
+fuzz-files: $(READY)  ## COUNT (2000) damaged projects, tables and command lines of seed SEED, each run in its own process: build/fuzz-files
+	PYTHONPATH=tests $(BIN)/python -m fuzzing --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz-files
+kill: COUNT = 40
+kill: SEED = 1
+kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, sweep and cluster: same bytes, no litter: build/kill
+	PYTHONPATH=tests:. $(BIN)/python -m kills --count $(COUNT) --seed $(SEED) --to build/kill
 
 universal: COUNT = 500
 universal: $(READY)  ## one cost for every response: ours against the thesis' on COUNT (500) random legs: build/universal; goes on from where it was

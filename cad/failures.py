@@ -16,7 +16,7 @@ from cad.printing import WAYS_UP, hanging_faces, plan_part, thin_points
 from cad.results import CheckResult
 from cad.travel import OVERLAP_LIMIT, manifold
 
-RED = (0.86, 0.10, 0.12)
+RED = (0.86, 0.10, 0.12)  # RGB of what fails in a picture
 GLASS = 0.25  # opacity of what is not at fault
 MARK = 0.6  # mm, half the size of the mark at a thin place
 

@@ -19,7 +19,7 @@ from cad.limits import DimensionError, DimensionProblem
 TAB = 14.0  # length of a hip tab
 HOLE = HOLE_DIAMETER
 WALL = 2.0  # of the mount
-MOUNT_DEPTH = 12.0
+MOUNT_DEPTH = 12.0  # mm
 PLAY = 0.2  # between motor and mount
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cad.dxf import drawing
 
-HOLE_DIAMETER = 1.6
+HOLE_DIAMETER = 1.6  # mm
 
 
 @dataclass(frozen=True)

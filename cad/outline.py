@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 Point = tuple[float, float]
-_TINY = 1e-9
+_TINY = 1e-9  # mm, below the modeller's own tolerance of 1e-7
 
 
 def unit(angle: float) -> Point:

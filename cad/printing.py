@@ -23,6 +23,7 @@ PERCENTILE = 1.0  # of those; the smallest alone is an edge that two faces share
 OPPOSED = 0.7  # cosine between the faces of a wall; a ray that leaves through a slanted face measures a corner
 BASE_LAYER = 0.3  # mm, of what lies on the bed
 MOST_SUPPORT = 0.3  # of the surface; over this a part is better drawn otherwise
+# Directions in which a part may be printed: the axis that points up.
 WAYS_UP: dict[str, Axis] = {
     "+z": (0.0, 0.0, 1.0),
     "-z": (0.0, 0.0, -1.0),

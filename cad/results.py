@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # mm, rounding of sums of dimensions
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ STOCK: dict[str, tuple[float, ...]] = {  # mm, as screws and ground shafts are s
     "shaft_diameter": (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0),
 }
 SIZED = ("seat_screw", "seat_length", "cap", "plate", "floor", "adapter.shaft_grip", "adapter.output_grip")
+# The three ways in which a part may lie on the bed.
 WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
 
 

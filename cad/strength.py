@@ -41,6 +41,7 @@ SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are so
 BEARING = 1.5  # of the tensile strength, that a hole's wall bears (edge distance of two diameters)
 FRICTION = 0.2  # print on print, dry; PLA and nylon are measured at 0.2 to 0.5
 SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
+# Directions that a load in the plane of the layers may have.
 ALL_AROUND: tuple[Axis, Axis] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 

@@ -16,7 +16,7 @@ from cad.dimensions import SpringDimensions
 
 Array = NDArray[np.float64]
 SIDES = 20  # of the mesh's tube
-STEPS_PER_TURN = 48
+STEPS_PER_TURN = 48  # points of the helix: 1 - cos(pi/48) = 0.2 % of the radius between two
 
 
 def coil_length(spring: SpringDimensions) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from reports.openings.gap import gap_opening
 from reports.openings.hopper import study_opening, truth_opening
-from reports.page import write_page
+from reports.page import SCRIPTS, write_page
 from reports.reading import read_result
 from reports.section import Section
 from reports.sections import (
@@ -22,8 +22,10 @@ from reports.sections import (
     hopper_parts,
     hopper_truth,
     inputs,
+    live_jump,
 )
 from reports.sections.hopper_equations import SECTION as EQUATIONS
+from reports.sections.live_leg import block
 
 STUDY_SECTIONS: tuple[Section, ...] = (
     hopper_choice.MAP,
@@ -62,7 +64,9 @@ def write_hopper_report(folder: Path) -> Path:
         If ``hopper.json`` is missing or no study of a jumping leg, or a file that it names is damaged.
     """
     result = read_result(folder, "hopper.json", "hopper")
-    return write_page(result, "Jumping leg", STUDY_SECTIONS, study_opening(result))
+    jump, designs = live_jump.jump_data(result), live_jump.designs_data(result)
+    blocks = [block(name, data) for name, data in (("jump-data", jump), ("designs-data", designs)) if data is not None]
+    return write_page(result, "Jumping leg", STUDY_SECTIONS, study_opening(result), (*SCRIPTS, "jump.js"), blocks)
 
 
 def write_truth_report(folder: Path) -> Path:

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader
+from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
 from reports import quantities, stick_figure
@@ -34,17 +34,20 @@ from reports.sections import (
     gap_where,
     gap_which,
     inputs,
+    live_leg,
     motion,
     parts,
     pictures,
     sets,
     spring_sheet,
     summary,
+    swap,
 )
 from reports.sections.warnings import warnings_of
 
 LEG_SECTIONS: tuple[Section, ...] = (
     built.SECTION,
+    swap.SECTION,
     summary.SECTION,
     parts.SECTION,
     sets.SECTION,
@@ -72,7 +75,7 @@ GAP_SECTIONS: tuple[Section, ...] = (
     gap_terms.SECTION,
     inputs.SECTION,
 )
-SCRIPTS = ("page.js",)
+SCRIPTS = ("page.js", "plots.js")
 UNFOLDED = 1  # sections; what lies beyond the second screen is folded
 
 
@@ -104,7 +107,16 @@ def write_leg_report(folder: Path) -> Path:
         If ``design.json`` is missing or no leg design, or a file that it names is damaged.
     """
     result = read_result(folder, "design.json", "leg-design")
-    return write_page(result, "Leg design", LEG_SECTIONS, leg_opening(result))
+    opening = leg_opening(result)
+    live = live_leg.live_data(result)
+    if live is None:
+        still = [section for section in LEG_SECTIONS if section is not swap.SECTION]
+        return write_page(result, "Leg design", still, opening)
+    scripts, blocks = [*SCRIPTS, "integrator.js", "swap.js"], [live_leg.block("leg-data", live)]
+    if live["has_solids"]:
+        scripts += ["three.js", "leg3d.js"]
+        blocks.append(live_leg.block("leg-glb", live_leg.glb_text(result)))
+    return write_page(result, "Leg design", LEG_SECTIONS, opening, scripts, blocks)
 
 
 def write_fit_report(folder: Path) -> Path:
@@ -126,7 +138,12 @@ def write_gap_report(folder: Path) -> Path:
 
 
 def write_page(
-    result: Result, kind: str, sections: Sequence[Section], opening: Opening, scripts: Sequence[str] = SCRIPTS
+    result: Result,
+    kind: str,
+    sections: Sequence[Section],
+    opening: Opening,
+    scripts: Sequence[str] = SCRIPTS,
+    blocks: Sequence[Markup] = (),
 ) -> Path:
     """Write ``report.html`` of these sections beside the result; those without content are listed as left out."""
     shown: list[Shown] = []
@@ -152,6 +169,7 @@ def write_page(
         equations=any(section.name == "equations" for section in shown),
         style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
         scripts=used,
+        blocks=blocks,
         policy=Markup(policy(used)),
     )
     target = result.folder / "report.html"
@@ -159,22 +177,12 @@ def write_page(
     return target
 
 
-def _compiled_templates() -> FileSystemBytecodeCache | None:
-    """Templates as compiled before, in a folder of the user's own among the temporary files, if there can be one.
-
-    To compile them costs more than to fill them; a template that has changed is compiled anew.
-    """
-    try:
-        return FileSystemBytecodeCache()
-    except (OSError, RuntimeError):  # nowhere to write, or no folder that is the user's alone
-        return None
-
-
 @cache
 def environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("reports", "templates"),
-        bytecode_cache=_compiled_templates(),
+        # None of compiled templates on disk: jinja would unpickle, and run, what lies among the temporary files. To
+        # compile all of them takes 0.2 s.
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,

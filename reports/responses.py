@@ -12,7 +12,7 @@ from reports.figures.trials import Curve, Panel
 from reports.reading import Result, Table
 
 MOST_TRIALS = 12  # shown; of more, the best and the worst
-BEST, WORST = 4, 8
+BEST, WORST = 4, 8  # responses drawn: all up to the sum, else the best and the worst
 
 
 @dataclass(frozen=True)

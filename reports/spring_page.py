@@ -76,7 +76,7 @@ def _opening(make: Json, shown: Json) -> Opening:
     ]  # fmt: skip
     if isinstance(safety, dict):
         rows.append([Cell("Yield over stress"), Cell(text(safety))])
-    figure = shown["drawing"] or Markup("")
+    figure = Markup('<div class="whole">{}</div>').format(shown["drawing"]) if shown["drawing"] else Markup("")
     caption = "Both views at one scale, free spring, close wound." if figure else ""
     return Opening(verdict, trust, steps, figure, caption, Figures(("The spring", ""), rows), not violated)
 

@@ -17,15 +17,16 @@ from reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERM
 from reports.figures.svg import Point, Svg
 from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
 from reports.reading import Result, Table, value_of
+from reports.scripts import data_block
 from reports.section import Missing, Section, mapping, sequence
 
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
-MARGIN = 46.0
+MARGIN = 46.0  # px
 GHOSTS = 7  # poses between the first and the last
 START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
 GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
-_DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}
+_DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}  # a unit
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,8 @@ def content(result: Result) -> dict[str, Any] | Missing:
         item |= {"form": trial.get("source_format"), "samples": trial.get("samples"), "rate": trial.get("rate")}
         item["total"] = trial.get("samples_in_source")
         if motion is not None and motion.seen and len(shown) < MOST:
-            item["stick"] = stick_figure(file, stick, motion, _tracked(trial))
+            item["stick"] = moving(PurePosixPath(file).stem, stick, stick_figure(file, stick, motion, _tracked(trial)),
+                                   _placing(_every(stick, motion, _tracked(trial))))  # fmt: skip
             item["angles"] = trial_figure(f"{file}: measured angles", panels[file], limits, PurePosixPath(file).stem)
         shown.append(item)
     lines = [(START, "first pose"), (END, "last pose"), (GHOST, "between"), (TIP, "way of the tip")]
@@ -99,9 +101,8 @@ def content(result: Result) -> dict[str, Any] | Missing:
 def stick_figure(title: str, stick: Stick, motion: Motion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
     """The leg's first and last pose, some between, the tip's way, and each joint's angle with its positive sense."""
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
-    every = [point for pose in (*poses, *tracked) for point in pose]
     svg = Svg(SIZE, SIZE, f"{title}: the leg as a stick figure")
-    place = _placing(every)
+    place = _placing(_every(stick, motion, tracked))
     _frame(svg)
     for pose in _between(poses):
         svg.polyline(map(place, pose), GHOST.style)
@@ -121,6 +122,29 @@ def stick_figure(title: str, stick: Stick, motion: Motion, tracked: Sequence[Seq
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
             svg.text((x + 10, y - 7), words, style, most=28)
     return svg.markup
+
+
+def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], Point]) -> Markup:
+    """The drawing with what the page's script needs to move the leg with the cursor of the trial's plots."""
+    origin, right = place((0.0, 0.0)), place((1.0, 0.0))
+    numbers = {
+        "tilt": stick.tilt,
+        "at": list(origin),
+        "scale": right[0] - origin[0],
+        "joints": [
+            {"name": joint.name, "zero": joint.zero, "sign": joint.sign, "length": joint.length}
+            for joint in stick.joints
+        ],
+    }
+    return Markup('<div data-stick="{}">{}<script type="application/json">{}</script></div>').format(
+        trial, drawing, data_block(numbers)
+    )
+
+
+def _every(stick: Stick, motion: Motion, tracked: Sequence[Sequence[Point]]) -> list[Point]:
+    """All places that the drawing must hold, mm."""
+    poses = [stick.pose(motion.angles[k]) for k in motion.seen]
+    return [point for pose in (*poses, *tracked) for point in pose]
 
 
 def _stick(result: Result) -> Stick:

@@ -16,6 +16,7 @@ from contextlib import suppress
 from typing import NoReturn
 
 from synth import __version__
+from synth.commands import streams
 from synth.commands.arguments import near_miss
 from synth.commands.progress import Progress, printable
 from synth.errors import Problem, UserError
@@ -35,6 +36,7 @@ COMMANDS = {
     "warmup": "compile the equations of motion now instead of at the first use",
 }
 MODULES = {"import": "motion_import"}  # where a command's name cannot be a module's
+WITH_JSON = ("fit", "leg", "gap", "hopper")  # that end with a table; `synth spring` has --json of its own
 TOP_OPTIONS = ("--help", "--version", "--quiet")
 
 
@@ -48,25 +50,26 @@ class Parser(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError):  # a stream that a caller put there may be of another kind
-            stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    streams.prepare()
     _quick_start()
     try:
         status = _dispatch(list(sys.argv[1:] if argv is None else argv))
-        sys.stdout.flush()
+        lost = streams.lost()
+        if lost is not None:
+            raise UserError(Problem(f"cannot be written: {lost}; what was asked for is done", "standard output"))
         if argv is None:
             gc.freeze()  # the process ends: not to be looked through once more, a tenth of a second
         return status
     except UserError as error:
-        sys.stderr.write("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
+        streams.write_message("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
+        with suppress(OSError):
+            streams.lost()
         return 2
     except KeyboardInterrupt:
-        sys.stderr.write("synth: interrupted; nothing was left half-written\n")
+        streams.write_message("synth: interrupted; nothing was left half-written\n")
         return 130
     except BrokenPipeError:
-        with suppress(OSError, ValueError):  # so that the flush at exit has somewhere to go
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        streams.read_by_nobody()
         return 141
 
 
@@ -88,16 +91,16 @@ def _dispatch(argv: list[str]) -> int:
     while argv and argv[0].startswith("-"):
         option = argv.pop(0)
         if option in ("-h", "--help"):
-            sys.stdout.write(_help())
+            streams.write_result(sys.stdout, _help())
             return 0
         if option in ("-V", "--version"):
-            sys.stdout.write(f"synth {__version__}\n")
+            streams.write_result(sys.stdout, f"synth {__version__}\n")
             return 0
         if option not in ("-q", "--quiet"):
             raise UserError(f'unknown option "{option}"{near_miss(option, TOP_OPTIONS)} (see synth --help)')
         quiet = True
     if not argv:
-        sys.stderr.write(_help())
+        streams.write_message(_help())
         return 2
     name, *rest = argv
     if name not in COMMANDS:
@@ -116,7 +119,9 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
         allow_abbrev=False,
     )
     module.add_arguments(parser)
-    parser.add_argument("-q", "--quiet", action="store_true", help="say nothing but results and mistakes")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print nothing but the result's table and mistakes")
+    if name in WITH_JSON:
+        parser.add_argument("--json", action="store_true", help="print the result's JSON, and nothing else, on stdout")
     _refuse_unknown_options(parser, rest)
     try:
         arguments, surplus = parser.parse_known_args(rest)
@@ -124,7 +129,8 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
         return int(done.code or 0)
     if surplus:
         raise UserError([Problem(f'"{word}" is one argument too many (see {parser.prog} --help)') for word in surplus])
-    status: int = module.run(arguments, Progress(quiet=quiet or arguments.quiet))
+    as_json = name in WITH_JSON and arguments.json
+    status: int = module.run(arguments, Progress(quiet=quiet or arguments.quiet, as_json=as_json))
     return status
 
 

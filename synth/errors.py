@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+LONGEST_WORD = 80  # characters of a value that a message shows
+LONGEST = 2_000  # of a message
+_QUOTED = re.compile(r"""(["'])((?:(?!\1).){%d,})\1""" % (LONGEST_WORD + 1), re.DOTALL)  # noqa: UP031
+_WORD = re.compile(r"\S{%d,}" % (3 * LONGEST_WORD))  # noqa: UP031
 
 
 @dataclass(frozen=True)
@@ -27,7 +34,39 @@ class Problem:
         if self.line is not None:
             place += f":{self.line}"
         parts = [part for part in (place, self.key) if part]
-        return ": ".join([*parts, self.text])
+        return ": ".join([*parts, readable(self.text)])
+
+
+def readable(text: str) -> str:
+    """A message with values cut where they are so long that nobody would find the message in them."""
+    text = _QUOTED.sub(lambda found: f"{found[1]}{found[2][: LONGEST_WORD - 3]}...{found[1]}", text)
+    text = _WORD.sub(lambda found: f"{found[0][:LONGEST_WORD]}...", text)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def did_you_mean(value: str, names: Iterable[str], most: int = 1, cutoff: float = 0.6) -> str:
+    """``; did you mean knee?`` with at most so many of the names that are near ``value``, empty where none is.
+
+    A name that is written as the value is no help and is left out; one that only looks the same is told as such.
+    """
+    from difflib import get_close_matches
+
+    if len(value) > 100:
+        return ""
+    folded = {name.casefold(): name for name in names if name != value}
+    near = [folded[each] for each in get_close_matches(value.casefold(), list(folded), n=most, cutoff=cutoff)]
+    if not near:
+        return ""
+    alike = _seen(near[0]) == _seen(value) and near[0].casefold() != value.casefold()
+    how = ", which looks the same but is written with other characters or blanks" if alike else ""
+    return f"; did you mean {' or '.join(near)}{how}?"
+
+
+def _seen(name: str) -> str:
+    """What of a name is seen: no blanks, no marks of width 0, accents as one writes them."""
+    import unicodedata
+
+    return "".join(c for c in unicodedata.normalize("NFKC", name).casefold() if c.isprintable() and not c.isspace())
 
 
 class UserError(Exception):

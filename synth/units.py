@@ -11,11 +11,10 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, cast
 
-from synth.errors import UserError
+from synth.errors import UserError, did_you_mean
 from synth.units_often import OFTEN
 
 if TYPE_CHECKING:
@@ -294,8 +293,7 @@ def _near_units(name: str) -> str:
     lower = {known.lower(): known for known in reversed(names)}
     if name.lower() in lower:
         return f"; did you mean {lower[name.lower()]}?"
-    near = get_close_matches(name, names, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
+    return did_you_mean(name, names)
 
 
 def _near_dimension(written: str, wanted: _Unit) -> str:

@@ -9,7 +9,7 @@ from math import pi
 
 Dimension = tuple[tuple[str, float], ...]
 
-_SIZES = {"degree": pi / 180, "rpm": 2 * pi / 60}
+_SIZES = {"degree": pi / 180, "rpm": 2 * pi / 60}  # rad, rad/s
 # unit, size in SI, powers of the dimensions
 _LINES = """
 percent         0.01    -

@@ -53,10 +53,11 @@ class Axes:
             height = self.y(tick)
             svg.line((self.x.start, height), (self.x.end, height), f'stroke="{RULE}" stroke-width="0.7"')
             svg.text((self.x.start - 4, height + 3.5), tick_text(tick, at), f'text-anchor="end" {TICK}')
-        for tick in (at := self.x.ticks(x_ticks)):
-            place = self.x(tick)
-            svg.line((place, self.y.start), (place, self.y.start + 3), f'stroke="{GREY}" stroke-width="0.8"')
-            svg.text((place, self.y.start + 13.5), tick_text(tick, at), f'text-anchor="middle" {TICK}')
+        with svg.group("x-ticks"):
+            for tick in (at := self.x.ticks(x_ticks)):
+                place = self.x(tick)
+                svg.line((place, self.y.start), (place, self.y.start + 3), f'stroke="{GREY}" stroke-width="0.8"')
+                svg.text((place, self.y.start + 13.5), tick_text(tick, at), f'text-anchor="middle" {TICK}')
         line = f'stroke="{GREY}" stroke-width="0.9"'
         svg.line((self.x.start, self.y.start), (self.x.end, self.y.start), line)
         svg.line((self.x.start, self.y.start), (self.x.start, self.y.end), line)

@@ -12,7 +12,7 @@ from reports.figures.axes import Scale
 from reports.figures.palette import BLACK, BLUE, GREY, RULE
 from reports.figures.svg import Svg
 
-ROW, HEAD, FOOT = 24.0, 24.0, 4.0
+ROW, HEAD, FOOT = 24.0, 24.0, 4.0  # px
 WORDS = 70.0  # right of a bar, for its words
 GAP = 18.0  # between columns
 LETTER = 6.9  # width of a letter of a label, at most

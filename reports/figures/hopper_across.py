@@ -11,8 +11,8 @@ from reports.figures.axes import Axes, Scale, padded
 from reports.figures.palette import AFTER, BEFORE, BLACK, GREY, Line
 from reports.figures.svg import Svg
 
-WIDTH, HEIGHT = 420.0, 210.0
-LEFT, RIGHT, TOP, BOTTOM = 44.0, 12.0, 14.0, 40.0
+WIDTH, HEIGHT = 420.0, 210.0  # px
+LEFT, RIGHT, TOP, BOTTOM = 44.0, 12.0, 14.0, 40.0  # px
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale, padded
 from reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
-from reports.figures.svg import Svg, thinned
+from reports.figures.svg import Svg
 
-WIDTH, HEIGHT = 500.0, 150.0
-LEFT, RIGHT, TOP, BOTTOM = 52.0, 12.0, 20.0, 32.0
-STRIP_HEIGHT = 250.0
+STRIP_HEIGHT = 250.0  # px
 
 
 @dataclass(frozen=True)
@@ -36,27 +33,6 @@ class Pose:
     upper: float
     upper_end: float
     lower: float
-
-
-def curve_figure(
-    title: str, unit: str, times: Sequence[float], values: Sequence[float], takeoff: float | None
-) -> Markup:
-    """One quantity over time, the takeoff marked; ``unit`` as it is to be read."""
-    svg = Svg(WIDTH, HEIGHT, title)
-    low, high = padded([*values, 0.0])
-    axes = Axes(
-        Scale(times[0], times[-1], LEFT, WIDTH - RIGHT),
-        Scale(low, high, HEIGHT - BOTTOM, TOP),
-    )
-    axes.frame(svg, 7, 4)
-    svg.text((4, 12), f"{title} [{unit}]", f'font-size="11.5" fill="{BLACK}" font-weight="600"')
-    svg.text((WIDTH / 2, HEIGHT - 4), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
-    if takeoff is not None and times[0] < takeoff < times[-1]:
-        x = axes.x(takeoff)
-        svg.line((x, TOP), (x, HEIGHT - BOTTOM), f'stroke="{VERMILION}" stroke-width="1" stroke-dasharray="4 3"')
-        svg.text((x + 4, TOP + 9), "takeoff", f'font-size="10" fill="{VERMILION}"')
-    svg.polyline(axes.points(thinned(list(times), list(values), 240)), f'stroke="{BLUE}" stroke-width="1.6"')
-    return svg.markup
 
 
 def strip_figure(geometry: Geometry, poses: Sequence[Pose]) -> Markup:

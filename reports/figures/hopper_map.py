@@ -11,7 +11,7 @@ from reports.figures.axes import TICK
 from reports.figures.palette import BLACK, GREY, VERMILION
 from reports.figures.svg import Svg
 
-WIDTH, LEFT, TOP, BOTTOM = 620.0, 66.0, 26.0, 46.0
+WIDTH, LEFT, TOP, BOTTOM = 620.0, 66.0, 26.0, 46.0  # px
 KEY = 92.0  # room for the colour key
 # Light to dark blue, even steps of lightness, readable in grey (ColorBrewer "Blues", Brewer 2003).
 SHADES = ("#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#4292c6", "#2171b5", "#08519c", "#08306b")

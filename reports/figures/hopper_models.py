@@ -11,8 +11,8 @@ from reports.figures.axes import TICK, Axes, Scale
 from reports.figures.palette import BLACK, BLUE, GREY, VERMILION
 from reports.figures.svg import Svg
 
-WIDTH, HEIGHT = 620.0, 250.0
-LEFT, RIGHT, TOP, BOTTOM = 52.0, 120.0, 16.0, 44.0
+WIDTH, HEIGHT = 620.0, 250.0  # px
+LEFT, RIGHT, TOP, BOTTOM = 52.0, 120.0, 16.0, 44.0  # px
 
 
 @dataclass(frozen=True)

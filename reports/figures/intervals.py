@@ -12,7 +12,7 @@ from reports.figures.axes import Axes, Scale, tick_text
 from reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
 from reports.figures.svg import Svg
 
-WIDTH, LABEL, RIGHT, ROW, TOP, BOTTOM = 760.0, 230.0, 20.0, 22.0, 8.0, 38.0
+WIDTH, LABEL, RIGHT, ROW, TOP, BOTTOM = 760.0, 230.0, 20.0, 22.0, 8.0, 38.0  # px
 COLOURS = (BLUE, VERMILION, "#009e73", "#cc79a7")
 OPEN = 1e3  # factor at which an open end of an interval is cut
 

@@ -20,10 +20,14 @@ def swatch(line: Line) -> Markup:
     return Markup(str(svg.markup).replace("<svg ", '<svg class="swatch" ', 1))
 
 
-def legend(entries: Sequence[tuple[Line, str]]) -> Markup:
-    """Lines with their names, one after another."""
+def legend(entries: Sequence[tuple[Line, str]], switched: Sequence[tuple[Line, str, str]] = ()) -> Markup:
+    """Lines with their names in a row; ``switched``: line, curve and words of curves that are off at first."""
     items = Markup("").join(
         Markup('<span data-curve="{}">{}&nbsp;{}</span>').format(name.split(":")[0].split(",")[0], swatch(line), name)
         for line, name in entries
+    )
+    items += Markup("").join(
+        Markup('<span data-curve="{}" data-off="1" class="live">{}&nbsp;{}</span>').format(curve, swatch(line), words)
+        for line, curve, words in switched
     )
     return Markup('<p class="legend">{}</p>').format(items)

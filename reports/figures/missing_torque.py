@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from reports.figures.axes import Axes, Scale, padded
-from reports.figures.palette import BLACK, BLUE, GREY
+from reports.figures.palette import BLACK, BLUE, GREY, VERMILION, Line
 from reports.figures.svg import Point, Svg, shortened
 
-WIDTH, HEIGHT = 960.0, 236.0
-LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0
-MOST_DOTS = 700
-BINS, LEAST_IN_BIN = 21, 8
+WIDTH, HEIGHT = 960.0, 236.0  # px
+LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0  # px
+MOST_DOTS = 700  # a plot: more cannot be told apart and make the page heavy
+BINS, LEAST_IN_BIN = 21, 8  # of the median line over speed or deflection, and samples for one to be drawn
 OUTER = 0.02  # share of the samples that either end of an axis may leave out
+LAW_POINTS = 160
+NAMED = Line(VERMILION, 2.0, "7 3")
+Law = Callable[[float], float]
 DOT, BAND = "#c3c9cf", "#bfd9ec"
 
 
@@ -37,6 +40,7 @@ class Cloud:
     joint: str
     abscissa: str
     points: Sequence[Point]
+    law: Law | None = None  # of the named effect, over the abscissa's own unit
 
 
 def quantile(ordered: Sequence[float], share: float) -> float:
@@ -108,12 +112,27 @@ def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: fl
     inside = [p for p in cloud.points[::every] if span[0] <= p[0] <= span[1] and vertical[0] <= p[1] <= vertical[1]]
     svg.dots(axes.points(inside), 2.6, DOT)
     _medians(svg, axes, bins)
+    if cloud.law is not None:
+        _law(svg, axes, cloud.law)
     words = f'font-size="11" fill="{BLACK}" text-anchor="middle"'
     svg.text(((axes.x.start + axes.x.end) / 2, HEIGHT - 8), cloud.abscissa, words)
     middle = (axes.y.start + axes.y.end) / 2
     svg.text((left + 12, middle), "torque [N·m]", f'{words} transform="rotate(-90 {left + 12:.0f} {middle:.0f})"')
     heading = f"{shortened(cloud.joint, 40)}: missing torque"
     svg.text((left + LEFT, 14), heading, f'font-size="11.5" fill="{BLACK}" font-weight="600"')
+
+
+def _law(svg: Svg, axes: Axes, law: Law) -> None:
+    """The named law over the whole axis, broken where it leaves the axis or jumps at zero."""
+    points: list[Point] = []
+    for k in range(LAW_POINTS + 1):
+        x = axes.x.low + (axes.x.high - axes.x.low) * k / LAW_POINTS
+        if points and points[-1][0] < 0.0 <= x:
+            points += [(-1e-9, law(-1e-9)), (0.0, math.nan), (1e-9, law(1e-9))]
+        if x != 0.0:
+            points.append((x, law(x)))
+    inside = [(x, y if axes.y.low <= y <= axes.y.high else math.nan) for x, y in points]
+    svg.polyline(axes.points(inside), NAMED.style)
 
 
 def _medians(svg: Svg, axes: Axes, bins: Sequence[Bin]) -> None:

@@ -11,11 +11,11 @@ from reports.figures.palette import BLACK, BLUE, GREY, VERMILION
 from reports.figures.svg import Point, Svg
 from reports.quantities import number
 
-HEIGHT, TOP, LEFT = 400.0, 34.0, 84.0
+HEIGHT, TOP, LEFT = 400.0, 34.0, 84.0  # px
 ROOM = (330.0, 288.0)  # for the coil with its arms along the axis
 SIDE_ROOM = 300.0  # for the body's length
 ARC = 80.0  # for the included angle's arc and its label beside the coil
-GAP, RIGHT = 70.0, 170.0
+GAP, RIGHT = 70.0, 170.0  # px
 WIRE = "#dfe6ee"
 THIN = f'stroke="{GREY}" stroke-width="0.8"'
 CHAIN = f'stroke="{GREY}" stroke-width="0.8" stroke-dasharray="9 3 2 3"'

@@ -41,10 +41,18 @@ class Svg:
         ]
 
     @contextmanager
-    def named(self, name: str) -> Iterator[None]:
-        """Elements that belong to the curve of that name, so that it can be switched off."""
+    def group(self, name: str) -> Iterator[None]:
+        """Elements of one class, a name of ours, that the page's script finds again."""
+        self._parts.append(f'<g class="{name}">')
+        yield
+        self._parts.append("</g>")
+
+    @contextmanager
+    def named(self, name: str, *, hidden: bool = False) -> Iterator[None]:
+        """Elements that belong to the curve of that name, so that it can be switched; ``hidden``: off at first."""
         if name:
-            self._parts.append(f'<g data-curve="{escape(name)}">')
+            off = ' style="display:none"' if hidden else ""
+            self._parts.append(f'<g data-curve="{escape(name)}"{off}>')
         yield
         if name:
             self._parts.append("</g>")

@@ -12,10 +12,10 @@ from reports.figures.axes import Axes, Scale
 from reports.figures.palette import BLACK, GREY, SECANT, Line
 from reports.figures.svg import Point, Svg
 
-WIDTH, HEIGHT = 620.0, 300.0
-LEFT, RIGHT, TOP, BOTTOM = 58.0, 16.0, 18.0, 44.0
-RPM = math.pi / 30
-SAMPLES = 160
+WIDTH, HEIGHT = 620.0, 300.0  # px
+LEFT, RIGHT, TOP, BOTTOM = 58.0, 16.0, 18.0, 44.0  # px
+RPM = math.pi / 30  # rad/s
+SAMPLES = 160  # points a curve: one every 4 px
 
 # name of a law -> its torque (N m) at a speed (rad/s), from its parameters in SI. The names are those of design.json.
 LAWS: Mapping[str, Callable[[Mapping[str, float], float], float]] = {

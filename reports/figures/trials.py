@@ -16,8 +16,8 @@ from reports.quantities import unit_text
 from reports.scripts import data_block
 
 WIDTH, HEIGHT = 340.0, 172.0  # of a panel: as wide as a telephone
-LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0
-BUCKETS = 150
+LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0  # px
+BUCKETS = 150  # least and greatest value of each are drawn: one every 2 px
 MOST_SAMPLES = 600  # of a curve that the page's cursor and tables hold; the folder's file has them all
 LEAST_RANGE = 2.0  # degrees on the angle axis, so that noise does not fill a panel of a joint at rest
 
@@ -29,6 +29,7 @@ class Curve:
     values: Sequence[float]
     line: Line
     name: str = ""
+    hidden: bool = False  # until it is switched on in the page
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def shared_limits(panels: Sequence[Panel]) -> Limits:
     time = (min(start for start, _ in spans), max(end for _, end in spans)) if alike else None
     angle: dict[str, Point] = {}
     for joint in dict.fromkeys(panel.joint for panel in panels):
-        values = [v for p in panels if p.joint == joint for curve in p.curves for v in curve.values]
+        values = [v for p in panels if p.joint == joint for curve in p.curves if not curve.hidden for v in curve.values]
         least = math.radians(LEAST_RANGE) if any(p.unit == "rad" for p in panels if p.joint == joint) else LEAST_RANGE
         angle[joint] = padded(values, least=least)
     return Limits(time, angle)
@@ -96,7 +97,7 @@ def _drawing(title: str, panel: Panel, limits: Limits) -> Markup:
     svg.text((middle, HEIGHT - 7), "time [s]", f'font-size="10" fill="{GREY}" text-anchor="middle"')
     for curve in panel.curves:
         points = axes.points(thinned(panel.times, curve.values, BUCKETS))
-        with svg.named(curve.name):
+        with svg.named(curve.name, hidden=curve.hidden):
             if curve.line.dots:
                 svg.dots(points, curve.line.width, curve.line.colour)
             else:

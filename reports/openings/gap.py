@@ -14,7 +14,7 @@ from reports.sections import gap_how_far
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_which import VERDICTS, name_of
 
-MOST_CAUSES = 3
+MOST_CAUSES = 3  # in the opening; the rest stands in its section
 
 
 def gap_opening(result: Result) -> Opening:

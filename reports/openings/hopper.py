@@ -91,7 +91,8 @@ def _steps(limit: str) -> list[str]:
 def _picture(result: Result) -> tuple[Markup, str]:
     jump = hopper_jump.content(result)
     if not isinstance(jump, Missing):
-        return jump["strip"], "The jump of the chosen leg, from the crouch to the top."
+        strip = Markup('<div id="jump-player"><div class="poster">{}</div></div>').format(jump["strip"])
+        return strip, "The jump of the chosen leg, from the crouch to the top."
     found = hopper_choice.map_content(result)
     return (Markup(""), "") if isinstance(found, Missing) else (found["svg"], "Clearance over ratio and length.")
 

@@ -12,7 +12,7 @@ from reports.opening import Cell, Figures, Opening, listed
 from reports.quantities import brief, interval_text, percent, text, whole_percent
 from reports.reading import Json, Result, png_uri, value_of
 from reports.section import mapping, sequence
-from reports.sections import pictures
+from reports.sections import live_leg, pictures
 
 CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg is told as sure, or as a gamble
 GAIN = 0.2  # of the chance, from which measuring the springs first is the thing to do
@@ -109,8 +109,8 @@ def _picture(result: Result) -> tuple[Markup, str]:
         path = result.path(str(item.get("path")))
         if path is not None and path.suffix.lower() == ".png":
             picture = Markup('<img src="{}" alt="{}">').format(png_uri(path), str(item.get("caption") or ""))
-            return picture, str(item.get("caption") or "")
-    return Markup(""), ""
+            return Markup('<div id="leg3d">{}</div>').format(picture), str(item.get("caption") or "")
+    return (Markup('<div id="leg3d"></div>'), "") if result.path(live_leg.GLB) else (Markup(""), "")
 
 
 def _figures(document: Json) -> Figures | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -10,9 +11,9 @@ from markupsafe import Markup
 
 from reports.figures.bars import Bar, Column, bar_figure
 from reports.figures.legend import legend
-from reports.figures.palette import AFTER, BEFORE, RECORDED
+from reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
 from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
-from reports.quantities import brief, interval_of
+from reports.quantities import brief, interval_of, share_text
 from reports.reading import Json, Result, value_of
 from reports.responses import Response, extremes, read_response
 from reports.section import Missing, Section, mapping, sequence
@@ -25,8 +26,9 @@ STEPS = (
     ("noise_floor", "noise floor", "what the sensors leave"),
 )
 _LINES = {"measured": RECORDED, "before": BEFORE, "after": AFTER}
-LEGEND = legend([(RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after")])
-WIDTH, LABEL = 640.0, 120.0
+MAIN = ((RECORDED, "measured"), (BEFORE, "before: nominal at its best"), (AFTER, "after"))
+ALONE = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.7, "2 2.5"), Line(ORANGE, 1.7, "8 3 2 3"), Line(SKY, 1.7, "1 3"))
+WIDTH, LABEL = 640.0, 120.0  # px
 
 
 def content(result: Result) -> dict[str, Any] | Missing:
@@ -46,7 +48,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         "joints": [{"name": name, **joint, "noise": mapping(result.content, "noise").get(name)}
                    for name, joint in joints.items()],
         "trials": trials,
-        "legend": LEGEND,
+        "legend": legend(MAIN, switched(result)),
         "figures": _figures(result, [trial for trial in trials if str(trial.get("file")) in shown]),
         "total": len(trials),
         "held_out": all(trial.get("held_out") for trial in trials),
@@ -94,8 +96,8 @@ def _figures(result: Result, trials: list[Mapping[str, Any]]) -> list[Json]:
     found = []
     for trial in trials:
         response = read_response(result, str(trial.get("predicted")))
-        if response is not None and (panels := _angles(response, trial)):
-            found.append((trial, panels, _errors(response)))
+        if response is not None and (panels := _angles(result, response, trial)):
+            found.append((trial, panels, _errors(result, response, trial)))
     limits = shared_limits([panel for _, panels, _ in found for panel in panels])
     error_limits = shared_limits([panel for _, _, panels in found for panel in panels])
     return [
@@ -114,15 +116,16 @@ def worst_figure(result: Result) -> tuple[Markup, str] | None:
     trials = [t for t in sequence(result.content, "trials") if isinstance(t, Mapping) and t.get("scored")]
     for trial in sorted(trials, key=_worst, reverse=True):
         response = read_response(result, str(trial.get("predicted")))
-        panels = [] if response is None else _angles(response, trial)
+        panels = [] if response is None else _angles(result, response, trial)
         if response is None or not panels:
             continue
         errors = {panel.joint: value_of(mapping(trial, "rms", panel.joint).get("before")) or 0.0 for panel in panels}
         worst = max(panels, key=lambda panel: errors[panel.joint])
-        below = [panel for panel in _errors(response) if panel.joint == worst.joint]
+        below = [panel for panel in _errors(result, response, trial) if panel.joint == worst.joint]
         upper = trial_figure("measured, before and after", [worst], shared_limits([worst]), _name(trial))
         lower = trial_figure("errors before and after", below, shared_limits(below), _name(trial))
-        return LEGEND + upper + lower, f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
+        words = f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
+        return legend(MAIN, switched(result)) + upper + lower, words
     return None
 
 
@@ -131,7 +134,7 @@ def _name(trial: Mapping[str, Any]) -> str:
     return PurePosixPath(str(trial.get("file"))).stem
 
 
-def _angles(response: Response, trial: Mapping[str, Any]) -> list[Panel]:
+def _angles(result: Result, response: Response, trial: Mapping[str, Any]) -> list[Panel]:
     """Measured, before and after; a locked joint, of which nothing was measured, is left out."""
     panels = []
     for joint in response.joints("measured"):
@@ -140,12 +143,41 @@ def _angles(response: Response, trial: Mapping[str, Any]) -> list[Panel]:
         error = mapping(trial, "rms", joint)
         remark = f"{brief(error.get('before'))} → {brief(error.get('after'))}" if error else ""
         if (panel := response.panel(joint, _LINES, remark)) is not None:
-            panels.append(panel)
+            more = [Curve(values, line, cause, hidden=True) for cause, line, values in _alone(result, trial, joint)]
+            panels.append(replace(panel, curves=[*panel.curves, *more]))
     return panels
 
 
-def _errors(response: Response) -> list[Panel]:
-    """Predicted less measured, before and after, for the same joints."""
+def switched(result: Result) -> list[tuple[Line, str, str]]:
+    """Line, curve and words of the single causes that can be switched on beside the scored trials."""
+    names: dict[str, None] = {}
+    for trial in sequence(result.content, "trials"):
+        table = result.table(str(trial.get("alone"))) if isinstance(trial, Mapping) and trial.get("alone") else None
+        for column in table.columns if table is not None else ():
+            if " with " in column:
+                names.setdefault(column.rpartition(" with ")[2])
+    odds = {
+        f"{entry.get('effect')} @ {entry.get('joint')}": share_text(entry.get("probability"))
+        for entry in sequence(result.content, "ranked")
+        if isinstance(entry, Mapping)
+    }
+    return [
+        (line, name, f"{name.replace('_', ' ').replace(' @ ', ', ')} alone ({odds.get(name, '–')})")
+        for line, name in zip(ALONE, names, strict=False)
+    ]
+
+
+def _alone(result: Result, trial: Mapping[str, Any], joint: str) -> list[tuple[str, Line, Sequence[float]]]:
+    """Cause, line and the joint's angles with that cause alone."""
+    table = result.table(str(trial.get("alone"))) if trial.get("alone") else None
+    if table is None:
+        return []
+    found = [(line, name, table.columns.get(f"{joint} with {name}")) for line, name, _ in switched(result)]
+    return [(name, line, values) for line, name, values in found if values is not None]
+
+
+def _errors(result: Result, response: Response, trial: Mapping[str, Any]) -> list[Panel]:
+    """Predicted less measured, before and after, for the same joints; switched on too, with single causes."""
     columns, times = response.table.columns, response.table.columns.get("time", [])
     panels = []
     for joint in response.joints("measured"):
@@ -156,6 +188,9 @@ def _errors(response: Response) -> list[Panel]:
             Curve([x - y for x, y in zip(columns[f"{joint} {kind}"], measured, strict=True)], _LINES[kind], kind)
             for kind in ("before", "after")
         ]
+        for cause, line, values in _alone(result, trial, joint):
+            away = [x - y for x, y in zip(values, measured, strict=True)]
+            curves.append(Curve(away, line, cause, hidden=True))
         panels.append(Panel(joint, response.unit(joint, "measured"), times, curves, "", "error"))
     return panels
 

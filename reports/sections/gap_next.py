@@ -10,7 +10,7 @@ from reports.quantities import number
 from reports.reading import Result, value_of
 from reports.section import Section, mapping, sequence
 
-WIDTH, LABEL = 860.0, 515.0
+WIDTH, LABEL = 860.0, 515.0  # px
 MOST = 8  # trials of the menu that are drawn
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from markupsafe import Markup
 
 from reports.figures.bars import Bar, Column, bar_figure
 from reports.figures.legend import legend
-from reports.figures.missing_torque import Cloud, missing_torque_figure
+from reports.figures.missing_torque import NAMED, Cloud, missing_torque_figure
+from reports.figures.named_laws import law_of
 from reports.figures.palette import AFTER, BEFORE, FLOOR
 from reports.figures.trials import Curve, Limits, Panel, trial_figure
 from reports.quantities import in_si, number, unit_text
@@ -27,8 +28,8 @@ SHARES = {
     "time": ("by time", "{} third"),
 }
 _TIMES = {"low": "first", "middle": "middle", "high": "last"}
-PANEL, LABEL = 300.0, 104.0
-MOST_TIMES = 60
+PANEL, LABEL = 300.0, 104.0  # px
+MOST_TIMES = 60  # points a time plot
 ENDING = " missing torque"
 DEFLECTION = "deflection from the free angle"  # the words for the column
 
@@ -42,7 +43,10 @@ def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Mi
     joints = _joints(tables)
     return {
         "shares": [figure for key in SHARES if (figure := _share(key, mapping(where, key))) is not None],
-        "torques": [figure for joint in joints if (figure := _torque(joint, tables, deflection)) is not None],
+        "named": legend([(NAMED, "law of the named effect")])
+        if any(_named(result, joint, column) for joint in joints for column in ("speed", "deflection"))
+        else "",
+        "torques": [figure for joint in joints if (figure := _torque(result, joint, tables, deflection)) is not None],
         "errors": _errors(result, joints),
         "legend": legend([(BEFORE, "nominal at its best"), (AFTER, "with the explanation"), (FLOOR, "noise")]),
         "trials": len(tables),
@@ -80,8 +84,8 @@ def _share(key: str, shares: Json) -> Markup | None:
     return bar_figure(title, labels, [Column(f"share {heading}", bars, 1.0, words=40.0)], PANEL, LABEL)
 
 
-def _torque(joint: str, tables: list[Table], deflection: str) -> Markup | None:
-    """Missing torque against speed and against deflection, over all trials."""
+def _torque(result: Result, joint: str, tables: list[Table], deflection: str) -> Markup | None:
+    """Missing torque against speed and against deflection, over all trials, and the named effect's own law."""
     clouds = []
     for column, words in (("speed", "speed"), ("deflection", deflection)):
         points, unit = [], ""
@@ -92,8 +96,21 @@ def _torque(joint: str, tables: list[Table], deflection: str) -> Markup | None:
             unit = unit_text(table.units.get(f"{joint} {column}", "")).replace("deg", "°")
             points += [(x, y) for x, y in zip(other, torque, strict=True) if math.isfinite(x) and math.isfinite(y)]
         if points:
-            clouds.append(Cloud(joint, f"{words} [{unit}]", points))
+            clouds.append(Cloud(joint, f"{words} [{unit}]", points, _named(result, joint, column)))
     return missing_torque_figure(f"{joint}: torque that the nominal leg lacks", clouds) if clouds else None
+
+
+def _named(result: Result, joint: str, column: str) -> Callable[[float], float] | None:
+    """The sum of the accepted effects' laws at the joint against this column, which is in degrees."""
+    laws = []
+    for cause in sequence(result.content, "explanation"):
+        if not isinstance(cause, Mapping) or cause.get("joint") != joint:
+            continue
+        numbers = {name: in_si(quantity) for name, quantity in mapping(cause, "parameters").items()}
+        known = {name: value for name, value in numbers.items() if value is not None}
+        if (law := law_of(str(cause.get("effect")), known, column)) is not None:
+            laws.append(law)
+    return (lambda x: sum(law(math.radians(x)) for law in laws)) if laws else None
 
 
 def _errors(result: Result, joints: list[str]) -> Markup | None:

@@ -18,8 +18,8 @@ VERDICTS = {
     "tie": "something is missing, and these trials cannot tell which of the effects below it is",
     "unknown": "something is missing that no effect in the library explains",
 }
-WIDTH, LABEL = 800.0, 236.0
-MOST_BARS = 10
+WIDTH, LABEL = 800.0, 236.0  # px
+MOST_BARS = 10  # candidates drawn
 LEAST = 0.005  # a candidate less probable than this is counted among the others
 
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from reports.figures.hopper_jump import Geometry, Pose, curve_figure, strip_figure
+from reports.figures.hopper_jump import Geometry, Pose, strip_figure
 from reports.reading import Result, value_of
 from reports.section import Missing, Section, mapping
+from reports.sections.live_jump import jump_curves
 
 FILE = "jump.csv"
-POSES = 9
-CURVES = (
-    ("hip height", "m", "m"), ("foot height", "m", "m"), ("ground force", "N", "N"),
-    ("gear torque", "N·m", "N*m"), ("current", "A", "A"), ("centre of mass speed", "m/s", "m/s"),
-)  # fmt: skip
+POSES = 9  # of the leg drawn over the jump
 
 
 def content(result: Result) -> dict[str, Any] | Missing:
@@ -45,7 +42,8 @@ def content(result: Result) -> dict[str, Any] | Missing:
     poses = [Pose(*(column[row] for column in columns)) for row in rows]
     return {
         "strip": strip_figure(geometry, poses),
-        "curves": [curve_figure(name, shown, times, table.columns[name], takeoff) for name, shown, _ in CURVES],
+        "curves": jump_curves(result),
+        "takeoff": best.get("takeoff_time"),
         "table": FILE,
     }
 

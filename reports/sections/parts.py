@@ -10,6 +10,7 @@ from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
 
 SHOWN = 8  # alternatives of each part
+OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
 
 
 def content(result: Result) -> dict[str, Any] | Missing:
@@ -25,6 +26,7 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
     spring = mapping(joint, "spring")
     wanted = mapping(joint, "refit").get("spring_rate") or mapping(joint, "wanted").get("spring_rate")
     alternatives = [dict(item) for item in sequence(joint, "spring_alternatives") if isinstance(item, Mapping)]
+    alternatives = [item for item in alternatives if near(item, wanted)]
     for item in alternatives:
         item["off"] = percent(value_of(item.get("rate")), value_of(wanted))
     made = mapping(spring, "make")
@@ -42,6 +44,12 @@ def _joint(name: str, joint: Mapping[str, Any]) -> Json:
         "dampers": [item for item in sequence(joint, "damper_alternatives") if isinstance(item, Mapping)],
         "left_out": [found for kind in ("springs", "dampers") if (found := _left_out(joint, kind))],
     }
+
+
+def near(alternative: Mapping[str, Any], wanted: object) -> bool:
+    """Whether a spring's rate is near enough to the wanted one to be offered in its place."""
+    rate, aim = value_of(alternative.get("rate")), value_of(wanted)
+    return rate is None or not aim or aim / OFFERED <= rate <= aim * OFFERED
 
 
 def _left_out(joint: Mapping[str, Any], kind: str) -> Json | None:

@@ -13,7 +13,7 @@ from reports.reading import Json, Result, value_of
 from reports.section import Missing, Section, mapping, sequence
 
 SHOWN = 6  # causes
-WIDTH, LABEL = 760.0, 80.0
+WIDTH, LABEL = 760.0, 80.0  # px
 
 
 def content(result: Result) -> dict[str, Any] | Missing:

@@ -32,7 +32,8 @@
         for (const cell of row.cells) {
           while (held[column] > 0) held[column++]--;
           if (cell.colSpan > 1) cell.classList.add("across");
-          else if (!cell.hasAttribute("data-label")) cell.dataset.label = names[column] || "";
+          if (!cell.textContent.trim() && !cell.firstElementChild) cell.classList.add("nothing");
+          if (cell.colSpan === 1 && !cell.hasAttribute("data-label")) cell.dataset.label = names[column] || "";
           for (let k = 0; k < cell.colSpan; k++) held[column++] = cell.rowSpan - 1;
         }
         while (column < names.length) { if (held[column] > 0) held[column]--; column++; }

@@ -20,7 +20,7 @@ from synth.files.yaml_lines import load
 
 SUFFIXES = (".yaml", ".yml")
 LEG_FILES = (".leg.yaml", ".leg.yml")
-PROJECT_LIMIT = 20_000
+PROJECT_LIMIT = 20_000  # in a folder; more is most likely the wrong folder
 MARK = "fits.txt"
 WORDS = "finished fits of an interrupted `synth fit` on a folder; the same command goes on from here\n"
 IDENTITY = "identity.json"
@@ -153,24 +153,26 @@ class Kept:
         return self.folder / f"fit-{sha256(name.encode()).hexdigest()[:24]}"
 
     def has(self, name: str, identity: Mapping[str, str]) -> bool:
-        """Whether its fit is kept, from these very files; one of other files is thrown away."""
+        """Whether its fit is kept, from these very files and unchanged; else it is thrown away."""
         place = self.place(name)
         if not place.is_dir():
             return False
-        with suppress(OSError, json.JSONDecodeError):
-            if json.loads((place / IDENTITY).read_text(encoding="utf-8")) == dict(identity):
+        with suppress(OSError, ValueError, AttributeError):
+            kept = json.loads((place / IDENTITY).read_text(encoding="utf-8"))
+            if kept.get("identity") == dict(identity) and kept.get("files") == _hashes(place / "fit"):
                 return True
         shutil.rmtree(place)
         return False
 
     def save(self, name: str, identity: Mapping[str, str], files: Mapping[str, bytes]) -> None:
-        """Keep a fit's files, all or none."""
+        """Keep a fit's files, all or none, with their hashes."""
         partial = Path(tempfile.mkdtemp(prefix="partial-", dir=self.folder))
         for file, content in files.items():
             path = partial / "fit" / file
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        (partial / IDENTITY).write_text(json.dumps(dict(identity), indent=1), encoding="utf-8")
+        kept = {"identity": dict(identity), "files": _hashes(partial / "fit")}
+        (partial / IDENTITY).write_text(json.dumps(kept, indent=1), encoding="utf-8")
         partial.chmod(0o755)
         partial.rename(self.place(name))
 
@@ -181,3 +183,8 @@ class Kept:
     def remove(self) -> None:
         """The run has written its result."""
         shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _hashes(folder: Path) -> dict[str, str]:
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): sha256(path.read_bytes()).hexdigest() for path in files}

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Iterable
+from math import isfinite, nan
 
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 
 
 def near_miss(name: str, known: Iterable[str], most: int = 1) -> str:
     """``; did you mean ...?`` with at most so many known names where any is near, else nothing."""
-    from difflib import get_close_matches
-
-    folded = {each.casefold(): each for each in known}
-    near = get_close_matches(name.casefold(), list(folded), n=most, cutoff=0.6)
-    return f"; did you mean {' or '.join(folded[each] for each in near)}?" if near else ""
+    return did_you_mean(name, known, most)
 
 
 def one_of(known: Iterable[str]) -> Callable[[str], str]:
@@ -47,6 +45,9 @@ def count(text: str) -> int:
     raise argparse.ArgumentTypeError(f'"{text}" is no whole number of at least 1')
 
 
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
+
+
 class Quantities:
     """Reads the quantities of a command line and keeps every mistake until ``require`` raises them together."""
 
@@ -75,6 +76,20 @@ class Quantities:
             return None
         if value <= 0.0 and positive:
             self.problems.append(Problem(f'"{text}" must be above 0', key=option))
+            return None
+        return value
+
+    def number(self, option: str, example: str) -> float | None:
+        """The option's value where it is a plain number; None where it was not given or is a mistake."""
+        text = getattr(self._arguments, option[2:].replace("-", "_"))
+        if text is None:
+            return None
+        try:
+            value = float(text) if _NUMBER.fullmatch(text.strip()) else nan
+        except ValueError:
+            value = nan
+        if not (isfinite(value) and value > 0.0):
+            self.problems.append(Problem(f'"{text}" is no number above 0; write it like {example}', key=option))
             return None
         return value
 

@@ -17,7 +17,6 @@ from synth.commands.fit_choice import add_fit_arguments, fit_choice, not_for_fol
 if TYPE_CHECKING:
     from synth.batch.one_fit import Ready
     from synth.commands.progress import Progress
-    from synth.fit.fit_result import FitResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +40,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
 
     from synth.batch.one_fit import fit_project, ready, write_fit
+    from synth.commands.answers import fit_text, tell
     from synth.files.output import output_folder
     from synth.files.projects import read_fit_project
     from synth.parts.resolver import resolver
@@ -57,8 +57,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
             result = fit_project(given)
         with progress.stage("writing"):
             write_fit(result, folder)
-    _tell(result, progress)
+    tell(progress, Path(arguments.out) / "fit.json", fit_text)
+    for proposal in result.proposals:
+        progress.say(f"worth measuring: {proposal.sentence}")
     progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
+    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 0
 
 
@@ -73,10 +76,3 @@ def _only_for_folders(arguments: argparse.Namespace) -> None:
 
 def _usable(file: str, ready: Ready) -> str:
     return f"{file} can be used: {len(ready.project.trials)} trials, {len(ready.project.inputs)} files"
-
-
-def _tell(result: FitResult, progress: Progress) -> None:
-    for sentence in (*result.warnings, *result.not_separable):
-        progress.say(f"note: {sentence}")
-    for proposal in result.proposals:
-        progress.say(f"worth measuring: {proposal.sentence}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -17,6 +16,7 @@ from synth.batch.folder_summary import Failed, fits_json, messages, table
 from synth.batch.local import run_here
 from synth.batch.one_fit import fit_files, ready
 from synth.batch.task_outcome import Ended
+from synth.commands.streams import write_message
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, place, write_csv, write_json
 from synth.files.projects import read_fit_project
@@ -110,7 +110,7 @@ def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress)
         told(name, "cannot be fitted")
 
     def fault(name: str, crash: str) -> None:
-        sys.stderr.write(crash)
+        write_message(crash)
         failed.append(Failed(name, (crash.strip().splitlines()[-1],), crash=True))
         told(name, "a fault of this program's")
 
@@ -161,5 +161,5 @@ def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed]) -> 
 def _tell_failed(failed: list[Failed], count: int, kept: Kept, progress: Progress) -> None:
     """On stderr, last, so that nobody overlooks it; also when quiet."""
     lines = [f"synth: {item.name}: {message}\n" for item in failed for message in item.messages]
-    sys.stderr.write(f"synth: {len(failed)} of {count} projects could not be fitted:\n{''.join(lines)}")
+    write_message(f"synth: {len(failed)} of {count} projects could not be fitted:\n{''.join(lines)}")
     progress.say(f"mend them and give the same command again: the others are kept in {kept.folder}")

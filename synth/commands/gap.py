@@ -43,11 +43,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
 
+    from synth.commands.answers import gap_text, tell
     from synth.diagnosis.trial_checks import check_trials
     from synth.files.gap_project import read_gap_project
     from synth.files.output import output_folder
     from synth.parts.resolver import resolver
-    from synth.swing.effects import load_file
+    from synth.swing.effects.users_own import load_file
 
     with progress.stage("reading the project"):
         for file in arguments.effect:
@@ -70,8 +71,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
 
             write_gap(result, project, folder)
             write_gap_report(folder)
-    for sentence in result.warnings:
-        progress.say(f"note: {sentence}")
+    tell(progress, Path(arguments.out) / "gap.json", gap_text)
     progress.say(result.sentence)
     progress.say(f"gap: {Path(arguments.out) / 'gap.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, diagnose, write ``gap.json``, predictions and a report."""
+    from synth.commands.answers import gap_text, tell
     from synth.diagnosis.jumps.jump_data import prepared
     from synth.errors import UserError
     from synth.files.hopper_gap_project import read_hopper_gap_project
@@ -49,8 +50,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
 
             write_gap(result, project, folder)
             write_jump_gap_report(folder)
-    for text in result.warnings:
-        progress.say(f"note: {text}")
+    tell(progress, Path(arguments.out) / "gap.json", gap_text)
     progress.say(result.sentence)
     for text in result.across.sentences():
         progress.say(text)

@@ -74,10 +74,11 @@ def _require_here(arguments: argparse.Namespace, why: str) -> None:
 
 
 def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> None:
+    from synth.commands.answers import hopper_text, tell
     from synth.commands.laminate_parts import draw_parts
     from synth.files.output import output_folder
     from synth.hopper.checkpoint import Checkpoint
-    from synth.hopper.study import study, warnings_of
+    from synth.hopper.study import study
     from synth.hopper.write_study import write_designs, write_jump
     from synth.jump.jump_runs import compiled_jump
 
@@ -104,9 +105,9 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
         with progress.stage("writing the report"):
             _report(found, folder, parts)
     checkpoint.remove()
-    for text in warnings_of(found):
-        progress.say(f"note: {text}")
+    tell(progress, Path(arguments.out) / "hopper.json", hopper_text)
     progress.say(f"result: {Path(arguments.out) / 'hopper.json'}")
+    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
 
 
 def _tenths(progress: Progress) -> Callable[[int, int], None]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
+    from synth.commands.answers import tell
     from synth.commands.leg_parts import parts_text, require_known_joints, with_options
     from synth.files.output import output_folder
     from synth.files.projects import read_leg_project
@@ -62,8 +62,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
                 cache.keep(key, folder)
     if failure is not None:
         raise failure
-    if not progress.quiet:
-        progress.result(parts_text(json.loads((Path(arguments.out) / "design.json").read_text(encoding="utf-8"))))
+    tell(progress, Path(arguments.out) / "design.json", parts_text)
     progress.say(f"design: {Path(arguments.out) / 'design.json'}")
     progress.say(f"report: {report}")
     return 0
@@ -121,28 +120,33 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
     from dataclasses import replace
 
     from synth.design.leg_design import LegDesign, design_leg
+    from synth.files.plain_value import Remade, digest_of
     from synth.files.project_options import CadOptions
-    from synth.files.stage_cache import digest_of, key_of
+    from synth.files.stage_cache import key_of
+    from synth.swing.chain import Chain, compiled_chain
 
     # The choice of springs looks at the joint's room: shaft, clearance and wall.
     room = CadOptions(project.cad.shaft_diameter, project.cad.clearance, project.cad.wall)
     rest = replace(project, cad=room, defaults=(), inputs=(), measured_springs={})
     key = key_of("design", digest_of(rest), digest_of(catalogue), _inputs(replace(project, inputs=project.inputs[1:])))
-    kept = cache.value(key)
-    if isinstance(kept, LegDesign):
+    chains = {Chain: Remade(lambda chain: chain.layout.n, compiled_chain)}  # without its machine code
+    kept = cache.value(key, LegDesign, chains)
+    if kept is not None:
         return replace(kept, project=project)
     progress.compiling(len(project.target.joints))
     design = design_leg(project, catalogue, progress.stage)
-    cache.keep_value(key, design)
+    cache.keep_value(key, design, chains)
     return design
 
 
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
     """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
     from reports import write_leg_report
+    from synth.design.page_data import page_json
     from synth.design.write_design import design_json
     from synth.files.output import write_json
 
+    write_json(folder / "page.json", page_json(design))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
     content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from synth.commands.answers import offered
 from synth.commands.arguments import near_miss, one_of
 from synth.commands.table_text import table_text
 from synth.errors import Problem, UserError
@@ -95,7 +96,8 @@ def parts_text(design: Mapping[str, Any]) -> str:
     for name, joint in joints.items():
         spring, damper = joint["spring"], joint["damper"]
         rows.append([name, "spring", _spring_words(spring), spring.get("vendor") or "to wind", "", ""])
-        rows += _instead(joint["spring_alternatives"])
+        wanted = (joint["refit"].get("spring_rate") or joint["wanted"]["spring_rate"])["value"]
+        rows += _instead([item for item in joint["spring_alternatives"] if offered(item, wanted)])
         rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
         rows += _instead(joint["damper_alternatives"])
     low, high = forecast["expected"]["interval90"]

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from synth.commands.streams import write_message, write_result
+
 TICK = 0.5  # s, between updates on a terminal
 
 
@@ -23,12 +25,20 @@ class Progress:
     Parameters
     ----------
     quiet : only ``result`` says anything.
+    as_json : what is for people goes where stages go; standard output is ``document``'s alone.
     messages : where stages go, default stderr.
     results : where ``say`` and ``result`` go, default stdout.
     """
 
-    def __init__(self, *, quiet: bool = False, messages: TextIO | None = None, results: TextIO | None = None) -> None:
-        self.quiet = quiet
+    def __init__(
+        self,
+        *,
+        quiet: bool = False,
+        as_json: bool = False,
+        messages: TextIO | None = None,
+        results: TextIO | None = None,
+    ) -> None:
+        self.quiet, self.as_json = quiet, as_json
         self._messages = messages or sys.stderr
         self._results = results or sys.stdout
         self._terminal = self._messages.isatty()
@@ -72,14 +82,21 @@ class Progress:
         """Lines that were asked for, on stdout; also when quiet."""
         self._break_line()
         lines = text.split("\n")
-        self._results.write("".join(f"{printable(line)}\n" for line in lines))
+        stream = self._messages if self.as_json else self._results
+        write_result(stream, "".join(f"{printable(line)}\n" for line in lines))
+
+    def document(self, text: str) -> None:
+        """A result's JSON as it stands in its file, on stdout."""
+        self._break_line()
+        write_result(self._results, text if text.endswith("\n") else f"{text}\n")
 
     def compiling(self, n_link: int, *, effects: bool = True) -> None:
         """Load the equations of motion of ``n_link`` links; compile them, and say so, where that was never done.
 
         Without ``effects`` for springs, linear dampers and gravity alone.
         """
-        from synth.compiling.code_cache import cache_folder, without_products
+        from synth.cache import cache_folder
+        from synth.compiling.code_cache import without_products
         from synth.swing.chain import compiled_chain, is_compiled
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"
@@ -119,5 +136,4 @@ class Progress:
                 self._open = None
 
     def _write(self, text: str) -> None:
-        self._messages.write(text)
-        self._messages.flush()
+        write_message(text, self._messages)

@@ -5,11 +5,17 @@ a given spring (then --rate is its measured rate). It writes spring.json, and wi
 sheet. Sizes of a row are those of the free spring unless it says otherwise.
 
   synth spring --rate "1.7 N*m/rad" --travel "40 deg" --included-angle "120 deg" --arbor "12 mm" --out spring
+
+What cannot be had ends with exit status 1, and with the nearest that can. Wound samples correct mandrel and rate:
+
+  synth spring calibrate SAMPLES.csv --json calibration.json
+  synth spring --rate ... --calibration calibration.json
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +29,16 @@ if TYPE_CHECKING:
     from synth.spring.design import SpringWish
     from synth.spring.spring_result import SpringLimits
 
+IMPOSSIBLE = 1  # exit status of a wish that no single spring meets
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    parser.add_argument(
+        "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: what wound samples say of wire and winder"
+    )
+    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="of calibrate; see synth/files/samples.py")
 
     def quantity(option: str, example: str, text: str) -> None:
         parser.add_argument(option, metavar=f'"{example}"', help=text)
@@ -41,11 +52,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     quantity("--max-outer-diameter", "32 mm", "room around the coil")
     quantity("--max-body-length", "32 mm", "room along the coil, at full travel")
     quantity("--safety", "1.1", "yield over the stress at full travel (default: 1.1)")
-    quantity("--cycles", "1e6", "how often it is to turn through its travel, up to 1e6 (default: not asked)")
+    quantity(
+        "--cycles", "1e6", "how often it must turn through its travel, up to 1e6 (default: 1e5 where it can be had)"
+    )
     quantity("--fatigue-safety", "1.2", "strength over stress for so many cycles (default: 1)")
     quantity("--bend-radius", "3 mm", "inside radius where a radial or axial arm leaves (default: the wire's diameter)")
     parser.add_argument("--material", help="wire: music (default), stainless, A228 ...; see synth catalog list")
     parser.add_argument("--system", type=one_of(["inch", "metric"]), help="stock sizes to look through (default: both)")
+    parser.add_argument(
+        "--rate-formula",
+        type=one_of(["64", "10.8"]),
+        default="64",
+        help="64 (default): E d^4/(64 D N); 10.8: the handbook's, a turn, with friction between coils, 6 %% softer",
+    )
+    parser.add_argument("--calibration", metavar="FILE", help="result of synth spring calibrate")
     parser.add_argument(
         "--objective",
         type=one_of(["mass", "space", "life"]),
@@ -71,7 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
     )
-    parser.add_argument("--json", metavar="FILE", help="where the result goes (default: spring.json here or in --out)")
+    parser.add_argument("--json", metavar="FILE", help="where the result goes; - prints it (default: spring.json)")
     parser.add_argument("--out", metavar="DIR", help="folder for spring.json, STEP, STL and winding sheet")
 
 
@@ -80,16 +100,44 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.commands.spring_files import write_folder, write_result
     from synth.parts.catalogs import Catalogue
 
-    wish, given = _read(arguments)
     catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
+    if arguments.action is not None:
+        return _calibrate(arguments, catalogue, progress)
+    wish, given = _read(arguments)
     answer = _design(wish, catalogue) if given is None else _check(wish, given, catalogue, arguments)
     written = []
     if arguments.out:
         written = write_folder(Path(arguments.out), answer, progress)
+    status = 0 if answer.spring is not None else IMPOSSIBLE
+    if arguments.json == "-":
+        progress.document(json.dumps(answer.content, indent=2))
+        return status
     if arguments.json or not arguments.out:
         written.append(write_result(Path(arguments.json or "spring.json"), answer.content))
     progress.result(answer.text)
     progress.say(f"written: {', '.join(written)}")
+    return status
+
+
+def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Progress) -> int:
+    """What wound samples say, printed and written."""
+    from synth.commands.spring_files import write_result
+    from synth.commands.spring_text import calibration_text
+    from synth.errors import UserError
+    from synth.files.samples import calibration_json, calibration_of, read_samples
+    from synth.parts.coil_rate import RATE_FORMS
+
+    if arguments.samples is None:
+        raise UserError(Problem("the table of wound samples is missing: synth spring calibrate SAMPLES.csv"))
+    material = catalogue.find_material(arguments.material or "music wire")
+    samples = read_samples(Path(arguments.samples))
+    found = calibration_of(samples, material, RATE_FORMS[arguments.rate_formula])
+    content = calibration_json(found, material.name, arguments.samples, arguments.rate_formula)
+    if arguments.json == "-":
+        progress.document(json.dumps(content, indent=2))
+        return 0
+    progress.result(calibration_text(found, material.name))
+    progress.say(f"written: {write_result(Path(arguments.json or 'calibration.json'), content)}")
     return 0
 
 
@@ -98,6 +146,10 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     import math
     from dataclasses import replace
 
+    from synth.errors import UserError
+    from synth.files.samples import read_calibration
+    from synth.parts.coil_rate import RATE_FORMS
+    from synth.spring.calibration import UNCALIBRATED
     from synth.spring.design import SpringWish
 
     read = Quantities(arguments)
@@ -106,7 +158,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     angle = read.read("--included-angle", "rad", positive=False)
     leg = read.read("--leg-length", "m", positive=False)
     limits = _limits(read)
-    sizes = [read.read(option, unit) for option, unit in zip(GIVEN, ("m", "m", "1"), strict=True)]
+    sizes = [read.read(GIVEN[0], "m"), read.read(GIVEN[1], "m"), read.number(GIVEN[2], "5.25")]
     checking = any(read.given(option) for option in GIVEN)
     needed = ["--travel", *(GIVEN if checking else ["--rate"])]
     for option in needed:
@@ -119,6 +171,12 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
         if value is not None and value < 0.0:
             read.problems.append(Problem("must be 0 or more", key=option))
     hand = _hand(arguments, read)
+    calibration = UNCALIBRATED
+    if arguments.calibration:
+        try:
+            calibration = read_calibration(Path(arguments.calibration))
+        except UserError as error:
+            read.problems.extend(error.problems)
     read.require()
     wish = SpringWish(
         rate=rate if rate is not None else 0.0,
@@ -130,6 +188,8 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
         objective=arguments.objective,
         limits=limits,
         hand=hand,
+        rate_form=RATE_FORMS[arguments.rate_formula],
+        calibration=calibration,
     )
     if angle is not None:
         wish = replace(wish, included_angle=angle)
@@ -164,10 +224,10 @@ def _limits(read: Quantities) -> SpringLimits:
         max_outer_diameter=read.read("--max-outer-diameter", "m"),
         max_body_length=read.read("--max-body-length", "m"),
     )
-    safety = read.read("--safety", "1")
+    safety = read.number("--safety", "1.2")
     if safety is not None and safety < 1.0:
         read.problems.append(Problem("below 1 would let the spring yield", key="--safety"))
-    cycles, fatigue = read.read("--cycles", "1"), read.read("--fatigue-safety", "1")
+    cycles, fatigue = read.number("--cycles", "1e6"), read.number("--fatigue-safety", "1.2")
     if cycles is not None and not 1.0 <= cycles <= 1e6:
         read.problems.append(Problem("fatigue is known up to 1e6 cycles: 1 to 1e6", key="--cycles"))
     if fatigue is not None and cycles is None:

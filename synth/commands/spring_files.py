@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.commands.spring_text import winding_sheet
+from synth.commands.spring_text import request_lines, winding_sheet
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, write_json
 from synth.spring.spring_result import SpringDesign
@@ -70,6 +70,7 @@ def write_folder(folder: Path, answer: Answer, progress: Progress) -> list[str]:
             sheet = winding_sheet(answer.spring)
             write_winding_sheet(made)
             (made / "winding_sheet.txt").write_text(sheet, encoding="utf-8")
+            write_request(answer.spring, made / "request_for_quotation.dxf")
             if answer.spring.convention == "tangent":
                 with progress.stage("drawing the spring"):
                     write_solid(answer.spring, made)
@@ -79,6 +80,23 @@ def write_folder(folder: Path, answer: Answer, progress: Progress) -> list[str]:
                 )
         names = sorted(path.name for path in made.iterdir())
     return [str(folder / name) for name in names]
+
+
+def write_request(spring: SpringDesign, path: Path) -> None:
+    """Write the dimensioned drawing that a maker can quote from."""
+    from cad.spring_request import SpringRequest, write_spring_request
+
+    request = SpringRequest(
+        wire=spring.wire_diameter * 1e3,
+        mean=spring.mean_diameter * 1e3,
+        coils=spring.body_coils,
+        body=spring.body_length * 1e3,
+        included_angle=math.degrees(spring.included_angle),
+        arms=(spring.leg_lengths[0] * 1e3, spring.leg_lengths[1] * 1e3),
+        hand=spring.hand,
+        lines=request_lines(spring),
+    )
+    write_spring_request(request, path)
 
 
 def write_solid(spring: SpringDesign, folder: Path) -> None:

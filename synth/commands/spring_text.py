@@ -7,8 +7,10 @@ from collections.abc import Callable, Sequence
 
 from synth.commands.table_text import table_text
 from synth.parts.row_check import DISAGREEMENT
+from synth.spring.calibration import Calibration
+from synth.spring.codes import CodeCheck
 from synth.spring.design import SpringResult
-from synth.spring.spring_result import SpringDesign
+from synth.spring.spring_result import DESIGN_LIFE, GRADE, SpringDesign
 from synth.spring.winding import stress_relief
 
 Row = tuple[str, Callable[[SpringDesign], str]]
@@ -37,6 +39,8 @@ ROWS: tuple[Row, ...] = (
     ("allowed stress [MPa]", lambda s: f"{s.allowed_stress / 1e6:.0f}"),
     ("strength over stress, 1e5 cycles", lambda s: "-" if s.life is None else f"{s.life.factor_1e5:.2f}"),
     ("strength over stress, 1e6 cycles", lambda s: "-" if s.life is None else f"{s.life.factor_1e6:.2f}"),
+    ("stress, opening [MPa]", lambda s: f"{s.opening_stress / 1e6:.0f} of {s.allowed_opening_stress / 1e6:.0f}"),
+    ("coils' own frequency [Hz]", lambda s: f"{s.surge_frequency:.0f}"),
     ("travel to yield [deg]", lambda s: f"{math.degrees(s.free_travel):.1f}"),
     ("rate within [%]", lambda s: f"{s.tolerance.rate * 100:.1f}"),
     ("mandrel to begin with [mm]", lambda s: f"{s.mandrel_diameter * 1e3:.2f}"),
@@ -56,7 +60,10 @@ def design_text(result: SpringResult) -> str:
     """The spring to wind and the next best wires, or what stands in the way and the nearest that can be made."""
     if result.best is not None:
         heads = ["to wind", *(f"or {i + 1}" for i in range(len(result.alternatives)))]
-        notes = [f"note: {warning}" for warning in result.best.warnings]
+        notes = [_code_line(check) for check in result.best.codes]
+        notes += [f"note: {text}" for text in (*result.notes, *result.best.warnings)]
+        if result.lasting:
+            notes += [f"To last {DESIGN_LIFE:.0f} full turns:", *(f"  - {item.text}" for item in result.lasting)]
         return "\n".join([spring_table([result.best, *result.alternatives], heads), *notes])
     wish = result.wish
     asked = f"{wish.rate:.4g} N*m/rad over {math.degrees(wish.travel):.4g} deg"
@@ -67,6 +74,26 @@ def design_text(result: SpringResult) -> str:
     lines += ["The nearest that can be made:", *(f"  - {item.text}" for item in result.nearest), ""]
     heads = [item.kind.replace("_", " ") for item in result.nearest]
     return "\n".join([*lines, spring_table([item.design for item in result.nearest], heads)])
+
+
+def _code_line(check: CodeCheck) -> str:
+    return (
+        f"{check.code}: {check.stress / 1e6:.0f} MPa of {check.allowed / 1e6:.0f} MPa allowed, "
+        f"safety {check.safety:.2f}"
+    )
+
+
+def calibration_text(found: Calibration, material: str) -> str:
+    """What wound samples say, in words."""
+    spread = "" if found.spread is None else f", plus or minus {found.spread:.1%} from sample to sample"
+    back, rate = f"{found.spring_back:.3f}", f"{found.rate:.3f}"
+    return "\n".join(
+        [
+            f"{material}: it flows at {back} times its least tensile strength ({found.n_back} samples): the mandrel",
+            f"rate: {rate} times the formula's ({found.n_rate} samples{spread}): wire, coils and diameter",
+            "Give it to the next design with --calibration.",
+        ]
+    )
 
 
 def check_text(spring: SpringDesign) -> str:
@@ -101,6 +128,12 @@ def winding_sheet(spring: SpringDesign) -> str:
         "",
         *_workshop(spring),
         "",
+        *_codes(spring),
+        "",
+        *(
+            f"T{number}: {point.torque:.4g} N*m at {math.degrees(point.angle):.4g} deg, within {point.within:.2g} N*m"
+            for number, point in enumerate(spring.load_points, 1)
+        ),
         "To check it: torque at the leg against the angle from rest",
         table_text([["angle [deg]", "torque [N*m]"], *_torques(spring)]),
         f"Where the coils rub on each other it may come out softer, {spring.rate_friction_form:.4g} N*m/rad instead of",
@@ -114,6 +147,51 @@ def winding_sheet(spring: SpringDesign) -> str:
         *(f"Note: {warning}" for warning in spring.warnings),
     ]
     return "\n".join(lines) + "\n"
+
+
+def request_lines(spring: SpringDesign) -> list[str]:
+    """The words of a request for quotation: what to make, what to measure, and how far it may be off."""
+    plus = spring.tolerance
+    lines = [
+        "REQUEST FOR QUOTATION: helical torsion spring of round wire",
+        f"Quantity: {spring.count}",
+        f"Wire: {spring.material}, {spring.wire_diameter * 1e3:.4g} mm, within {plus.wire_diameter * 1e3:.3g} mm",
+        f"Body: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching; mean diameter "
+        f"{spring.mean_diameter * 1e3:.2f} mm, within {plus.mean_diameter * 1e3:.2g} mm",
+        f"Arms: {spring.convention}, {spring.leg_lengths[0] * 1e3:.4g} and {spring.leg_lengths[1] * 1e3:.4g} mm",
+        f"Free angle: {math.degrees(spring.included_angle):.1f} deg, within {math.degrees(plus.free_angle):.2g} deg",
+        f"Rate: {spring.rate:.4g} N*m/rad = {spring.rate * 1e3 * math.radians(1.0):.4g} N*mm/deg, "
+        f"within {plus.rate:.1%}",
+        *(
+            f"T{number}: {point.torque:.4g} N*m at {math.degrees(point.angle):.4g} deg of winding, within "
+            f"{point.within:.2g} N*m"
+            for number, point in enumerate(spring.load_points, 1)
+        ),
+        f"Works {math.degrees(spring.travel):.4g} deg closing, {math.degrees(spring.opening_travel):.4g} deg opening",
+    ]
+    if spring.arbor_diameter is not None:
+        lines.append(f"Over an arbor of {spring.arbor_diameter * 1e3:.4g} mm, which it must not grip")
+    return [
+        *lines,
+        f"Stress relief: {stress_relief(spring.material) or 'as the maker of the wire says'}",
+        f"Quality: {GRADE['standard']}, grade {GRADE['torque']}, where the figures above do not say more",
+        "Sizes in mm. Drawn free, seen from the near end and from the side.",
+    ]
+
+
+def _codes(spring: SpringDesign) -> list[str]:
+    """The spring by each code, its stress where it opens, how it lasts and how fast its coils swing."""
+    lines = [f"By {_code_line(check)}" for check in spring.codes]
+    if spring.opening_travel > 0.0:
+        opened, less = spring.opening_stress / 1e6, spring.allowed_opening_stress / 1e6
+        lines.append(f"Opening: {opened:.0f} MPa of {less:.0f} MPa, less since winding's own stresses then hurt")
+    lines.append(f"Stress range of EN 13906-3 over the whole travel: {spring.stress_range_en / 1e6:.0f} MPa")
+    if spring.life is not None:
+        one, ten = spring.life.factor_1e5, spring.life.factor_1e6
+        lines.append(f"Strength over stress (Gerber): {one:.2f} for 100 000 full turns, {ten:.2f} for a million")
+    lines.append(f"Coils swing by themselves at {spring.surge_frequency:.0f} Hz: keep the drive well below")
+    lines.append(f"Quality: DIN 2194, grade {GRADE['torque']} for torque, legs, free angle and diameter")
+    return lines
 
 
 def _torques(spring: SpringDesign) -> list[list[str]]:

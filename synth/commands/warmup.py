@@ -10,7 +10,7 @@ from synth.errors import Problem, UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
 
-MOST_LINKS = 6
+MOST_LINKS = 6  # the most links that a leg file may have
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     import time
 
     wanted = _links(arguments.links)
-    from synth.compiling.code_cache import cache_folder
+    from synth.cache import cache_folder
     from synth.swing.chain import is_compiled
 
     start = time.perf_counter()
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         _compile_jumps(progress)
     spent = time.perf_counter() - start
     folder = cache_folder()
-    files = [path for path in folder.rglob("synth_*") if path.is_file()]
+    files = [path for path in (folder / "code").glob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
     progress.say(f"{n_compiled} of {len(wanted)} compiled now, the others were on disk: {spent:.1f} s")
     progress.say(f"kept in {folder}: {size:.1f} MB")

@@ -11,14 +11,13 @@ from synth.design.write_design import bought_or_wound
 from synth.files.output import write_csv
 
 HEADER = ("joint", "item", "vendor", "part", "quantity", "mass [g]", "source")
-_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "|", "%")
 _LISTED = ("spring", "damper")  # families that stand there as bought or wound already
 
 
 def write_bom(design: LegDesign, parts: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Write ``bom.csv``; ``parts`` are those of ``solids.parts`` in ``design.json``, none where nothing was drawn.
 
-    The mass is for the whole line. Cells that a spreadsheet would take for a formula are defused.
+    The mass is for the whole line.
     """
     rows = [_with_mass(row, parts) for row in bought_or_wound(design)]
     drawn = [part for part in parts if part["family"] not in _LISTED]
@@ -27,7 +26,7 @@ def write_bom(design: LegDesign, parts: Sequence[Mapping[str, Any]], path: Path)
         rows += _screws(design)
     order = {name: index for index, name in enumerate(design.built.joint_names)}
     rows.sort(key=lambda row: order[row["joint"]])
-    write_csv(path, {name: [defused(row[name]) for row in rows] for name in HEADER})
+    write_csv(path, {name: [row[name] for row in rows] for name in HEADER})
 
 
 def _with_mass(row: Mapping[str, str], parts: Sequence[Mapping[str, Any]]) -> dict[str, str]:
@@ -93,9 +92,3 @@ def _screws(design: LegDesign) -> list[dict[str, str]]:
 
 def _grams(mass: float) -> str:
     return f"{mass:.2f}"
-
-
-def defused(cell: str) -> str:
-    """A cell that starts like a formula gets an apostrophe, which spreadsheets show as text."""
-    text = str(cell)
-    return f"'{text}" if text.lstrip(" ")[:1] in _FORMULA and text else text

@@ -35,9 +35,11 @@ class MeasuredCurve:
 
 @dataclass(frozen=True)
 class DamperOption:
-    """Dampers at a joint, as they act there together, and the response error (rad) of the leg with them.
+    """Dampers at a joint, as they act there together.
 
-    ``single`` is one of them on its own shaft; where nothing is said they are one on the joint's axis.
+    ``error``, ``expected`` (rad): of the whole leg with them, nominal and with tolerances. ``partner`` is the spring
+    that goes with them where that is another than the chosen one. ``single`` is one of them on its own shaft; where
+    nothing is said they are one on the joint's axis.
     """
 
     row: DamperRow | None
@@ -45,9 +47,11 @@ class DamperOption:
     law: str
     why: str
     error: float = float("nan")
+    expected: float = float("nan")
     spring: Spring | None = None  # the one that suits it, with the other joints as wanted
     arrangement: Arrangement = ALONE_ON_THE_JOINT
     single: Damper | None = None
+    partner: str = ""
 
     def with_exponent(self, exponent: float) -> Damper:
         """What acts at the joint if the assumed law has another exponent."""
@@ -83,6 +87,11 @@ class DamperChoiceMade:
     left_out: tuple[Mapping[str, int], ...]
     leg: Leg  # the wanted leg with these dampers and the springs that suit them
     sets: tuple[DamperSet, ...]  # all that were tried, best first
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The chosen dampers in words."""
+        return tuple(option.label for option in self.chosen)
 
 
 def measured_curves(

@@ -14,11 +14,12 @@ from synth.design.clamped_arms import leg_that_bends_as_much, softening
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
+from synth.parts.coil_rate import RATE_FORMS
 from synth.parts.part_candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.rows import TorsionSpringRow
 from synth.spring.design import SpringResult, SpringWish, design_spring
 from synth.spring.evaluate import check_spring
-from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -50,9 +51,11 @@ class Travel:
 class SpringOption:
     """A spring at a joint: bought (``row``) or to wind (``design``, with how it was found in ``result``).
 
-    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together. ``outside``: the rate is not
-    within the wished tolerance, so it is an alternative only. ``closes``: -1 where smaller measured angles close its
-    arms, +1 where larger ones do.
+    ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together; ``asked`` is the rate for which
+    it was looked for. ``error``, ``expected`` (rad): of the whole leg with it, nominal and with tolerances.
+    ``outside``: the rate is not within the wished tolerance. ``compared``: it stands in the list only to compare, since
+    a bought spring comes before one to wind. ``closes``: -1 where smaller
+    measured angles close its arms, +1 where larger ones do.
     """
 
     rate: float
@@ -62,9 +65,12 @@ class SpringOption:
     result: SpringResult | None = None
     check: SpringDesign | None = None
     error: float = float("nan")
+    expected: float = float("nan")
     count: int = 1
     outside: bool = False
+    compared: bool = False
     closes: int = -1
+    asked: float = 0.0
 
     @property
     def label(self) -> str:
@@ -111,9 +117,9 @@ class SpringOption:
         written = {"make": self.design.as_json()}
         if self.result is not None:
             written["binding"] = list(self.result.binding)
-            written["nearest"] = [
-                {"kind": item.kind, "text": item.text, "make": item.design.as_json()} for item in self.result.nearest
-            ]
+            written["nearest"] = [item.as_json() for item in self.result.nearest]
+            written["lasting"] = [item.as_json() for item in self.result.lasting]
+            written["notes"] = list(self.result.notes)
         return written
 
 
@@ -173,7 +179,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
     UserError : a bought spring is asked for and none meets the constraints.
     """
     joint, choice, catalogue = source.joint, source.choice, source.catalogue
-    travel, cad = source.turned, source.cad
+    travel = source.turned
     reasons: dict[str, int] = {}
     if not choice.make:
         found = spring_candidates(catalogue, choice, rate, source.parts)
@@ -185,13 +191,13 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
         if len(rows) > MOST:
             reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = len(rows) - MOST
         if rows:
-            return [_bought(row, travel, source, count) for row, count in rows[:MOST]], reasons, []
+            return [_bought(row, travel, source, count, rate) for row, count in rows[:MOST]], reasons, []
         if choice.make is False:
             raise no_spring(joint, found, catalogue.springs)
         said = [f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed"]
     else:
         said = []
-    option, more = _to_wind(joint, choice, rate, travel, catalogue, cad)
+    option, more = spring_to_wind(source, rate)
     return [option], reasons, said + more
 
 
@@ -207,16 +213,18 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
                 found.append((abs(log(row.rate * count / rate)), count, row))
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
     others = [
-        replace(_bought(row, source.turned, source, count), outside=off > log(1 + source.choice.rate_tolerance))
+        replace(
+            _bought(row, source.turned, source, count, rate), outside=off > log(1 + source.choice.rate_tolerance)
+        )
         for off, count, row in found[:NEAREST]
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
         with suppress(UserError):  # none can be wound either
-            others.append(_to_wind(source.joint, source.choice, rate, source.turned, source.catalogue, source.cad)[0])
+            others.append(replace(spring_to_wind(source, rate)[0], compared=True))
     return others
 
 
-def _bought(row: TorsionSpringRow, travel: Travel, source: SpringSource, count: int = 1) -> SpringOption:
+def _bought(row: TorsionSpringRow, travel: Travel, source: SpringSource, count: int, asked: float) -> SpringOption:
     """A bought spring with the rate that it has with its arms: vendors state that of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
@@ -233,13 +241,17 @@ def _bought(row: TorsionSpringRow, travel: Travel, source: SpringSource, count: 
     closes, rate = 1 if travel.turned_round else -1, row.rate * count
     if row.wire_diameter and row.mean_diameter and row.body_coils:
         rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
-    return SpringOption(rate, row.included_angle, row=row, check=check, count=count, closes=closes)
+    return SpringOption(rate, row.included_angle, row=row, check=check, count=count, closes=closes, asked=asked)
 
 
-def _to_wind(
-    joint: str, choice: SpringChoice, rate: float, travel: Travel, catalogue: Catalogue, cad: CadOptions
-) -> tuple[SpringOption, list[str]]:
-    """The spring to wind, or the nearest that can be made with what gives way."""
+def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
+    """The spring to wind for a rate (N m/rad), or the nearest that can be made, and what is to be said.
+
+    Raises
+    ------
+    UserError : none can be wound.
+    """
+    joint, choice, travel, catalogue, cad = source.joint, source.choice, source.turned, source.catalogue, source.cad
     wish = SpringWish(
         rate=rate,
         travel=travel.winding + STOP_ROOM,
@@ -248,6 +260,7 @@ def _to_wind(
         leg_lengths=(ARM_LENGTH, ARM_LENGTH),
         material=choice.wire or "music",
         objective=choice.objective,
+        rate_form=RATE_FORMS[choice.rate_formula],
         limits=SpringLimits(
             arbor_diameter=cad.shaft_diameter + 2.0 * cad.clearance,
             min_inside_diameter=choice.min_inner_diameter,
@@ -262,7 +275,8 @@ def _to_wind(
         leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
         result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue)
     if result.best is not None:
-        design, said = result.best, [f"{joint}: {text}" for text in result.best.warnings]
+        design, said = result.best, [f"{joint}: {text}" for text in (*result.notes, *result.best.warnings)]
+        said += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
     else:
         if not result.nearest:
             raise UserError(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
@@ -275,7 +289,7 @@ def _to_wind(
         ]
     total = design.rate * design.count
     closes = 1 if travel.turned_round else -1
-    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes), said
+    return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), said
 
 
 def sense_warning(joint: str, travel: Travel) -> list[str]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from math import degrees, pi, radians, remainder
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.design.choice_robustness import Told, told
+from synth.design.choice_rounds import Stage, Task, choose_in_rounds
 from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
@@ -19,23 +20,20 @@ from synth.design.choose_dampers import (
     curve_warnings,
     measured_curves,
 )
-from synth.design.choose_springs import SpringChoiceMade, SpringSource, spring_warnings, travels
-from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.choose_springs import SpringChoiceMade, spring_warnings, travels
+from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
 from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
 from synth.design.target_effects import Target, TargetEffect, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
-from synth.fit.fit_result import FitResult, JointFit, TrialFit
+from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
 from synth.parts.catalogs import Catalogue
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
     from cad import LegDimensions
-
-Stage = Callable[[str], AbstractContextManager[object]]
-
 
 @dataclass(frozen=True)
 class Solids:
@@ -111,28 +109,9 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
         turned = [t.winding + t.opening for t in travels(target.leg, wanted.motions)]
         real = _real(target.leg, into)
         dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned, leg=real, parts=project.parts)
-    for settled in (False, True):
-        with stage("fitting springs again with the dampers' curves"):
-            curves = {
-                joint.name: option.damper.curve
-                for joint, option in zip(project.target.joints, dampers.chosen, strict=True)
-                if option.damper.curve is not None
-            }
-            near = replace(target, joints=_like(target, dampers.leg))
-            again = fit_by(into.real, scaled, replace(options, curves=curves, near=near), project.fit)
-            refit = with_held_out(again, motion.held_out_scaled)
-        with stage("choosing springs and dampers together"):
-            fitted = _with_dampers(refit.leg, dampers)
-            sources = [
-                SpringSource(joint.name, project.joints[joint.name].spring, turn, catalogue, project.cad, project.parts)
-                for joint, turn in zip(fitted.joints, travels(fitted, wanted.motions), strict=True)
-            ]
-            seed = project.fit.seed
-            sets = choose_sets(wanted, fitted, dampers, sources, project.parts, settled=settled, seed=seed)
-        before = [option.label for option in dampers.chosen]
-        dampers, springs = sets.dampers, sets.springs
-        if before == [option.label for option in dampers.chosen]:
-            break
+    task = Task(project, catalogue, into, motion, options, target, wanted)
+    sets, refit = choose_in_rounds(task, dampers, stage)
+    dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):
         built = _named(sets.leg, springs, dampers)
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
@@ -167,22 +146,6 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
 def _real(leg: Leg, target: Target) -> Leg:
     """A fitted leg with the effects that the real target's joints have."""
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
-
-
-def _like(result: FitResult, leg: Leg) -> dict[str, JointFit]:
-    """The result's joints with the spring rates and free angles of a leg, to start the next fit from."""
-    joints = {}
-    for joint in leg.joints:
-        assert joint.spring is not None
-        found = result.joints[joint.name]
-        rate = replace(found.spring_rate, value=joint.spring.rate)
-        joints[joint.name] = replace(found, spring_rate=rate)
-    return joints
-
-
-def _with_dampers(leg: Leg, dampers: DamperChoiceMade) -> Leg:
-    joints = (replace(j, damper=option.damper) for j, option in zip(leg.joints, dampers.chosen, strict=True))
-    return replace(leg, joints=tuple(joints))
 
 
 def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Leg:

@@ -25,10 +25,10 @@ from synth.design.part_lanes import Index, PartLanes
 
 EXHAUSTIVE = 20_000  # trajectories (sets times releases) that are simulated without screening: some seconds
 SAMPLES = 6_000  # of the motions that the screen looks at
-BATCH = 256
+BATCH = 256  # sets simulated together: sixteen groups of lanes
 DRAWN = 512  # sets drawn at random, to see how wrong the screen can be
-MOST_SIMULATED = 6_000
-MOST_BASES = 5
+MOST_SIMULATED = 6_000  # sets simulated at most: bounds the time, see `bench_parts`
+MOST_BASES = 5  # rounds of screening about a better set
 SCREENED = 8_192  # best of the screen that are kept
 NEAR = 3.0  # times the best error: within it the screen's mistakes count
 SAFETY = 1.3  # on the mistakes seen

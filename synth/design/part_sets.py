@@ -2,63 +2,60 @@
 
 At each joint every damper goes with every spring that meets the constraints for the rate that suits that damper; a set
 is one such pair a joint. The sets that move the leg most nearly as wanted with nominal parts are found first
-(``search``) and then judged with their tolerances (``forecast``): the one with the least expected error is chosen.
+(``part_search``) and then judged with their tolerances (``forecast``), the springs' free angles measured and set: the
+one with the least expected error is chosen. No exchange of one part that is listed beside it is better
+(``part_swaps``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import radians
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
-from synth.arrays import Array
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
-from synth.design.choose_springs import (
-    SpringChoiceMade,
-    SpringOption,
-    SpringSource,
-    other_springs,
-    sense_warning,
-    spring_options,
-)
-from synth.design.forecast import Forecast, Forecaster, damper_tolerance, spring_tolerance
-from synth.design.part_lanes import Acting, Index, PartLanes
+from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSource, sense_warning, spring_options
+from synth.design.forecast import Forecast, damper_tolerance, spring_tolerance
+from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
+from synth.design.part_lanes import PartLanes
 from synth.design.part_search import Found, best_sets
+from synth.design.part_swaps import JointParts, Swaps, without_better_swap
 from synth.design.response import WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import PartsOptions
-from synth.swing.leg_model import Damper, Leg, Spring
+from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 DAMPERS = 8  # a joint that take part, the best by themselves first
 PAIRS = 400  # spring and damper pairs a joint that are looked at
-MOST_SETS = 4_000_000
-FINALISTS = 12  # sets that are judged with their tolerances
+MOST_SETS = 4_000_000  # sets screened at most; a million take 4 s of a processor (`make bench`)
+FINALISTS = 16  # sets that are judged with their tolerances
 SHOWN = 8  # of these, with more samples
-SAMPLES_FINAL, SAMPLES_SHOWN, SAMPLES_CHOSEN = 32, 64, 256
-MEASURED_ANGLE = radians(1.0)  # what a protractor leaves open
-RELEASES = 7  # about so many serve for tolerances
+SAMPLES_FINAL = 32  # draws of the tolerances that rank the finalists
+SAME_RATE = 1e-3  # relative: two wanted rates this near give the same springs
 
-
-@dataclass(frozen=True)
-class Pair:
-    """A spring and a damper at one joint."""
-
-    spring: SpringOption
-    damper: DamperOption
+Option = TypeVar("Option", SpringOption, DamperOption)
 
 
 @dataclass(frozen=True)
 class PartSet:
-    """A pair for each joint, their nominal error over all releases (rad) and what is to be expected of them."""
+    """A pair for each joint, their nominal error over all releases (rad) and what is to be expected of them.
 
-    pairs: tuple[Pair, ...]
+    ``forecast`` is of parts as they come, ``ready`` of springs whose free angles were measured and set.
+    """
+
+    pairs: Pairs
     error: float
     forecast: Forecast
+    ready: Forecast
+
+    @property
+    def labels(self) -> tuple[tuple[str, str], ...]:
+        """Spring and damper of each joint, in words."""
+        return tuple((pair.spring.label, pair.damper.label) for pair in self.pairs)
 
     def as_json(self, names: Sequence[str], chosen: PartSet) -> dict[str, Any]:
         """Parts by joint, predicted errors and what the set costs against the chosen one."""
@@ -69,7 +66,8 @@ class PartSet:
             },
             "rms": quantity(self.error, "deg"),
             **self.forecast.as_json(),
-            "cost": quantity(self.forecast.expected - chosen.forecast.expected, "deg"),
+            "free_angles_measured": self.ready.as_json(),
+            "cost": quantity(self.ready.expected - chosen.ready.expected, "deg"),
         }
 
 
@@ -86,12 +84,17 @@ class SetsMade:
     springs: SpringChoiceMade
     dampers: DamperChoiceMade
     cut: tuple[int, ...]  # pairs a joint that were left out because they are worst by themselves
-    measured: Forecast  # of the chosen set if its springs' free angles are measured before the arms are made
     legs: tuple[Leg, ...]  # with each of ``sets``
 
     @property
     def chosen(self) -> PartSet:
+        """The set that is taken."""
         return self.sets[0]
+
+    @property
+    def measured(self) -> Forecast:
+        """Of the chosen set once its springs' free angles are measured and set."""
+        return self.chosen.ready
 
 
 def choose_sets(
@@ -101,7 +104,7 @@ def choose_sets(
     sources: Sequence[SpringSource],
     parts: PartsOptions,
     *,
-    settled: bool = False,
+    barred: frozenset[tuple[str, ...]] = frozenset(),
     seed: int = 0,
 ) -> SetsMade:
     """Choose springs and dampers together.
@@ -111,68 +114,81 @@ def choose_sets(
     fitted
         the leg with the chosen dampers and the spring rates that were fitted with them.
     dampers
-        ranked dampers of each joint, each with the spring that suits it.
+        ranked dampers of each joint, each with the spring that suits it; ``dampers.leg`` has the springs that suit the
+        chosen ones together.
     sources
         where each joint's springs come from.
-    settled
-        the chosen dampers stay; other sets are alternatives only.
+    barred
+        dampers, by their labels, that may not stand together.
 
     Raises
     ------
-    UserError : a joint asks for a bought spring and none meets its constraints.
+    UserError : a joint asks for a bought spring and none meets its constraints, or every set is barred.
     """
-    pairs, left_out, warnings = [], [], []
-    for j, source in enumerate(sources):
-        spring = fitted.joints[j].spring
-        assert spring is not None
-        chosen = dampers.chosen[j]
-        others = [option for option in dampers.ranked[j] if option.label != chosen.label]
-        made, reasons, said = _pairs(source, chosen, spring.rate, others[: DAMPERS - 1])
-        said = [*said, *sense_warning(source.joint, source.turned)]
-        pairs.append(made)
-        left_out.append(reasons)
-        warnings.append(tuple(said))
-    lanes = PartLanes(wanted, fitted, [_acting(each) for each in pairs])
-    pairs, cut = _cut(lanes, pairs)
-    lanes = PartLanes(wanted, fitted, [_acting(each) for each in pairs])
+    joints = [_joint_parts(source, j, fitted, dampers) for j, source in enumerate(sources)]
+    lanes = PartLanes(wanted, fitted, [acting(each.pairs) for each in joints])
+    pairs, cut = _cut(lanes, [list(each.pairs) for each in joints])
+    lanes = PartLanes(wanted, fitted, [acting(each) for each in pairs])
     found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
-    sets = _judged(wanted, fitted, pairs, _with_settled(lanes, pairs, found), parts, settled, seed)
-    leg = _leg(lanes, fitted, sets[0].pairs)
+    judge = Judge(wanted, fitted, parts, seed, barred)
+    sets = _judged(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
+    best, table = without_better_swap(judge, sets[0].pairs, joints)
+    chosen = PartSet(
+        best,
+        float(judge.errors([best])[0]),
+        judge.as_they_come(best, SAMPLES_CHOSEN, shares=True),
+        judge.ready(best, SAMPLES_CHOSEN, shares=True),
+    )
+    sets = (chosen, *[item for item in sets if item.labels != chosen.labels][: SHOWN - 1])
+    leg = judge.built(best)
     return SetsMade(
         sets,
         found,
         leg,
-        _springs_made(lanes, sets[0], pairs, sources, left_out, warnings, leg),
-        _dampers_made(lanes, sets[0], dampers, leg),
+        _springs_made(chosen, table, joints, leg),
+        _dampers_made(chosen, table, dampers, leg),
         cut,
-        _if_measured(wanted, fitted, sets[0], parts, seed),
-        tuple(_leg(lanes, fitted, item.pairs) for item in sets),
+        tuple(judge.built(item.pairs) for item in sets),
     )
 
 
-def _if_measured(wanted: WantedResponse, leg: Leg, chosen: PartSet, parts: PartsOptions, seed: int) -> Forecast:
-    """What is to be expected if each spring is measured and its arm made to suit: free angles are right to a degree."""
-    tolerance = replace(parts.tolerance, free_angle=min(MEASURED_ANGLE, parts.tolerance.free_angle or MEASURED_ANGLE))
-    lanes = PartLanes(wanted, leg, [_acting([pair]) for pair in chosen.pairs], RELEASES)
-    pairs = [(pair.spring, pair.damper) for pair in chosen.pairs]
-    return Forecaster(lanes, tolerance, parts.within, seed).forecast(pairs, SAMPLES_CHOSEN, shares=True)
+def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperChoiceMade) -> JointParts:
+    """Every damper with the springs for the rates that suit it: by itself, and of the chosen one also by the fit.
 
-
-def _pairs(
-    source: SpringSource, chosen: DamperOption, rate: float, others: Sequence[DamperOption]
-) -> tuple[list[Pair], Mapping[str, int], list[str]]:
-    """Every damper with the springs for the rate that suits it; reasons and words are those of the chosen damper."""
-    springs, reasons, said = spring_options(source, rate)
-    made = [Pair(spring, chosen) for spring in springs]
+    Reasons and words are those of the chosen damper's fitted rate.
+    """
+    spring, together = fitted.joints[joint].spring, dampers.leg.joints[joint].spring
+    assert spring is not None
+    chosen = dampers.chosen[joint]
+    springs, reasons, said = spring_options(source, spring.rate)
+    known = {chosen.label: springs}
+    for rate in (item.rate for item in (together, chosen.spring) if item is not None):
+        _add_springs(known[chosen.label], source, rate)
+    others = [option for option in dampers.ranked[joint] if option.label != chosen.label][: DAMPERS - 1]
     for damper in others:
-        with suppress(UserError):  # a damper for which no spring can be bought takes no part
-            assert damper.spring is not None
-            made += [Pair(spring, damper) for spring in spring_options(source, damper.spring.rate)[0]]
-    return made[:PAIRS], reasons, said
+        assert damper.spring is not None
+        _add_springs(known.setdefault(damper.label, []), source, damper.spring.rate)
+    pairs = [Pair(spring, damper) for damper in (chosen, *others) for spring in known[damper.label]]
+    said = [*said, *sense_warning(source.joint, source.turned)]
+    by_label = {label: tuple(found) for label, found in known.items()}
+    return JointParts(source, spring.rate, (chosen, *others), by_label, tuple(pairs[:PAIRS]), reasons, tuple(said))
 
 
-def _acting(pairs: Sequence[Pair]) -> list[Acting]:
-    return [Acting(pair.spring.rate, pair.damper.damper) for pair in pairs]
+def _add_springs(known: list[SpringOption], source: SpringSource, rate: float) -> None:
+    """Add the springs for another wanted rate; a rate for which none can be bought, where one must be, adds none.
+
+    One spring to wind is enough: its rate is moved to where it suits best when a set is chosen.
+    """
+    if any(abs(option.asked / rate - 1.0) < SAME_RATE for option in known):
+        return
+    bought = {(option.part, option.count) for option in known if option.row is not None}
+    wound = any(option.row is None for option in known)
+    with suppress(UserError):
+        known += [
+            option
+            for option in spring_options(source, rate)[0]
+            if (not wound if option.row is None else (option.part, option.count) not in bought)
+        ]
 
 
 def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], tuple[int, ...]]:
@@ -190,110 +206,60 @@ def _cut(lanes: PartLanes, pairs: list[list[Pair]]) -> tuple[list[list[Pair]], t
     return kept, tuple(len(a) - len(b) for a, b in zip(pairs, kept, strict=True))
 
 
-def _with_settled(lanes: PartLanes, pairs: Sequence[Sequence[Pair]], found: Found) -> Found:
-    """The finalists, and where none has the first damper of every joint, the set of first pairs too."""
-    if any(_has_first_dampers(pairs, row) for row in found.index):
-        return found
-    first = np.zeros((1, len(pairs)), dtype=np.int64)
-    return replace(
-        found, index=np.concatenate([found.index, first]), error=np.concatenate([found.error, lanes.errors(first)])
-    )
-
-
-def _has_first_dampers(pairs: Sequence[Sequence[Pair]], numbers: Index) -> bool:
-    return all(options[k].damper is options[0].damper for options, k in zip(pairs, numbers, strict=True))
-
-
-def _judged(
-    wanted: WantedResponse,
-    leg: Leg,
-    pairs: list[list[Pair]],
-    found: Found,
-    parts: PartsOptions,
-    settled: bool,
-    seed: int,
-) -> tuple[PartSet, ...]:
-    """The finalists with their tolerances, least expected error first; those that are shown with more samples.
-
-    ``settled``: a set with the first damper of every joint stands before all others.
-    """
-    behind = [settled and not _has_first_dampers(pairs, row) for row in found.index]
-    lanes = PartLanes(wanted, leg, [_acting(each) for each in pairs], RELEASES)
-    forecaster = Forecaster(lanes, parts.tolerance, parts.within, seed)
-    sets = [tuple(options[k] for options, k in zip(pairs, row, strict=True)) for row in found.index]
-
-    def judged(n_sample: int, chosen: Sequence[int]) -> dict[int, Forecast]:
-        return {k: forecaster.forecast([(p.spring, p.damper) for p in sets[k]], n_sample) for k in chosen}
-
+def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
+    """The finalists with their tolerances, least expected error first; those that are shown with more samples."""
+    sets = [pairs for pairs in sets if judge.allows(pairs)]
+    if not sets:
+        raise UserError("with none of the best sets of dampers can the leg be fitted to the motion")
+    errors = judge.errors(sets)
     shown = list(range(len(sets)))
     if len(sets) > SHOWN:
-        rough = judged(SAMPLES_FINAL, shown)
-        shown.sort(key=lambda k: (behind[k], rough[k].expected, k))
-        shown = [*shown[:1], *sorted(shown[1:], key=lambda k: (rough[k].expected, k))][:SHOWN]
-    fine = judged(SAMPLES_SHOWN, shown)
-    order = sorted(fine, key=lambda k: (behind[k], fine[k].expected, k))
-    order = [*order[:1], *sorted(order[1:], key=lambda k: (fine[k].expected, k))]
-    best = [(p.spring, p.damper) for p in sets[order[0]]]
-    fine[order[0]] = forecaster.forecast(best, SAMPLES_CHOSEN, shares=True)
-    return tuple(PartSet(sets[k], float(found.error[k]), fine[k]) for k in order)
+        rough = {k: judge.ready(sets[k], SAMPLES_FINAL).expected for k in shown}
+        shown = sorted(shown, key=lambda k: (rough[k], k))[:SHOWN]
+    fine = {k: judge.ready(sets[k], SAMPLES_SHOWN) for k in shown}
+    order = sorted(fine, key=lambda k: (fine[k].expected, k))
+    return tuple(PartSet(sets[k], float(errors[k]), judge.as_they_come(sets[k]), fine[k]) for k in order)
 
 
-def _leg(lanes: PartLanes, leg: Leg, pairs: Sequence[Pair]) -> Leg:
-    """The leg with a set of parts, resting as wanted."""
-    joints = []
-    for j, (joint, pair) in enumerate(zip(leg.joints, pairs, strict=True)):
-        free = joint.zero + joint.sign * lanes.rest(j, pair.spring.rate)
-        joints.append(replace(joint, spring=Spring(pair.spring.rate, free), damper=pair.damper.damper))
-    return replace(leg, joints=tuple(joints))
-
-
-def _instead(lanes: PartLanes, chosen: PartSet, joint: int, options: Sequence[tuple[float, Damper]]) -> Array:
-    """(n_option,) rad, the error of the chosen set with another rate and damper at one joint."""
-    acting = [[Acting(pair.spring.rate, pair.damper.damper)] for pair in chosen.pairs]
-    acting[joint] = [Acting(rate, damper) for rate, damper in options]
-    other = PartLanes(lanes.wanted, lanes.leg, acting)
-    index = np.zeros((len(options), len(acting)), dtype=np.int64)
-    index[:, joint] = np.arange(len(options))
-    return other.errors(index)
-
-
-def _springs_made(
-    lanes: PartLanes,
-    chosen: PartSet,
-    pairs: Sequence[Sequence[Pair]],
-    sources: Sequence[SpringSource],
-    left_out: Sequence[Mapping[str, int]],
-    warnings: Sequence[tuple[str, ...]],
-    leg: Leg,
-) -> SpringChoiceMade:
+def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:
     """The chosen springs and what could be had in the place of each, by what it costs in response."""
-    ranked, taken = [], []
-    for j, source in enumerate(sources):
-        spring, damper = chosen.pairs[j].spring, chosen.pairs[j].damper
-        same = [pair.spring for pair in pairs[j] if pair.damper is damper and pair.spring is not spring]
-        options = [spring, *same, *other_springs(source, spring.rate, [spring, *same])]
-        errors = _instead(lanes, chosen, j, [(option.rate, damper.damper) for option in options])
-        judged = [replace(option, error=float(error)) for option, error in zip(options, errors, strict=True)]
-        taken.append(judged[0])
-        ranked.append(tuple(sorted(judged, key=lambda option: option.error)))
-    return SpringChoiceMade(tuple(taken), tuple(ranked), tuple(left_out), leg, tuple(warnings))
+    taken = [replace(p.spring, error=chosen.error, expected=table.chosen) for p in chosen.pairs]
+    ranked = [
+        _by_error([own, *(replace(s.pair.spring, error=s.error, expected=s.expected) for s in swaps)])
+        for own, swaps in zip(taken, table.springs, strict=True)
+    ]
+    left_out, said = tuple(each.left_out for each in joints), tuple(each.warnings for each in joints)
+    return SpringChoiceMade(tuple(taken), tuple(ranked), left_out, leg, said)
 
 
-def _dampers_made(lanes: PartLanes, chosen: PartSet, dampers: DamperChoiceMade, leg: Leg) -> DamperChoiceMade:
-    """The chosen dampers and what could be had in the place of each; a spring to wind is wound to suit the other."""
-    ranked, taken = [], []
-    for j, options in enumerate(dampers.ranked):
-        spring, damper = chosen.pairs[j].spring, chosen.pairs[j].damper
-        others = [option for option in options if option.label != damper.label]
-        acting = [
-            (option.spring.rate if spring.row is None and option.spring is not None else spring.rate, option.damper)
-            for option in others
+def _dampers_made(chosen: PartSet, table: Swaps, dampers: DamperChoiceMade, leg: Leg) -> DamperChoiceMade:
+    """The chosen dampers and what could be had in the place of each, with the spring that then goes best with it."""
+    taken = [replace(p.damper, error=chosen.error, expected=table.chosen) for p in chosen.pairs]
+    ranked = []
+    for j, (own, swaps) in enumerate(zip(taken, table.dampers, strict=True)):
+        held = chosen.pairs[j].spring
+        others = [
+            replace(
+                swap.pair.damper,
+                error=swap.error,
+                expected=swap.expected,
+                partner=_partner(swap.pair.spring, held),
+            )
+            for swap in swaps
         ]
-        errors = _instead(lanes, chosen, j, [(spring.rate, damper.damper), *acting])
-        judged = [replace(o, error=float(e)) for o, e in zip([damper, *others], errors, strict=True)]
-        taken.append(judged[0])
-        ranked.append(tuple(sorted(judged, key=lambda option: option.error)))
+        ranked.append(_by_error([own, *others]))
     return replace(dampers, chosen=tuple(taken), ranked=tuple(ranked), leg=leg)
+
+
+def _partner(spring: SpringOption, held: SpringOption) -> str:
+    """The spring that goes with another damper, empty where it is the one that is chosen."""
+    if spring.label == held.label and abs(spring.rate / held.rate - 1.0) < SAME_RATE:
+        return ""
+    return spring.label if spring.row is not None else f"{spring.label}, {spring.rate:.4g} N*m/rad"
+
+
+def _by_error(options: list[Option]) -> tuple[Option, ...]:
+    return tuple(sorted(options, key=lambda option: (option.expected, option.error)))
 
 
 def tolerance_json(parts: PartsOptions, chosen: PartSet, joint: int) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from synth.swing.chain import Chain, Conditions, compiled_chain
 from synth.swing.leg_model import Leg, Spring
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
-TUNING_STEPS = 8
+TUNING_STEPS = 8  # Gauss-Newton steps at most; a gain below ``TUNED`` ends them earlier
 TUNED_RELEASES = 7  # about so many releases tell which spring suits a damper; errors are reckoned over all
 TUNED = 0.02  # share by which a step must lower the squared error for another to be taken
 

@@ -15,7 +15,7 @@ from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
-from synth.fit.report_fit import trial_fits
+from synth.fit.trial_fits import trial_fits
 from synth.fit.unseen_score import score
 from synth.swing.leg_model import DamperCurve
 

@@ -134,10 +134,11 @@ def _held_out(trials: Sequence[TrialFit], names: Sequence[str]) -> dict[str, Any
     """How far the fitted leg is off on trials that took no part."""
     if not trials:
         return None
-    square = np.array([trial.rms**2 for trial in trials])
-    rms = [float(np.sqrt(np.mean(column[np.isfinite(column)]))) for column in square.T]
+    off = np.concatenate([trial.measured - trial.fitted for trial in trials])
+    counted = [column[np.isfinite(column)] for column in off.T]
+    rms = [float(np.sqrt(np.mean(column**2))) if len(column) else float("nan") for column in counted]
     return {
-        "rms": {name: quantity(value, "deg") for name, value in zip(names, rms, strict=True)},
+        "rms": {name: quantity(value, "deg") for name, value in zip(names, rms, strict=True) if value == value},
         "trials": [
             {
                 "file": trial.name,
@@ -173,8 +174,9 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         ],
         "alternatives_basis": (
             "response_error: RMS over all joints and releases against the wanted motion with only this joint's part "
-            "changed; a spring to wind is then wound for the rate that suits the other damper. cost: that less the "
-            "chosen set's"
+            "changed; another damper comes with the spring that goes best with it (with_spring where that is another "
+            "one). cost: that less the chosen set's. expected_error: with tolerances, free angles measured and set; "
+            "the choice goes by it, and exchanges are listed in its order"
         ),
         "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
@@ -221,6 +223,7 @@ def _ranked_spring(option: SpringOption, chosen: SpringOption) -> dict[str, Any]
         "within_tolerance": not option.outside,
         "response_error": quantity(option.error, "deg"),
         "cost": quantity(option.error - chosen.error, "deg"),
+        "expected_error": quantity(option.expected, "deg"),
         **{name: quantity(value, "mm") for name, value in sizes.items() if value is not None},
         **{f"{name}_inch": quantity(value, "in") for name, value in sizes.items() if value is not None},
         "source": row.source if row is not None else "to wind",
@@ -237,7 +240,9 @@ def _ranked_damper(option: DamperOption, chosen: DamperOption) -> dict[str, Any]
         "law": option.law,
         "response_error": quantity(option.error, "deg"),
         "cost": quantity(option.error - chosen.error, "deg"),
+        "expected_error": quantity(option.expected, "deg"),
         "source": row.source if row is not None else option.why,
+        **({"with_spring": option.partner} if option.partner else {}),
     }
     if row is not None and row.max_torque is not None:
         written["torque"] = quantity(row.max_torque, "N*m")

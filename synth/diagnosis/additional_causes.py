@@ -25,7 +25,7 @@ LOOKED_AT, STRENGTHS_TRIED = 16, 4  # causes that promise most by secants; of ea
 AROUND = (0.4, 1.0)  # times the strength that the secant asks for
 TRIED = 10  # further causes that are fitted to some of the trials, of those that promise most
 KEPT = 5  # of those, that are fitted to all
-ROUNDS = (2, 3)
+ROUNDS = (2, 3)  # steps of the fit on some trials, and on all
 
 
 @dataclass(frozen=True)

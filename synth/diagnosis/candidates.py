@@ -11,7 +11,8 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.hypotheses import Key
-from synth.swing.effects import Parameter, registered
+from synth.estimation.parameters import Parameter
+from synth.swing.effects import Effect, registered
 from synth.swing.lane_layout import MOST_LINKS
 from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Leg
@@ -83,6 +84,7 @@ def scales(leg: Leg, trials: Sequence[GapTrial]) -> Scales:
 class Candidate(ShapedEffect):
     """One effect at one joint (0 for the base) in one shape."""
 
+    effect: Effect
     joint: int
     scales: Scales
     leg: Leg

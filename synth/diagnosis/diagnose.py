@@ -16,19 +16,20 @@ from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.experiment import next_experiment
 from synth.diagnosis.figures import Gap, measure, trial_gaps
 from synth.diagnosis.gap_trials import GapTrial, copies, gap_trial, sensor
-from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.influence import Hangs, hangs_on
 from synth.diagnosis.predict import Predictor
 from synth.diagnosis.prediction_error import label
 from synth.diagnosis.result import Cause, GapResult, Ranked, Verdict
 from synth.diagnosis.search import Assessed, search
 from synth.diagnosis.sentences import Told, angle, cause_text, scored_on, sentence, what_is_open
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.tolerances import Tolerance, Tolerances
 from synth.diagnosis.verdict import Judged, judge, open_explanations, with_counts
 from synth.diagnosis.where import missing_torque, where
 from synth.errors import UserError
 from synth.fit.fit_result import Estimate
-from synth.fit.recordings import recordings
+from synth.fit.odd_trials import odd_trials
+from synth.fit.recordings import recordings, thinned_sentences
 from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
 
@@ -122,7 +123,7 @@ def diagnose(
         diagnosed=diagnosed_leg(
             leg, tolerances, (judged.accepted if explained else found.none).fit, scene.coarse if explained else ()
         ),
-        warnings=(*warnings, *_turning(turned), *(_worse(gap) if explained else ())),
+        warnings=(*warnings, *_odd(gap, leg), *_turning(turned), *(_worse(gap) if explained else ())),
         tied=tied,
     )
 
@@ -130,7 +131,7 @@ def diagnose(
 def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[Scene, tuple[str, ...]]:
     """Trials prepared, copies struck out, noise and counts estimated."""
     made = recordings(leg, trials, ())
-    warnings = []
+    warnings = list(thinned_sentences(made))
     twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
         warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
@@ -149,13 +150,28 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
     return Scene(leg, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _turning(turned: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """A warning where the verdict hangs on single recordings."""
-    return tuple(
+def _turning(hangs: Hangs) -> tuple[str, ...]:
+    """Warnings where the verdict hangs on single recordings."""
+    said = [
         f"the verdict hangs on {name}: without it {said}. Look at that recording first (its start, its rest, what was "
         "different that day), or repeat it"
-        for name, said in turned
-    )
+        for name, said in hangs.turned
+    ]
+    if hangs.open:
+        names = ", ".join(hangs.open[:5]) + (f" and {len(hangs.open) - 5} more" if len(hangs.open) > 5 else "")
+        said.append(
+            f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that count "
+            "for most were left out in turn. With so many the explanations are nearly tied"
+        )
+    return tuple(said)
+
+
+def _odd(gap: Gap, leg: Leg) -> list[str]:
+    """Warnings on trials that the nominal leg at its best misses by far more than the others."""
+    away = [np.where(t.counts, p - t.measured, np.nan) for t, p in zip(gap.trials, gap.before, strict=True)]
+    rms = [np.sqrt([np.nanmean(a[:, j] ** 2) if t.counts[:, j].any() else np.nan for j in range(a.shape[1])])
+           for t, a in zip(gap.trials, away, strict=True)]  # fmt: skip
+    return odd_trials([trial.recording.name for trial in gap.trials], leg.joint_names, np.array(rms))
 
 
 def _worse(gap: Gap) -> tuple[str, ...]:
@@ -176,9 +192,7 @@ def _causes(bench: Workbench, found: Assessed) -> tuple[Cause, ...]:
     if not found.fit.hypothesis:
         return ()
     p = bench.n_tolerance
-    frame = found.fit.frame or bench.frame(found.fit)
-    covariance = np.linalg.inv(Normal.of(bench, found.fit, frame).matrix)
-    deviation = np.sqrt(np.diag(covariance))
+    deviation = np.sqrt(np.diag(bench.normal(found.fit).covariance))
     made, first = [], p
     for candidate, x in parts(found.fit, p):
         made.append(_cause(candidate, x, deviation[first : first + candidate.size]))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.swing.effects import Effect, Parameter, Prior, Shape
+from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape
 
 SMALL = 0.05  # of its prior's width: where a strength starts
 STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a strength, a shape may go
@@ -18,7 +18,7 @@ STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a str
 class ShapedEffect(ABC):
     """One effect in one shape; the unknowns are the shape's free parameters, whitened by their priors."""
 
-    effect: Effect
+    effect: PlantEffect
     shape: Shape
 
     @abstractmethod

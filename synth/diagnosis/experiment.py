@@ -11,7 +11,7 @@ from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.information import expected_information, rivals_of, would_tell
 from synth.diagnosis.result import Experiment
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
@@ -20,7 +20,7 @@ from synth.threads import in_parallel
 from synth.units import write
 
 LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
-TILT = np.radians(30.0)
+TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def next_experiment(
     kept, weights = rivals_of(rivals)
     leg = bench.predictor.leg
     choices = menu(leg, everything)
-    covariances = [_covariance(bench, fit) for fit in kept]
+    covariances = [bench.normal(fit).covariance for fit in kept]
 
     def information(index: int) -> float:
         trial = _imagined(bench, choices[index])
@@ -163,12 +163,6 @@ def _predict(bench: Workbench, fit: Fit, trial: GapTrial, choice: Choice) -> _Pr
         return None
     mean = (prediction / bench.sigma(trial))[trial.counts]
     return _Predicted(mean, slopes[:, count:], slopes[:, :count])
-
-
-def _covariance(bench: Workbench, fit: Fit) -> Array:
-    """(n_unknown, n_unknown) of what the trials so far leave open."""
-    frame = fit.frame or bench.frame(fit)
-    return np.asarray(np.linalg.inv(Normal.of(bench, fit, frame).matrix))
 
 
 def _distance(a: _Predicted, b: _Predicted, at: _Predicted, covariance: Array) -> float:

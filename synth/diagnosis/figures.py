@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,27 +15,29 @@ from synth.diagnosis.prediction_error import BLOCKS, Misses, label
 from synth.diagnosis.result import TrialGap
 from synth.diagnosis.score import score
 from synth.diagnosis.search import Assessed, Search
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.where import Missing, phases
 from synth.swing.leg_model import Leg
+
+SHOWN_ALONE = 4  # single causes whose predictions are kept, the likeliest first, for the page to show beside the trial
 
 
 @dataclass(frozen=True)
 class Gap(Misses):
-    """Predictions (m, n) rad of each scored trial, and what they miss."""
+    """Predictions (m, n) rad of each scored trial, and what they miss; ``alone``: with each of the likeliest causes."""
 
     trials: tuple[GapTrial, ...]
     as_designed: tuple[Array, ...]
     before: tuple[Array, ...]
     after: tuple[Array, ...]
+    alone: Mapping[str, tuple[Array, ...]] = field(default_factory=dict)
 
 
 def predictions(bench: Workbench, found: Assessed, trials: Sequence[GapTrial], held_out: bool) -> tuple[Array, ...]:
     """(m, n) rad a trial: of trials that took no part, or else of each trial by a fit without it."""
     if held_out or len(trials) == 1:
         return score(bench, found.fit, trials).predictions
-    frame = found.fit.frame or bench.frame(found.fit)
-    normal = Normal.of(bench, found.fit, frame)
+    normal = bench.normal(found.fit)
     low, high = bench.bounds(found.fit.hypothesis)
     made = []
     for index, trial in enumerate(trials):
@@ -75,12 +77,15 @@ def measure(
         "before": _squares(trials, before),
         "after": _squares(trials, after),
     }
+    alone: dict[str, tuple[Array, ...]] = {}
     for other in others:
-        alone = after if other is accepted else told(predictions(bench, other, begun, held_out))
-        squares[label(other.keys)] = _squares(trials, alone)
+        predicted = after if other is accepted else told(predictions(bench, other, begun, held_out))
+        squares[label(other.keys)] = _squares(trials, predicted)
+        if len(alone) < SHOWN_ALONE:
+            alone[label(other.keys)] = predicted
     counts = _squares(trials, [np.ones_like(t.measured) + t.measured for t in trials])
     noise = _squares(trials, [t.measured + usual for t in trials])
-    return Gap(squares, counts, noise, seed, tuple(trials), as_designed, before, after)
+    return Gap(squares, counts, noise, seed, tuple(trials), as_designed, before, after, alone)
 
 
 def _squares(trials: Sequence[GapTrial], predicted: Sequence[Array]) -> Array:
@@ -121,6 +126,7 @@ def trial_gaps(
                 phase=phases(trial, noise),
                 held_out=held_out,
                 scored=True,
+                alone={name: nominal.to_measured(each[index]) for name, each in gap.alone.items()},
             )
         )
     return tuple(made)

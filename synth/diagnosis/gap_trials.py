@@ -70,12 +70,31 @@ def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tu
     """
     found = []
     order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
+    near = _alike([recordings[k] for k in order]) if order else []
     for place, later in enumerate(order):
-        for earlier in order[:place]:
+        for earlier in (order[p] for p in near[place] if p < place):
             if _same(recordings[later], recordings[earlier]):
                 found.append((later, earlier))
                 break
     return found
+
+
+def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
+    """Of each recording the places of those that may hold the same samples: one's first is among the other's first.
+
+    A look at all pairs in one array operation a recording; ``_same`` at each would take minutes for a thousand.
+    """
+    count, n = len(recordings), recordings[0].rotation.shape[1]
+    heads = np.full((count, LATER, n), np.inf)
+    for index, recording in enumerate(recordings):
+        head = recording.rotation[:LATER]
+        heads[index, : len(head)] = head
+    reach = np.array([max(float(np.ptp(recording.rotation, axis=0).max()), 1e-9) for recording in recordings])
+    alike = np.zeros((count, count), dtype=bool)
+    for index in range(count):
+        apart = np.abs(heads - heads[index, 0]).max(axis=2)
+        alike[index] = (apart <= 1e-3 * np.maximum(reach, reach[index])[:, None]).any(axis=1)
+    return [np.flatnonzero(alike[index] | alike[:, index]).tolist() for index in range(count)]
 
 
 def _same(a: Recording, b: Recording) -> bool:

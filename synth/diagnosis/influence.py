@@ -1,19 +1,21 @@
 """Whether the verdict hangs on one recording: it is judged again without each.
 
 First by one step from the common fits, in closed form; where that turns the verdict, by fits without the recording.
+A fit goes over all other recordings, so only the few that count for most are looked at so: the work grows with the
+number of recordings, not with its square.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from synth.diagnosis.score import fresh
 from synth.diagnosis.search import Assessed, Search, ratio
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 
 T = TypeVar("T")
@@ -21,30 +23,58 @@ LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news
 HEAVIEST = 4  # hypotheses that are weighed again
 ROUNDS = 3  # of new derivatives in a fit without a recording
 SETTLED = 0.01  # of the cost, that new derivatives take away at least, or there are no more
+MOST_REFITTED = 6  # recordings without which fits are made; the closed form alone turns a sure verdict seldom
 SURE = 0.8  # weight that the other explanation must have without the recording
 
 
-def hangs_on(
-    bench: Workbench, found: Search, judged: Judged[Fit], calibration: Calibration = CALIBRATED
-) -> list[tuple[str, str]]:
-    """(name, what would be said without it) of each recording that turns the verdict.
+@dataclass(frozen=True)
+class Hangs:
+    """What a verdict hangs on.
+
+    ``turned`` : (name, what would be said without it) of each recording that turns the verdict. ``open`` : names of
+    those that may turn it by the closed form, and were not fitted without.
+    """
+
+    turned: tuple[tuple[str, str], ...] = ()
+    open: tuple[str, ...] = ()
+
+
+def hangs_on(bench: Workbench, found: Search, judged: Judged[Fit], calibration: Calibration = CALIBRATED) -> Hangs:
+    """The recordings on which the verdict hangs.
 
     A cause that fewer recordings cannot tell from another is no turn; another cause, none or an unknown one is.
     """
     if len(bench.trials) < LEAST_TRIALS:
-        return []
+        return Hangs()
     chosen = {id(item): item for item, _ in judged.weighed[:HEAVIEST]}
     chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # what several causes are held against
     steps = {key: _without_each(bench, item) for key, item in chosen.items()}
+    doubtful: list[tuple[float, int]] = []
+    for i in range(len(bench.trials)):
+        again = _again(found, {key: made[i] for key, made in steps.items()}, calibration)
+        if _differs(judged, again):
+            doubtful.append((_weight(judged, again), i))
+    doubtful.sort()
     turned = []
-    for i, trial in enumerate(bench.trials):
-        near = {key: made[i] for key, made in steps.items()}
-        if _differs(judged, _again(found, near, calibration)):
-            again = _again(found, dict(zip(near, _refitted(bench, list(near.values()), i), strict=True)), calibration)
-            said = _said(again)
-            if said and _differs(judged, again):
-                turned.append((trial.recording.name, said))
-    return turned
+    for _, i in sorted(doubtful[:MOST_REFITTED], key=lambda item: item[1]):
+        near = [made[i] for made in steps.values()]
+        again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration)
+        said = _said(again)
+        if said and _differs(judged, again):
+            turned.append((bench.trials[i].recording.name, said))
+    left = sorted(i for _, i in doubtful[MOST_REFITTED:])
+    return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left))
+
+
+def _weight(judged: Judged[Fit], again: Judged[Fit]) -> float:
+    """How probable what is said of all recordings still is without one."""
+    if judged.verdict == "unknown":
+        return again.unknown
+    if judged.verdict == "none":
+        return again.none
+    known = [frozenset(judged.accepted.keys), *(frozenset(rival.keys) for rival in judged.tied)]
+    left = sum(weight for item, weight in again.weighed if frozenset(item.keys) in known)
+    return left * (1.0 - again.unknown)
 
 
 def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -> Judged[Fit]:
@@ -75,18 +105,14 @@ def _refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Ass
 def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:
     """A hypothesis as all trials but one would have it, for each one."""
     fit = found.fit
-    normal = Normal.of(bench, fit, fit.frame or bench.frame(fit))
+    normal = bench.normal(fit)
     low, high = bench.bounds(fit.hypothesis)
     made = []
     for out, trial in enumerate(bench.trials):
         step = np.clip(fit.unknowns + normal.without(out), low, high) - fit.unknowns
-        squares = 0.0
-        for index, (matrix, gradient, own) in enumerate(normal.parts):
-            if index != out:
-                squares += own + 2.0 * float(gradient @ step) + float(step @ matrix @ step)
+        squares = max(normal.squares_without(out, step), 0.0)
         rest = bench.total - float(np.minimum(trial.counted, bench.effective).sum())
         unknowns = fit.unknowns + step
-        squares = max(squares, 0.0)
         cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
         made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest))))
     return made

@@ -73,7 +73,8 @@ class TrialGap:
     ``time`` (m,) s; ``measured`` (m, n), nan where no sample counts; ``as_designed``, ``before``, ``after`` (m, n);
     ``missing_torque`` (m, n) N m, that the nominal leg at its best lacks to have moved as measured (nan where it is
     not known), ``speed`` (m, n) rad/s and ``deflection`` (m, n) rad from the free angle; ``phase`` (m,) index into
-    ``PHASES``. ``scored`` : the gap's figures are taken on it.
+    ``PHASES``. ``scored`` : the gap's figures are taken on it. ``alone`` : label of a single cause -> (m, n) rad with
+    just that cause in, of the likeliest.
     """
 
     name: str
@@ -88,6 +89,7 @@ class TrialGap:
     phase: NDArray[np.int64]
     held_out: bool
     scored: bool
+    alone: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from synth.diagnosis.gap_trials import GapTrial
 from synth.diagnosis.solve import Fit, Workbench, state_rows
 from synth.threads import in_parallel
 
-ROUNDS = 8
+ROUNDS = 8  # Gauss-Newton steps for the initial state, which is all that is estimated
 
 
 @dataclass(frozen=True)

@@ -31,18 +31,17 @@ class Ground:
     def of(cls, bench: Workbench, at: Fit) -> Ground:
         """At a fit that has been evaluated and has a frame of its own."""
         assert at.frame is not None
-        slopes = []
-        for i, part in enumerate(at.frame.parts):
-            wide = np.concatenate([part.tolerance, at.columns[i]], axis=1) if at.hypothesis else part.tolerance
-            slopes.append(wide - part.q @ (part.q.T @ wide))
+        slopes = [trial.projected for trial in at.frame.trials]
+        if at.hypothesis:
+            columns = [trial.project(c.T).T for trial, c in zip(at.frame.trials, at.columns, strict=True)]
+            slopes = [np.concatenate(both, axis=1) for both in zip(slopes, columns, strict=True)]
         p = len(at.unknowns)
         return cls(bench, at, tuple(slopes), sum((s.T @ s for s in slopes), np.zeros((p, p))))
 
     def project(self, trial: int, residual: Array) -> Array:
         """A trial's residual (M,), or several (n_fit, M), less what its initial state can explain."""
         assert self.at.frame is not None
-        q = self.at.frame.parts[trial].q
-        return np.asarray(residual - (residual @ q) @ q.T)
+        return self.at.frame.trials[trial].project(residual)
 
     def left(self, trial: int, residuals: Sequence[Array]) -> Array:
         """(n_fit, M) projected residuals of fits whose states are those of the ground."""

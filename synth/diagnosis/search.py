@@ -17,20 +17,20 @@ from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.start_sizes import rungs
 from synth.swing.chain import Conditions
 
-BASE_ROUNDS = 5
+BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
 SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
 SIFTED, SIFTED_SAMPLES = 4, 300  # trials that the first sifting uses, and samples of each
-SIFTING_TOLERANCE = 1e-5
+SIFTING_TOLERANCE = 1e-5  # of the integrator, while candidates are only ranked
 FRAMES, CONVERGED = 8, 1.0  # times that derivatives are taken anew, until the cost falls by less
 TRIED_STARTS = 3  # of each candidate
 LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # cost that a start must promise to take away, and number tried in any case
-KEPT_SHAPES = 3
+KEPT_SHAPES = 3  # shapes of each candidate that go on
 KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
 CLOSER = 16  # of those, that are fitted there before the best are refined
 PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
 REFINED = 6  # single causes that get derivatives of their own
 ANCHORS, ANCHOR_PAIRS = 4, 1  # single causes that pairs are built on, pairs that a third is
-REFINED_FURTHER = 2
+REFINED_FURTHER = 2  # sets of several causes that get derivatives of their own
 PAYS = 0.4  # share of what one cause leaves that a second takes away, before a third is sought
 SATISFIED, WELL, LEAST_LEFT = 1.05, 1.2, 0.003  # RMS over the floor; share of the squared gap, see ``_leaves``
 

@@ -1,9 +1,9 @@
 """Many hypotheses fitted side by side: each within the tolerances, each trial's initial state estimated with it.
 
-Levenberg-Marquardt in whitened unknowns, where the prior is the unit normal. A hypothesis changes a leg's motion by
-little, so the derivatives by tolerances and initial states are taken once, at a ``Frame``, and only those by the
-effect's own unknowns anew at each step: a step costs two to four lanes a trial instead of thirty. Initial states are
-eliminated trial by trial (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+Levenberg-Marquardt (``synth.estimation``) in whitened unknowns, where the prior is the unit normal. A hypothesis
+changes a leg's motion by little, so the derivatives by tolerances and initial states are taken once, in a
+``Linearisation``, and only those by the effect's own unknowns anew at each step: a step costs two to four lanes a trial
+instead of thirty.
 """
 
 from __future__ import annotations
@@ -17,15 +17,22 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.linearisation import Frame, Part, Whitener
 from synth.diagnosis.predict import Block, Hypothesis, Predictor, groups
+from synth.diagnosis.whitening import Whitener
+from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, Problem, minimise
+from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
+from synth.estimation.normal_equations import Step, StepLimits
 from synth.swing.lane_layout import LANES
 from synth.threads import in_parallel
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
-RATE_STEP = 30.0
+RATE_STEP = 30.0  # s^-1: a rate's step over an angle's, as a limb of some hertz has them
 LIMIT = 2.5  # tolerances (standard deviations): a number farther off is no tolerance any more but a cause
-DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side
+DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side: lanes are cheaper than a vain step
+LONGEST = 3.0  # of an effect's whitened unknown in a step
+# After a vain step the damping rises beyond all that were tried, by 900 and 10 more; a fit whose damping passes 1e5 has
+# found no better point in two such rounds.
+RULE = Factors(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
 T = TypeVar("T")
 
 
@@ -45,9 +52,8 @@ class Fit:
     columns: tuple[Array, ...] = ()
     cost: float = np.inf
     damping: float = 1e-3
-    rounds: int = 0
     done: bool = False
-    frame: Frame | None = field(default=None, repr=False)
+    frame: Linearisation | None = field(default=None, repr=False)
 
     @property
     def keys(self) -> tuple[tuple[str, str], ...]:
@@ -150,11 +156,13 @@ class Workbench:
             result.append([flat[k] for k in order])
         return result
 
-    def frame(self, fit: Fit) -> Frame:
+    def frame(self, fit: Fit) -> Linearisation:
         """Derivatives at a fit's point."""
-        return Frame(tuple(in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials))))
+        return Linearisation(
+            tuple(in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials)))
+        )
 
-    def _part(self, trial: GapTrial, fit: Fit, state: Array) -> Part:
+    def _part(self, trial: GapTrial, fit: Fit, state: Array) -> TrialLinearisation:
         alive = np.flatnonzero(self.predictor.tolerances.width.reshape(-1) > 0.0)
         _, slopes = self.slopes(trial, fit, state, alive.tolist())
         below = self.state_prior(trial, state)
@@ -162,7 +170,7 @@ class Workbench:
         tolerance = np.zeros((count + extra, self.n_tolerance))
         tolerance[:count, alive] = slopes[:, : len(alive)]
         q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
-        return Part(tolerance, q, r)
+        return TrialLinearisation(tolerance, q, r)
 
     def slopes(self, trial: GapTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
         """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
@@ -227,7 +235,7 @@ class Workbench:
             made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
         return made
 
-    def solve(self, fits: Sequence[Fit], frame: Frame | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
+    def solve(self, fits: Sequence[Fit], frame: Linearisation | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
 
         A fit is done when a step lowers its cost by less than ``tolerance``.
@@ -236,65 +244,14 @@ class Workbench:
         fresh = [i for i, fit in enumerate(current) if not fit.residuals]
         for i, fit in zip(fresh, self.evaluate([current[i] for i in fresh]), strict=True):
             current[i] = fit
-        for _ in range(rounds):
-            open_ = [i for i, fit in enumerate(current) if not fit.done and np.isfinite(fit.cost)]
-            if not open_:
-                break
-            steps = [fit for i in open_ for fit in self._steps(current[i], current[i].frame or frame)]
-            tried = self.evaluate(steps)
-            place = 0
-            for i in open_:
-                here, count = current[i], len(_dampings(current[i]))
-                found = min(tried[place : place + count], key=lambda fit: fit.cost)
-                place += count
-                if found.cost < here.cost:
-                    small = here.cost - found.cost < tolerance
-                    damping = max(found.damping / DAMPINGS[1], 1e-6)
-                    current[i] = replace(found, damping=damping, rounds=here.rounds + 1, done=small)
-                else:
-                    damping = max(here.damping, 1e-4) * DAMPINGS[-1] * 10.0
-                    current[i] = replace(here, damping=damping, rounds=here.rounds + 1, done=damping > 1e5)
-        return current
+        start = [Iterate(fit, fit.damping, CONVERGED if fit.done else "") for fit in current]
+        ends = minimise(_Hypotheses(self, frame, tolerance), start, RULE, rounds)
+        return [replace(end.point, damping=end.damping, done=end.reason == CONVERGED) for end in ends]
 
-    def _steps(self, fit: Fit, frame: Frame | None) -> list[Fit]:
-        """The fit moved by a step with less and with more damping; lanes are cheaper than a step tried in vain."""
-        assert frame is not None
-        normal, bounds = Normal.of(self, fit, frame), self.bounds(fit.hypothesis)
-        dampings = fit.damping * np.array(_dampings(fit))
-        moved = np.array([self._moved(fit, normal, damping, bounds) for damping in dampings])
-        made = []
-        changes = frame.changes(normal.explained, moved - fit.unknowns, dampings)
-        for unknowns, change, damping in zip(moved, changes, dampings.tolist(), strict=True):
-            states = tuple(map(self._state, self.trials, fit.states, change))
-            made.append(
-                replace(fit, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf, damping=damping)
-            )
-        return made
-
-    def _moved(self, fit: Fit, normal: Normal, damping: float, bounds: tuple[Array, Array]) -> Array:
-        """A fit's unknowns (n_unknown,) after one damped step that stays within bounds."""
-        matrix = normal.matrix + damping * np.diag(np.diag(normal.matrix))
-        low, high = bounds
-        held = np.zeros(len(fit.unknowns), dtype=bool)
-        step = np.zeros(len(fit.unknowns))
-        for _ in range(6):
-            moving = ~held
-            step[:] = 0.0
-            step[moving] = -np.linalg.solve(matrix[np.ix_(moving, moving)], normal.gradient[moving])
-            outward = ((fit.unknowns <= low) & (step < 0)) | ((fit.unknowns >= high) & (step > 0))
-            if not np.any(outward & ~held):
-                break
-            held |= outward
-        most = np.max(np.abs(step[self.n_tolerance :]), initial=0.0)
-        if most > 3.0:
-            step *= 3.0 / most
-        return np.asarray(np.minimum(np.maximum(fit.unknowns + step, low), high))
-
-    @staticmethod
-    def _state(trial: GapTrial, state: Array, change: Array) -> Array:
-        moved = state.copy()
-        moved[state_rows(trial, state)] += change
-        return moved
+    def normal(self, fit: Fit, frame: Linearisation | None = None) -> LinearisedNormal:
+        """Normal equations at an evaluated fit; with derivatives of its own point if it has none and none are given."""
+        weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / self.total)
+        return (frame or fit.frame or self.frame(fit)).normal(fit.residuals, fit.columns, weight, fit.unknowns)
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
         """Least and greatest unknowns; tolerances stay within ``LIMIT``."""
@@ -320,48 +277,50 @@ def state_rows(trial: GapTrial, state: Array) -> list[int]:
     return [*trial.free, *[n + j for j in trial.free], *range(2 * n, len(state))]
 
 
-def _dampings(fit: Fit) -> tuple[float, ...]:
-    """Factors that are tried: fewer where the cause enters all but linearly, as a shifted reading or a mass does."""
-    mild = all(candidate.effect.way in ("leg", "reading") for candidate in fit.hypothesis)
-    return DAMPINGS[:2] if mild else DAMPINGS
-
-
 @dataclass(frozen=True)
-class Normal:
-    """Normal equations in the unknowns once the states are eliminated.
+class _Hypotheses(Problem[Fit]):
+    """Hypotheses as least-squares problems; ``frame`` for those that have no linearisation of their own."""
 
-    ``parts`` : each trial's matrix, gradient and sum of squares, without prior and ``weight``. ``explained`` : of each
-    trial's residuals what its states can do (l,), and of a step in the unknowns (l, n_unknown).
-    """
+    bench: Workbench
+    frame: Linearisation | None
+    tolerance: float
 
-    matrix: Array
-    gradient: Array
-    weight: float
-    parts: tuple[tuple[Array, Array, float], ...]
-    explained: tuple[tuple[Array, Array], ...]
+    def evaluate(self, points: Sequence[Fit]) -> list[Fit]:
+        """All in common lanes."""
+        return self.bench.evaluate(points)
 
-    @classmethod
-    def of(cls, bench: Workbench, fit: Fit, frame: Frame) -> Normal:
-        """At a fit's point, with the derivatives of a frame."""
-        made, explained = [], []
-        size, p = len(fit.unknowns), bench.n_tolerance
-        for part, residual, columns in zip(frame.parts, fit.residuals, fit.columns, strict=True):
-            wide = np.concatenate([columns.T, residual[None]])
-            along = wide @ part.q
-            bare = wide - along @ part.q.T
-            across, own = bare @ part.bare, bare @ bare.T
-            matrix = np.empty((size, size))
-            matrix[:p, :p], matrix[p:, p:] = part.products, own[:-1, :-1]
-            matrix[p:, :p], matrix[:p, p:] = across[:-1], across[:-1].T
-            made.append((matrix, np.concatenate([across[-1], own[:-1, -1]]), float(own[-1, -1])))
-            explained.append((along[-1], np.concatenate([part.along, along[:-1].T], axis=1)))
-        weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / bench.total)
-        matrix = np.eye(size) + weight * sum((m for m, _, _ in made), np.zeros((size, size)))
-        gradient = fit.unknowns + weight * sum((g for _, g, _ in made), np.zeros(size))
-        return cls(matrix, gradient, weight, tuple(made), tuple(explained))
+    def normal(self, point: Fit) -> LinearisedNormal:
+        """By the linearisation, and the effect's own columns."""
+        frame = point.frame or self.frame
+        assert frame is not None
+        return self.bench.normal(point, frame)
 
-    def without(self, trial: int) -> Array:
-        """Step (n_unknown,) to the fit of all trials but one: Gauss-Newton from the common fit, in closed form."""
-        matrix, gradient, _ = self.parts[trial]
-        left = self.gradient - self.weight * gradient
-        return -np.asarray(np.linalg.solve(self.matrix - self.weight * matrix, left))
+    def bounds(self, point: Fit) -> tuple[Array, Array]:
+        """Of tolerances and causes."""
+        return self.bench.bounds(point.hypothesis)
+
+    def limits(self, point: Fit) -> StepLimits:
+        """An effect's unknown goes ``LONGEST`` at most; tolerances have their bounds."""
+        p = self.bench.n_tolerance
+        return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST)], follow=True)
+
+    def factors(self, point: Fit) -> tuple[float, ...]:
+        """Fewer where the cause enters all but linearly, as a shifted reading or a mass does."""
+        mild = all(candidate.effect.way in ("leg", "reading") for candidate in point.hypothesis)
+        return DAMPINGS[:2] if mild else DAMPINGS
+
+    def moved(self, point: Fit, step: Step) -> Fit:
+        """After a step, not evaluated."""
+        states = tuple(map(self._state, self.bench.trials, point.states, step.own))
+        unknowns = point.unknowns + step.common
+        return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
+
+    @staticmethod
+    def _state(trial: GapTrial, state: Array, change: Array) -> Array:
+        moved = state.copy()
+        moved[state_rows(trial, state)] += change
+        return moved
+
+    def least_gain(self, cost: float) -> float:
+        """The tolerance, whatever the cost."""
+        return self.tolerance

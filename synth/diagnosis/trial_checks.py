@@ -16,7 +16,7 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-LEAST_MOTION = np.radians(0.5)
+LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
 LOOSE = np.radians(2.0)  # a locked joint may give that much
 
 

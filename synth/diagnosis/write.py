@@ -14,10 +14,11 @@ import synth
 from synth.arrays import Array
 from synth.diagnosis.prediction_error import shrink_of_best
 from synth.diagnosis.result import PHASES, Cause, GapResult, TrialGap
+from synth.estimation.parameters import PlantEffect
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
 from synth.files.output import place, stems, write_csv, write_json
-from synth.swing.effects import Effect, effect_named
+from synth.swing.effects import effect_named
 from synth.units import quantity
 
 LIBRARIES = ("numpy", "scipy", "numba")
@@ -28,7 +29,8 @@ ANGLES = {"free_angle": "deg"}  # tolerances that are no shares
 def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
     """Write everything but the page into ``folder``.
 
-    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial; both are named in ``gap.json`` under ``trials``.
+    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial, ``alone/NAME.csv`` a scored trial with each of
+    the likeliest causes alone; all are named in ``gap.json`` under ``trials``.
     """
     names = stems([trial.name for trial in result.trials])
     joints = result.leg.joint_names
@@ -38,6 +40,9 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
         if trial.scored:
             write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, joints))
         write_csv(place(folder / "where", f"{name}.csv"), where_columns(trial, joints))
+        if trial.alone:
+            (folder / "alone").mkdir(exist_ok=True)
+            write_csv(place(folder / "alone", f"{name}.csv"), alone_columns(trial, joints))
     write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
     write_json(folder / "gap.json", gap_json(result, project, names))
 
@@ -48,6 +53,15 @@ def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array
     for j, name in enumerate(joints):
         for kind in ("measured", "before", "after"):
             columns[f"{name} {kind} [deg]"] = np.degrees(getattr(trial, kind)[:, j])
+    return columns
+
+
+def alone_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, and a joint its angle with each of the likeliest causes alone, deg."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for cause, angles in trial.alone.items():
+        for j, name in enumerate(joints):
+            columns[f"{name} with {cause} [deg]"] = np.degrees(angles[:, j])
     return columns
 
 
@@ -114,6 +128,7 @@ def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
         "scored": trial.scored,
         "predicted": f"predicted/{name}.csv" if trial.scored else None,
         "where": f"where/{name}.csv",
+        **({"alone": f"alone/{name}.csv"} if trial.alone else {}),
         "rms": _by_joint([trial], joints),
     }
 
@@ -122,7 +137,7 @@ def _causes(result: GapResult) -> list[Cause]:
     return [*result.explanation, *(entry.cause for entry in result.ranked), *(c for tie in result.tied for c in tie)]
 
 
-def described(causes: Sequence[Cause], effect_called: Callable[[str], Effect]) -> dict[str, dict[str, str]]:
+def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, str]]:
     """Every effect among the causes: what it is, its formula and source."""
     found = {}
     for name in dict.fromkeys(cause.effect for cause in causes):

@@ -27,8 +27,8 @@ from synth.units import factor, header
 Array = NDArray[np.float64]
 
 SIZE_LIMIT = 64_000_000  # bytes: 2 million rows of four columns
-ROW_LIMIT = 2_000_000
-COLUMN_LIMIT = 200
+ROW_LIMIT = 2_000_000  # of any table; a larger one is most likely the wrong file
+COLUMN_LIMIT = 200  # of any table
 REPORT_LIMIT = 20  # bad cells told one by one
 THIN = "keep every tenth row, for example with: awk 'NR==1 || NR%10==0' long.csv > short.csv"
 _MISSING = frozenset({"nan", "+nan", "-nan"})
@@ -106,9 +106,10 @@ def read_table(path: Path, name: str | None = None) -> Table:
         raise UserError([Problem(problem.text, name) for problem in error.problems]) from None
     _check_text(data, name)
     columns, width = _columns(data, name)
-    if data.count(b"\n") > ROW_LIMIT + 1:
+    lines = data if b"\n" in data else data.replace(b"\r", b"\n")  # as old spreadsheets for the Macintosh end them
+    if lines.count(b"\n") > ROW_LIMIT + 1:
         raise UserError(Problem(f"has more than {ROW_LIMIT} rows: {THIN}", name))
-    values = _fast(data, width)
+    values = _fast(lines, width)
     if values is None:
         values = _slow(data, name, columns, width)
     if not len(values):

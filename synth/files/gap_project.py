@@ -16,7 +16,7 @@ from synth.files.trial_list import Trial
 from synth.files.validate import Quantity, Title
 from synth.swing.leg_model import Damper, Leg, Spring
 
-HALF_DEGREE = radians(0.5)
+HALF_DEGREE = radians(0.5)  # rad
 MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
 
 Share = Annotated[float, Quantity("1", least=0, most=MOST)]

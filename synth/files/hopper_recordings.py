@@ -16,13 +16,14 @@ from synth.files.csv_table import Table, read_table
 from synth.files.hopper_project import HopperProject, design_named
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
+from synth.files.recordings_together import clock_problem, clocks_together
 from synth.files.schema import Because
 from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import load
 from synth.units import factor
 
 KINDS = ("hopper-motor", "hopper-pull-ups", "hopper-jumps")
-LEAST_SAMPLES = 20
+LEAST_SAMPLES = 20  # of a run-up or pull-up
 Length = Annotated[float, Quantity("m", above=0, most=10)]
 Files = Annotated[list[str], Field(min_length=1, examples=["[runs/*.csv]"])]
 
@@ -145,6 +146,7 @@ def read_pull_ups(path: str | Path) -> PullUps:
             recording = read_recording(found, trial.file, wanted)
             reader.note(found)
             trials.append(HopperRecording(recording.name, recording.columns, trial.length))
+    reader.problems += clocks_together([one.name for one in trials], [one["time"] for one in trials])
     reader.finish()
     assert file is not None
     assert design is not None
@@ -197,6 +199,8 @@ def read_recording(
     if not np.all(np.diff(time) > 0.0):
         row = int(np.argmax(np.diff(time) <= 0.0)) + 1
         raise UserError(Problem("time does not rise", name, table.line(row), "time"))
+    if (problem := clock_problem(time, name, columns["time"].title)) is not None:
+        raise UserError(problem)
     return HopperRecording(name, found)
 
 
@@ -215,4 +219,5 @@ def _recordings(
             for path in matching(reader.folder, pattern):
                 reader.note(path)
                 found.append(read_recording(path, path.relative_to(reader.folder).as_posix(), wanted))
+    reader.problems += clocks_together([one.name for one in found], [one["time"] for one in found])
     return found

@@ -19,7 +19,7 @@ from synth.files.validate import Quantity, Title
 from synth.swing.leg_model import Leg
 
 Window = tuple[float, float]
-TURNS = radians(720.0)
+TURNS = radians(720.0)  # rad, two turns either way: more is a mistake of units
 Formats = Literal["auto", "deeplabcut", "opensim", "c3d", "matlab", "csv"]
 Cuts = Literal["cut", "free", "keep"]
 Text = Annotated[str, Field(min_length=1, max_length=200)]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import floor, log10
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Comment, Element, SubElement
 
 import numpy as np
 
@@ -26,11 +26,12 @@ from synth.files.joint_curves import (
     without_held,
 )
 from synth.files.output import write_text
+from synth.files.xml_text import xml_text
 from synth.swing.leg_model import Joint, Leg, Link
 from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
-SHARP = 'solreffriction="0.002 1" solimpfriction="0.99 0.99 1"'  # dry friction that holds nearly as hard as ours
+SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction that holds nearly as hard as ours
 LARGEST_STEP = 5e-4  # s
 STABLE = 1.0  # of step times the fastest damping; Runge-Kutta bears 2.8
 HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING)
@@ -44,30 +45,23 @@ def mjcf_text(leg: Leg, fastest: Array) -> str:
     """
     terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
     weights = inverse_inertia(leg)
-    lines = [
-        f"<mujoco model={quoteattr(leg.name)}>",
-        "  <!-- written by synth; joint angles are rotations q = sign * (measured - zero) -->",
-        *([f"  <!-- not in this model: {', '.join(sorted(leg.effects))} of the base -->"] if leg.effects else []),
-        '  <compiler angle="radian" autolimits="true"/>',
-        f'  <option gravity="0 0 {-leg.gravity:.10g}" integrator="RK4" timestep="{time_step(terms, weights):.10g}"/>',
-        "  <worldbody>",
-        f'    <body name="base" euler="0 {-leg.tilt:.10g} 0">',
-    ]
-    indent = "      "
+    root = Element("mujoco", model=leg.name)
+    root.append(Comment(" written by synth; joint angles are rotations q = sign * (measured - zero) "))
+    if leg.effects:
+        root.append(Comment(f" not in this model: {', '.join(sorted(leg.effects))} of the base "))
+    SubElement(root, "compiler", angle="radian", autolimits="true")
+    step = f"{time_step(terms, weights):.10g}"
+    SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=step)
+    body = SubElement(SubElement(root, "worldbody"), "body", name="base", euler=f"0 {-leg.tilt:.10g} 0")
     for index, joint in enumerate(leg.joints):
         height = 0.0 if index == 0 else leg.joints[index - 1].link.length
-        lines += [indent + line for line in _body(joint, height, terms[index])]
-        indent += "  "
-    for _ in leg.joints:
-        indent = indent[:-2]
-        lines.append(f"{indent}</body>")
-    lines += ["    </body>", "  </worldbody>"]
-    rows = [row for j, item, w in zip(leg.joints, terms, weights, strict=True) for row in _tendons(j.name, item, w)]
-    if rows:
-        lines += ["  <!-- each friction is one straight piece of a damper's torque-speed curve -->", "  <tendon>"]
-        lines += [f"    {row}" for row in rows] + ["  </tendon>"]
-    lines += ["</mujoco>", ""]
-    return "\n".join(lines)
+        body = _body(body, joint, height, terms[index])
+    if any(item.slope for item in terms):
+        root.append(Comment(" each friction is one straight piece of a damper's torque-speed curve "))
+        tendon = SubElement(root, "tendon")
+        for joint, item, weight in zip(leg.joints, terms, weights, strict=True):
+            _tendons(tendon, joint.name, item, weight)
+    return xml_text(root)
 
 
 def inverse_inertia(leg: Leg) -> Array:
@@ -85,44 +79,48 @@ def time_step(terms: list[DampingTerms], weights: Array) -> float:
     return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= step * (1.0 + 1e-9))
 
 
-def _tendons(joint: str, terms: DampingTerms, weight: float) -> list[str]:
+def _tendons(parent: Element, joint: str, terms: DampingTerms, weight: float) -> None:
     """One fixed tendon a clamp: a friction whose slope below its limit is the clamp's."""
     regularisation = (1.0 - IMPEDANCE) / IMPEDANCE * weight
-    return [
-        f'<fixed name={quoteattr(f"{joint} damper {index + 1}")} frictionloss="{slope * speed:.10g}" '
-        f'solimpfriction="{IMPEDANCE} {IMPEDANCE} 1" solreffriction="-1 {-slope * regularisation * IMPEDANCE:.10g}">'
-        f'<joint joint={quoteattr(joint)} coef="1"/></fixed>'
-        for index, (speed, slope) in enumerate(zip(terms.speed, terms.slope, strict=True))
-    ]
+    for index, (speed, slope) in enumerate(zip(terms.speed, terms.slope, strict=True)):
+        fixed = SubElement(parent, "fixed", {
+            "name": f"{joint} damper {index + 1}",
+            "frictionloss": f"{slope * speed:.10g}",
+            "solimpfriction": f"{IMPEDANCE} {IMPEDANCE} 1",
+            "solreffriction": f"-1 {-slope * regularisation * IMPEDANCE:.10g}",
+        })  # fmt: skip
+        SubElement(fixed, "joint", joint=joint, coef="1")
 
 
-def _body(joint: Joint, height: float, terms: DampingTerms) -> list[str]:
-    link = joint.link
-    attributes, note = ['axis="0 -1 0"'], ""
+def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms) -> Element:
+    """The body of a joint's link, which the next one's hangs from."""
+    link, notes = joint.link, []
+    attributes = {"name": joint.name, "axis": "0 -1 0"}
     if joint.spring is not None:
         found = spring_terms(joint, _reach(joint))
-        attributes.append(f'stiffness="{_polynomial(found.polynomial)}" springref="{joint.rest:.10g}"')
-        note += _off("spring", found.error)
+        attributes |= {"stiffness": _polynomial(found.polynomial), "springref": f"{joint.rest:.10g}"}
+        notes += _off("spring", found.error)
     if any(terms.polynomial):
-        attributes.append(f'damping="{_polynomial(terms.polynomial)}"')
-    note += _off("damper", terms.error)
+        attributes["damping"] = _polynomial(terms.polynomial)
+    notes += _off("damper", terms.error)
     friction = joint.effects.get("coulomb_friction")
     if friction is not None:
-        attributes.append(f'frictionloss="{friction["torque"]:.10g}" {SHARP}')
+        attributes |= {"frictionloss": f"{friction['torque']:.10g}", **SHARP}
     lost = without_held(joint, HELD)
     if lost:
-        note += f"  <!-- not in this model: {', '.join(lost)} -->"
+        notes.append(f"not in this model: {', '.join(lost)}")
     if joint.ends is not None:
-        attributes.append(f'range="{joint.ends[0]:.10g} {joint.ends[1]:.10g}"')
+        attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
     across, about, along = inertias(link)
-    name = quoteattr(joint.name)
-    return [
-        f'<body name={name} pos="0 0 {-height:.10g}">{note}',
-        f"  <joint name={name} {' '.join(attributes)}/>",
-        f'  <inertial pos="0 0 {-link.com:.10g}" mass="{link.mass:.10g}" '
-        f'diaginertia="{across:.10g} {about:.10g} {along:.10g}"/>',
-        f'  <geom type="capsule" fromto="0 0 0 0 0 {-link.length:.10g}" size="0.008" contype="0" conaffinity="0"/>',
-    ]
+    body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")
+    for note in notes:
+        body.append(Comment(f" {note} "))
+    SubElement(body, "joint", attributes)
+    SubElement(body, "inertial", pos=f"0 0 {-link.com:.10g}", mass=f"{link.mass:.10g}",
+               diaginertia=f"{across:.10g} {about:.10g} {along:.10g}")  # fmt: skip
+    SubElement(body, "geom", type="capsule", fromto=f"0 0 0 0 0 {-link.length:.10g}", size="0.008", contype="0",
+               conaffinity="0")  # fmt: skip
+    return body
 
 
 def inertias(link: Link) -> tuple[float, float, float]:
@@ -145,8 +143,8 @@ def _polynomial(coefficients: tuple[float, float, float]) -> str:
     return f"{first:.10g}" if second == third == 0.0 else f"{first:.10g} {second:.10g} {third:.10g}"
 
 
-def _off(what: str, error: float) -> str:
-    return f"  <!-- the {what}'s curve is at most {error:.1%} of its torque off -->" if error > 1e-3 else ""
+def _off(what: str, error: float) -> list[str]:
+    return [f"the {what}'s curve is at most {error:.1%} of its torque off"] if error > 1e-3 else []
 
 
 def write_mjcf(leg: Leg, fastest: Array, path: Path) -> None:

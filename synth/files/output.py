@@ -5,10 +5,7 @@ from __future__ import annotations
 import csv
 import errno
 import hashlib
-import json
-import math
 import os
-import shutil
 import signal
 import tempfile
 import threading
@@ -21,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.files.leftovers import PARTIAL, REPLACED, held_folder, one_at_a_time, put_back, remove_leftovers, remove_tree
+from synth.files.text_forms import cells, defused, json_text, plain
 
-DIGITS = 10  # significant; below what any two machines' arithmetic agrees on, above what anyone needs
 MANIFEST = ".synth-output"  # lists what a run wrote, so that the next may replace it and nothing else
 _IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
 _written: list[Path] = []  # the temporary folders of the runs under way, innermost last
@@ -52,32 +50,65 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     """
     target = Path(path).resolve()
     name = str(path)
-    _check_target(target, name, overwrite)
     made: list[Path] = []
     try:
-        made = _make_parents(target.parent)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}.partial-", dir=target.parent))
-    except OSError as error:
+        with _told_as(name):
+            put_back(target)
+            _check_target(target, name, overwrite)
+            made = _make_parents(target.parent)
+            temporary, lock = _own_place(target, name)
+    except BaseException:
         _remove_empty(made)
-        raise UserError(Problem(f"cannot be written in {target.parent}: {error.strerror}", name)) from None
+        raise
     finished = False
     _written.append(temporary)
     try:
-        with _terminated_as_exception():
+        with _terminated_as_exception(), _told_as(name, temporary):
             yield temporary
-            _complete(temporary)
-            _check_target(target, name, overwrite)  # the run was long: something may have come there meanwhile
-            _move(temporary, target)
+            with _told_as(name):
+                _complete(temporary)
+                _check_target(target, name, overwrite)  # the run was long: something may have come there meanwhile
+                _move(temporary, target)
             finished = True
-    except OSError as error:
-        if error.errno not in _USER_ERRORS:
-            raise
-        raise UserError(Problem(f"cannot be written: {error.strerror}", name)) from None
     finally:
         _written.remove(temporary)
         if not finished:
-            shutil.rmtree(temporary, ignore_errors=True)
+            remove_tree(temporary)
             _remove_empty(made)
+        if lock is not None:
+            os.close(lock)
+
+
+@contextmanager
+def _told_as(name: str, folder: Path | None = None) -> Iterator[None]:
+    """Errors of the disk as the user's, under the result's name.
+
+    With a ``folder``, which a run is filling, only a full or read-only disk is the user's matter, and a file elsewhere
+    is told under its own name; any other error there is a fault of the program.
+    """
+    try:
+        yield
+    except OSError as error:
+        if folder is not None and error.errno not in _USER_ERRORS:
+            raise
+        elsewhere = folder is not None and error.filename is not None and str(folder) not in str(error.filename)
+        place = str(error.filename) if elsewhere else name
+        raise UserError(Problem(f"cannot be written: {error.strerror or error}", place)) from None
+
+
+def _own_place(target: Path, name: str) -> tuple[Path, int | None]:
+    """A temporary folder beside the target, held by this process; leftovers of killed runs there are removed.
+
+    Raises
+    ------
+    UserError : another process is writing the same result.
+    """
+    with one_at_a_time(target.parent):
+        living = remove_leftovers(target.parent, PARTIAL.format(target.name))
+        living += remove_leftovers(target.parent, REPLACED.format(target.name))
+        if living:
+            raise UserError(Problem("is being written by another run; wait for it, or name another folder", name))
+        return held_folder(target.parent, PARTIAL.format(target.name))
 
 
 def place(folder: Path, name: str) -> Path:
@@ -105,6 +136,20 @@ def write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
+def write_bytes_whole(path: Path, data: bytes) -> None:
+    """Write a file beside a result so that it is there whole or, after any error or kill, not at all."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".partial")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(handle)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
 def write_json(path: Path, value: Any) -> None:
     """Write JSON with 10 significant digits, keys in the order given, and a newline at the end.
 
@@ -117,7 +162,7 @@ def write_json(path: Path, value: Any) -> None:
     UserError
         As ``write_text``.
     """
-    write_text(path, _json(_plain(value, ""), 0) + "\n")
+    write_text(path, json_text(plain(value, ""), 0) + "\n")
 
 
 def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, Any]]) -> None:
@@ -133,8 +178,8 @@ def write_csv(path: Path, columns: Mapping[str, Sequence[Any] | np.ndarray[Any, 
     _require_within_run(path)
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*(_cells(column) for column in columns.values()), strict=True))
+        writer.writerow([defused(title) for title in columns])
+        writer.writerows(zip(*(cells(column) for column in columns.values()), strict=True))
 
 
 def sha256_file(path: str | Path) -> str:
@@ -179,6 +224,8 @@ def _check_target(target: Path, name: str, overwrite: bool) -> None:
             raise UserError(Problem("is a file; name a folder", name))
         held = sorted(entry.relative_to(target).as_posix() for entry in target.rglob("*") if not entry.is_dir())
         folders = any(entry.is_dir() for entry in target.iterdir())
+        if not os.access(target, os.W_OK | os.X_OK):
+            raise UserError(Problem("may not be written (chmod u+w); name another folder or allow it", name))
         manifest = target / MANIFEST
         ours = set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
     except OSError as error:
@@ -194,20 +241,38 @@ def _check_target(target: Path, name: str, overwrite: bool) -> None:
 
 
 def _complete(folder: Path) -> None:
-    """Add the manifest, and the permissions that the user's other folders have (mkdtemp gives 0700)."""
-    files = sorted(entry.relative_to(folder).as_posix() for entry in folder.rglob("*") if not entry.is_dir())
+    """Add the manifest, and the permissions that the user's other folders have (mkdtemp gives 0700); flush to disk."""
+    entries = sorted(folder.rglob("*"))
+    if any(entry.is_symlink() for entry in entries):
+        raise ValueError(f"a link stands in the result: {[str(entry) for entry in entries if entry.is_symlink()]}")
+    files = [entry.relative_to(folder).as_posix() for entry in entries if not entry.is_dir()]
     (folder / MANIFEST).write_text("".join(f"{file}\n" for file in files), encoding="utf-8")
     mask = os.umask(0)
     os.umask(mask)
     folder.chmod(0o777 & ~mask)
+    for entry in (folder / MANIFEST, *entries, folder):
+        _flush(entry)
+
+
+def _flush(path: Path) -> None:
+    """Bring a file, or a folder's list of files, to the disk: a rename may else be there before what it names."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EBADF):  # a file system without it
+            raise
+    finally:
+        os.close(handle)
 
 
 def _move(temporary: Path, target: Path) -> None:
     """Put the finished folder in place of what is there; if that fails, what was there comes back."""
     if not target.exists():
         temporary.rename(target)
+        _flush(target.parent)
         return
-    aside = Path(tempfile.mkdtemp(prefix=f".{target.name}.replaced-", dir=target.parent))
+    aside, lock = held_folder(target.parent, REPLACED.format(target.name))
     old = aside / "old"
     try:
         target.rename(old)
@@ -216,8 +281,11 @@ def _move(temporary: Path, target: Path) -> None:
         except BaseException:
             old.rename(target)
             raise
+        _flush(target.parent)
     finally:
-        shutil.rmtree(aside, ignore_errors=True)
+        remove_tree(aside)
+        if lock is not None:
+            os.close(lock)
 
 
 def _make_parents(folder: Path) -> list[Path]:
@@ -235,7 +303,10 @@ def _remove_empty(folders: Sequence[Path]) -> None:
 
 @contextmanager
 def _terminated_as_exception() -> Iterator[None]:
-    """Let SIGTERM unwind like an interrupt, so that the temporary folder goes; only the main thread may set it."""
+    """Let SIGTERM and SIGHUP unwind like an interrupt, so that the temporary folder goes; in the main thread alone.
+
+    A hang-up that is ignored (``nohup``) stays so.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -243,76 +314,11 @@ def _terminated_as_exception() -> Iterator[None]:
     def stop(number: int, frame: FrameType | None) -> None:
         raise SystemExit(128 + number)
 
-    previous = signal.signal(signal.SIGTERM, stop)
+    numbers = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+    heard = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
+    previous = [signal.signal(number, stop) for number in heard]
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, previous)
-
-
-def _plain(value: Any, key: str) -> Any:
-    """Mappings, lists and rounded numbers only."""
-    if isinstance(value, Mapping):
-        for name in value:
-            if not isinstance(name, str):
-                raise TypeError(f"{key or 'the result'} has the key {name!r}, which is no text")
-        return {name: _plain(item, f"{key}.{name}" if key else name) for name, item in value.items()}
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [_plain(item, f"{key}[{index}]") for index, item in enumerate(value)]
-    if value is None or isinstance(value, (str, bool)):
-        return value
-    if isinstance(value, np.bool_):
-        return bool(value)
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        if not math.isfinite(value):
-            raise ValueError(f"{key or 'the result'} is {value}: such a number must not reach a result file")
-        return _rounded(float(value))
-    raise TypeError(f"{key or 'the result'} is a {type(value).__name__}, which has no JSON form")
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}") + 0.0  # + 0.0: no minus zero
-
-
-def _json(value: Any, depth: int) -> str:
-    """Indented JSON with lists and mappings of plain numbers and words kept on one line."""
-    if not isinstance(value, (dict, list)) or not value:
-        return json.dumps(value, ensure_ascii=False, allow_nan=False)
-    items = list(value.values()) if isinstance(value, dict) else value
-    flat = all(not isinstance(item, (dict, list)) for item in items)
-    quantity = isinstance(value, dict) and "value" in value and "unit" in value
-    if (flat and isinstance(value, list)) or quantity:
-        return json.dumps(value, ensure_ascii=False, allow_nan=False)
-    pad = "  " * (depth + 1)
-    if isinstance(value, dict):
-        parts = [f"{json.dumps(name, ensure_ascii=False)}: {_json(item, depth + 1)}" for name, item in value.items()]
-    else:
-        parts = [_json(item, depth + 1) for item in value]
-    left, right = "{}" if isinstance(value, dict) else "[]"
-    return f"{left}\n{pad}" + f",\n{pad}".join(parts) + f"\n{'  ' * depth}{right}"
-
-
-def _cells(column: Sequence[Any] | np.ndarray[Any, Any]) -> list[str]:
-    """A column's cells; those of an array of numbers, most of what is written, without asking of each what it is."""
-    if not (isinstance(column, np.ndarray) and column.dtype == np.float64 and column.ndim == 1):
-        return [_cell(value) for value in column]
-    if np.any(np.isinf(column)):
-        _cell(column[np.isinf(column)][0])
-    # + 0.0: no minus zero; nan alone differs from itself
-    return [f"{value:.{DIGITS}g}" if value == value else "" for value in (column + 0.0).tolist()]
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, (bool, np.bool_)):
-        return "yes" if value else "no"
-    if isinstance(value, (float, np.floating)):
-        if math.isinf(value):
-            raise ValueError(f"a cell is {value}: such a number must not reach a result file")
-        return "" if math.isnan(value) else f"{_rounded(float(value)):.{DIGITS}g}"
-    return str(value)
+        for number, handler in zip(heard, previous, strict=True):
+            signal.signal(number, handler)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Iterator
-from difflib import get_close_matches
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 from synth.files.names import unprinted
 
 GLOB_LIMIT = 5_000  # files that one pattern may match
@@ -178,8 +177,9 @@ def _near_file(path: Path) -> str:
         names = [entry.name for _, entry in zip(range(1000), path.parent.iterdir(), strict=False)]
     except OSError:
         return ""
-    near = get_close_matches(path.name, names, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
+    if path.name in names:
+        return ": it is a link that leads nowhere"
+    return did_you_mean(path.name, map(text_of, names))
 
 
 def _shown(folder: Path) -> str:

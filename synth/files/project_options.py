@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import radians
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from synth.files.schema import Because
 from synth.files.validate import Quantity, Title
@@ -70,8 +70,9 @@ class Prior:
 class SpringChoice:
     """What a joint's spring must meet; None: no limit. A ``part`` is taken whatever its numbers.
 
-    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one where one fits. ``objective`` and
-    ``cycles`` (turns through the whole travel that it is to last) are for one to wind.
+    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one where one fits. ``objective``,
+    ``cycles`` (turns through the whole travel that it must last; without it 100 000 where that can be had) and
+    ``rate_formula`` are for one to wind.
     """
 
     make: Annotated[
@@ -93,6 +94,11 @@ class SpringChoice:
         "mass"
     )
     cycles: Annotated[float | None, Quantity("1", least=1, most=1e6)] = None
+    rate_formula: Annotated[
+        Literal["64", "10.8"],
+        BeforeValidator(str),
+        Because("bending alone, E d^4/(64 D N); 10.8 a turn reckons with friction between the coils"),
+    ] = "64"
     parallel: Annotated[Count, Because("one spring takes the least room")] = 1
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.csv_table import Column, Table, in_si, read_table
+from synth.files.recordings_together import clock_problem
 from synth.files.validate import near
 from synth.swing.leg_model import Leg
 from synth.units import factor
@@ -100,7 +101,8 @@ def _time_problems(table: Table, time: Array) -> list[Problem]:
         return [Problem("has no time; every line needs one", table.name, table.line(row), "time")]
     back = np.flatnonzero(np.diff(time) <= 0)
     if not len(back):
-        return []
+        problem = clock_problem(time, table.name, next(c.title for c in table.columns if c.name == "time"))
+        return [problem] if problem else []
     row = int(back[0]) + 1
     title = next(column.title for column in table.columns if column.name == "time")
     before, after = (table.values[r, [c.name for c in table.columns].index("time")] for r in (row - 1, row))

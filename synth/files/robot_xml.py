@@ -7,16 +7,16 @@ Frames as in the MJCF: links hang along -z, joints turn about -y, angles are rot
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Comment, Element
 
 from synth.arrays import Array
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.mjcf import inertias
 from synth.files.output import write_text
+from synth.files.xml_text import nested, xml_text
 from synth.swing.leg_model import Joint, Leg, Link
 
 SDF_VERSION = "1.9"
@@ -39,99 +39,100 @@ def urdf_file(leg: Leg, fastest: Array) -> RobotFile:
     URDF knows no gravity either: the simulator has its own.
     """
     said = [f"gravity of {leg.gravity:g} m/s^2 is the simulator's to set"] if leg.gravity != 9.81 else []
-    lines = [f"<robot name={quoteattr(leg.name)}>", '  <link name="base"/>']
+    root = Element("robot", name=leg.name)
+    nested(root, "link", name="base")
     parent, height = "base", 0.0
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))
         said += [f"{joint.name}: {text}" for text in found]
         if joint.spring is not None:
             said.append(f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad is left out")
-        lines += _urdf_link(joint.name + _LINK_END, joint.link)
-        turned = f' rpy="0 {-leg.tilt:.10g} 0"' if index == 0 else ""
-        lines += [
-            f'  <joint name={quoteattr(joint.name)} type="{"continuous" if joint.range is None else "revolute"}">',
-            f"    <parent link={quoteattr(parent)}/><child link={quoteattr(joint.name + _LINK_END)}/>",
-            f'    <origin xyz="0 0 {-height:.10g}"{turned}/><axis xyz="0 -1 0"/>',
-            f'    <dynamics damping="{rate:.10g}" friction="{friction:.10g}"/>',
-        ]
+        child = joint.name + _LINK_END
+        _urdf_link(root, child, joint.link)
+        kind = "continuous" if joint.range is None else "revolute"
+        made = nested(root, "joint", name=joint.name, type=kind)
+        nested(made, "parent", link=parent)
+        nested(made, "child", link=child)
+        turned = {"rpy": f"0 {-leg.tilt:.10g} 0"} if index == 0 else {}
+        nested(made, "origin", xyz=f"0 0 {-height:.10g}", **turned)
+        nested(made, "axis", xyz="0 -1 0")
+        nested(made, "dynamics", damping=f"{rate:.10g}", friction=f"{friction:.10g}")
         if joint.ends is not None:
             low, high = joint.ends
-            lines.append(
-                f'    <limit lower="{low:.10g}" upper="{high:.10g}" effort="{UNLIMITED:g}" velocity="{UNLIMITED:g}"/>'
-            )
-        lines.append("  </joint>")
-        parent, height = joint.name + _LINK_END, joint.link.length
-    return _finished(lines, "</robot>", [*said, *_base(leg)])
+            most = f"{UNLIMITED:g}"
+            nested(made, "limit", lower=f"{low:.10g}", upper=f"{high:.10g}", effort=most, velocity=most)
+        parent, height = child, joint.link.length
+    return _finished(root, [*said, *_base(leg)])
 
 
-def _urdf_link(name: str, link: Link) -> list[str]:
+def _urdf_link(root: Element, name: str, link: Link) -> None:
     across, about, along = inertias(link)
-    return [
-        f"  <link name={quoteattr(name)}>",
-        f'    <inertial><origin xyz="0 0 {-link.com:.10g}"/><mass value="{link.mass:.10g}"/>',
-        f'      <inertia ixx="{across:.10g}" iyy="{about:.10g}" izz="{along:.10g}" ixy="0" ixz="0" iyz="0"/>',
-        "    </inertial>",
-        f'    <visual><origin xyz="0 0 {-link.length / 2:.10g}"/>',
-        f'      <geometry><cylinder radius="0.008" length="{link.length:.10g}"/></geometry></visual>',
-        "  </link>",
-    ]
+    made = nested(root, "link", name=name)
+    inertial = nested(made, "inertial")
+    nested(inertial, "origin", xyz=f"0 0 {-link.com:.10g}")
+    nested(inertial, "mass", value=f"{link.mass:.10g}")
+    moments = {"ixx": f"{across:.10g}", "iyy": f"{about:.10g}", "izz": f"{along:.10g}"}
+    nested(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
+    visual = nested(made, "visual")
+    nested(visual, "origin", xyz=f"0 0 {-link.length / 2:.10g}")
+    nested(nested(visual, "geometry"), "cylinder", radius="0.008", length=f"{link.length:.10g}")
 
 
 def sdf_file(leg: Leg, fastest: Array) -> RobotFile:
     """The leg as an SDF model fixed to the world; see ``urdf_file``."""
     said: list[str] = []
-    lines = [
-        f'<sdf version="{SDF_VERSION}">',
-        '  <world name="default">',
-        f"    <gravity>0 0 {-leg.gravity:.10g}</gravity>",
-        f"    <model name={quoteattr(leg.name)}>",
-        f'      <link name="base"><pose>0 0 0 0 {-leg.tilt:.10g} 0</pose></link>',
-        '      <joint name="mount" type="fixed"><parent>world</parent><child>base</child></joint>',
-    ]
+    root = Element("sdf", version=SDF_VERSION)
+    world = nested(root, "world", name="default")
+    nested(world, "gravity", f"0 0 {-leg.gravity:.10g}")
+    model = nested(world, "model", name=leg.name)
+    nested(nested(model, "link", name="base"), "pose", f"0 0 0 0 {-leg.tilt:.10g} 0")
+    mount = nested(model, "joint", name="mount", type="fixed")
+    nested(mount, "parent", "world")
+    nested(mount, "child", "base")
     parent, height = "base", 0.0
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))
         said += [f"{joint.name}: {text}" for text in found]
         child = joint.name + _LINK_END
-        lines += [f"      {line}" for line in _sdf_link(child, joint.link, parent, height)]
-        lines += [f"      {line}" for line in _sdf_joint(joint, parent, child, rate, friction)]
+        _sdf_link(model, child, joint.link, parent, height)
+        _sdf_joint(model, joint, parent, child, rate, friction)
         parent, height = child, joint.link.length
-    lines += ["    </model>", "  </world>"]
-    return _finished(lines, "</sdf>", [*said, *_base(leg)])
+    return _finished(root, [*said, *_base(leg)])
 
 
-def _sdf_link(name: str, link: Link, parent: str, height: float) -> list[str]:
+def _sdf_link(model: Element, name: str, link: Link, parent: str, height: float) -> None:
     across, about, along = inertias(link)
-    return [
-        f"<link name={quoteattr(name)}>",
-        f"  <pose relative_to={quoteattr(parent)}>0 0 {-height:.10g} 0 0 0</pose>",
-        f"  <inertial><pose>0 0 {-link.com:.10g} 0 0 0</pose><mass>{link.mass:.10g}</mass>",
-        f"    <inertia><ixx>{across:.10g}</ixx><iyy>{about:.10g}</iyy><izz>{along:.10g}</izz>"
-        "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial>",
-        f'  <visual name="rod"><pose>0 0 {-link.length / 2:.10g} 0 0 0</pose>',
-        f"    <geometry><cylinder><radius>0.008</radius><length>{link.length:.10g}</length></cylinder></geometry>"
-        "</visual>",
-        "</link>",
-    ]
+    made = nested(model, "link", name=name)
+    nested(made, "pose", f"0 0 {-height:.10g} 0 0 0", relative_to=parent)
+    inertial = nested(made, "inertial")
+    nested(inertial, "pose", f"0 0 {-link.com:.10g} 0 0 0")
+    nested(inertial, "mass", f"{link.mass:.10g}")
+    inertia = nested(inertial, "inertia")
+    for key, value in (("ixx", across), ("iyy", about), ("izz", along), ("ixy", 0.0), ("ixz", 0.0), ("iyz", 0.0)):
+        nested(inertia, key, f"{value:.10g}")
+    visual = nested(made, "visual", name="rod")
+    nested(visual, "pose", f"0 0 {-link.length / 2:.10g} 0 0 0")
+    cylinder = nested(nested(visual, "geometry"), "cylinder")
+    nested(cylinder, "radius", "0.008")
+    nested(cylinder, "length", f"{link.length:.10g}")
 
 
-def _sdf_joint(joint: Joint, parent: str, child: str, rate: float, friction: float) -> list[str]:
-    spring = ""
+def _sdf_joint(model: Element, joint: Joint, parent: str, child: str, rate: float, friction: float) -> None:
+    made = nested(model, "joint", name=joint.name, type="revolute")
+    nested(made, "parent", parent)
+    nested(made, "child", child)
+    axis = nested(made, "axis")
+    nested(axis, "xyz", "0 -1 0")
+    dynamics = nested(axis, "dynamics")
+    nested(dynamics, "damping", f"{rate:.10g}")
+    nested(dynamics, "friction", f"{friction:.10g}")
     if joint.spring is not None:
-        spring = (
-            f"<spring_reference>{joint.rest:.10g}</spring_reference>"
-            f"<spring_stiffness>{joint.spring.rate:.10g}</spring_stiffness>"
-        )
-    lines = [
-        f'<joint name={quoteattr(joint.name)} type="revolute">',
-        f"  <parent>{_escaped(parent)}</parent><child>{_escaped(child)}</child>",
-        "  <axis><xyz>0 -1 0</xyz>",
-        f"    <dynamics><damping>{rate:.10g}</damping><friction>{friction:.10g}</friction>{spring}</dynamics>",
-    ]
+        nested(dynamics, "spring_reference", f"{joint.rest:.10g}")
+        nested(dynamics, "spring_stiffness", f"{joint.spring.rate:.10g}")
     if joint.ends is not None:
-        low, high = joint.ends
-        lines.append(f"    <limit><lower>{low:.10g}</lower><upper>{high:.10g}</upper></limit>")
-    return [*lines, "  </axis>", "</joint>"]
+        limit = nested(axis, "limit")
+        nested(limit, "lower", f"{joint.ends[0]:.10g}")
+        nested(limit, "upper", f"{joint.ends[1]:.10g}")
 
 
 def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
@@ -154,24 +155,11 @@ def _base(leg: Leg) -> list[str]:
     return [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
 
 
-def _finished(lines: Iterable[str], end: str, said: list[str]) -> RobotFile:
-    head = [
-        '<?xml version="1.0"?>',
-        "<!-- written by synth; joint angles are rotations q = sign * (measured - zero) -->",
-    ]
-    head += [f"<!-- {_comment(text)} -->" for text in said]
-    return RobotFile("\n".join([*head, *lines, end, ""]), tuple(said))
-
-
-def _comment(text: str) -> str:
-    """Text that may stand in an XML comment, which must not hold two hyphens in a row."""
-    while "--" in text:
-        text = text.replace("--", "- -")
-    return text
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+def _finished(root: Element, said: list[str]) -> RobotFile:
+    notes = ["written by synth; joint angles are rotations q = sign * (measured - zero)", *said]
+    for index, text in enumerate(notes):
+        root.insert(index, Comment(f" {text} "))
+    return RobotFile(xml_text(root, declared=True), tuple(said))
 
 
 def write_robot_files(leg: Leg, fastest: Array, folder: Path) -> list[str]:

@@ -1,32 +1,39 @@
 """Results of stages kept on disk by a hash of all that they depend on, so that what did not change is not done again.
 
 A key holds the inputs' content, the program's own source and its libraries' versions: a changed input, program or
-library is another key, and nothing is ever out of date. The folder is the user's own, as is numba's cache beside it.
+library is another key, and nothing is ever out of date. The folder is the user's own (``synth.cache``); an entry lists
+its files with their hashes, and one that is not what was kept, to the byte, is removed and made again. Values are kept
+as JSON and arrays (``plain_value``).
 """
 
 from __future__ import annotations
 
 import hashlib
 import importlib.metadata
+import json
 import os
-import pickle
 import shutil
-import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import synth
-from synth.compiling.code_cache import cache_folder
+from synth.cache import is_own_folder, own_folder, read_own
+from synth.files.leftovers import held_folder, remove_leftovers
+from synth.files.plain_value import NotPlain, Remade, from_bytes, to_bytes
 
 FOLDER = "stages"
 KEPT = 24  # entries; a leg with pictures takes 25 MB
 LIBRARIES = (
     "numpy", "scipy", "numba", "cadquery", "cadquery-ocp", "vtk", "trimesh", "manifold3d", "ezdxf", "jinja2",
 )  # fmt: skip
-_VALUE = "value.pickle"
+_VALUE = "value.npz"
+_PARTIAL = ".partial-"
+_LIST = ".kept.json"  # of an entry: each of its files with its SHA-256
+
+Value = TypeVar("Value")
 
 
 @cache
@@ -52,64 +59,91 @@ def key_of(stage: str, *parts: object) -> str:
     return digest.hexdigest()[:32]
 
 
-def digest_of(value: Any) -> str:
-    """Hash of a value's content; equal values made in the same way give the same."""
-    return hashlib.sha256(pickle.dumps(value, protocol=5)).hexdigest()
-
-
 class StageCache:
     """Folders and values by key; switched off, it holds nothing and keeps nothing."""
 
     def __init__(self, *, on: bool = True) -> None:
-        self._folder = cache_folder() / FOLDER if on else None
+        self._folder = own_folder(FOLDER) if on else None
 
     def fetch(self, key: str, target: Path) -> bool:
-        """Copy the kept folder's content into an existing ``target``; False where there is none."""
-        entry = self._entry(key)
-        if entry is None or not entry.is_dir():
+        """Copy the kept folder's content into an existing ``target``; False where there is none, or it is damaged."""
+        files = self._files(key)
+        if files is None:
             return False
-        with suppress(OSError):
-            os.utime(entry)  # the least recently used goes first
-        shutil.copytree(entry, target, dirs_exist_ok=True)
+        for name, content in files.items():
+            path = target / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
         return True
 
     def keep(self, key: str, source: Path, names: Iterable[str] | None = None) -> None:
-        """Keep a folder's content, or only some ``names`` in it. A full disk is no reason to fail: then it is not."""
-        entry = self._entry(key)
-        if entry is None or entry.exists():
-            return
+        """Keep a folder's files, or only those in some ``names`` of it. A full disk is no reason to fail."""
+        wanted = None if names is None else set(names)
         with suppress(OSError):
-            entry.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            temporary = Path(tempfile.mkdtemp(dir=entry.parent, prefix=".partial-"))
-            try:
-                for path in source.iterdir():
-                    if names is None or path.name in names:
-                        copy = shutil.copytree if path.is_dir() else shutil.copy2
-                        copy(path, temporary / path.name)
-                temporary.rename(entry)
-            finally:
-                shutil.rmtree(temporary, ignore_errors=True)
-            self._forget()
+            found = (path for path in sorted(source.rglob("*")) if path.is_file())
+            files = {path.relative_to(source).as_posix(): path for path in found}
+            chosen = {name: path for name, path in files.items() if wanted is None or name.split("/")[0] in wanted}
+            self._keep(key, {name: path.read_bytes() for name, path in chosen.items()})
 
-    def value(self, key: str) -> Any:
-        """The kept value; None where there is none, or where it cannot be read any more."""
-        entry = self._entry(key)
-        if entry is None or not (entry / _VALUE).is_file():
+    def value(self, key: str, expected: type[Value], remade: Mapping[Any, Remade] | None = None) -> Value | None:
+        """The kept value of that class; None where there is none, or where it is damaged."""
+        files = self._files(key)
+        if files is None:
             return None
         try:
-            os.utime(entry)
-            return pickle.loads((entry / _VALUE).read_bytes())
-        except Exception:  # a file cut short, in ways that pickle answers with nearly any error
-            shutil.rmtree(entry, ignore_errors=True)
+            return from_bytes(files[_VALUE], expected, remade)
+        except (NotPlain, KeyError):
+            self._drop(key)
             return None
 
-    def keep_value(self, key: str, value: Any) -> None:
+    def keep_value(self, key: str, value: object, remade: Mapping[Any, Remade] | None = None) -> None:
         """Keep a value of the program's own classes."""
-        if self._folder is None:
+        if self._folder is not None:
+            with suppress(OSError):
+                self._keep(key, {_VALUE: to_bytes(value, remade)})
+
+    def _files(self, key: str) -> dict[str, bytes] | None:
+        """An entry's files, all of them as they were kept; None where that is not so, and then the entry goes."""
+        entry = self._entry(key)
+        if entry is None or not os.path.lexists(entry):
+            return None
+        files = _as_listed(entry)
+        if files is None:
+            self._drop(key)
+        else:
+            with suppress(OSError):
+                os.utime(entry)  # the least recently used goes first
+        return files
+
+    def _keep(self, key: str, files: Mapping[str, bytes]) -> None:
+        entry = self._entry(key)
+        if entry is None or os.path.lexists(entry):
             return
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / _VALUE).write_bytes(pickle.dumps(value, protocol=5))
-            self.keep(key, Path(folder))
+        remove_leftovers(entry.parent, _PARTIAL)
+        temporary, lock = held_folder(entry.parent, _PARTIAL)
+        try:
+            for name, content in files.items():
+                path = temporary / name
+                for parent in reversed(Path(name).parents):
+                    (temporary / parent).mkdir(exist_ok=True, mode=0o700)
+                path.write_bytes(content)
+                path.chmod(0o600)
+            listed = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+            (temporary / _LIST).write_text(json.dumps(listed), encoding="utf-8")
+            (temporary / _LIST).chmod(0o600)
+            temporary.rename(entry)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+            if lock is not None:
+                os.close(lock)
+        self._forget()
+
+    def _drop(self, key: str) -> None:
+        entry = self._entry(key)
+        if entry is not None:
+            shutil.rmtree(entry, ignore_errors=True)
+            with suppress(OSError):
+                entry.unlink(missing_ok=True)  # a file or a link in its place
 
     def _entry(self, key: str) -> Path | None:
         return None if self._folder is None else self._folder / key
@@ -121,3 +155,22 @@ class StageCache:
         entries.sort(key=lambda path: path.stat().st_mtime, reverse=True)
         for entry in entries[KEPT:]:
             shutil.rmtree(entry, ignore_errors=True)
+
+
+def _as_listed(entry: Path) -> dict[str, bytes] | None:
+    """The files of an entry where they are the listed ones, unchanged, and the user's own; else None."""
+    if not is_own_folder(entry):
+        return None
+    try:
+        listed = json.loads(read_own(entry / _LIST) or b"")
+        folders = [path for path in entry.rglob("*") if path.is_dir()]
+        there = {path.relative_to(entry).as_posix() for path in entry.rglob("*")} - {_LIST}
+        there -= {path.relative_to(entry).as_posix() for path in folders}
+        if not isinstance(listed, dict) or there != set(listed) or not all(map(is_own_folder, folders)):
+            return None
+        files = {name: read_own(entry / name) for name in listed}
+    except (OSError, ValueError):
+        return None
+    whole = {name: data for name, data in files.items() if data is not None}
+    same = all(hashlib.sha256(data).hexdigest() == listed[name] for name, data in whole.items())
+    return whole if same and len(whole) == len(listed) else None

@@ -33,8 +33,8 @@ from synth.files.validate import FileModel, Quantity, check_part, near
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
 
-POINT_LIMIT = 1000
-ANGLE_ERROR = radians(0.5)
+POINT_LIMIT = 1000  # of a project
+ANGLE_ERROR = radians(0.5)  # rad, where the project does not say: a careful reading of a protractor
 TORQUE_SHARE = 0.02  # of the spring's torque: a hand-held force gauge or a kitchen balance on a lever
 
 Angle = Annotated[float, Quantity("rad", least=-radians(3600), most=radians(3600))]

@@ -14,11 +14,12 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
+from synth.files.recordings_together import check_together
 from synth.files.validate import FileModel, Quantity, check_part, gathering, near, raise_if_any, refusal
 from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
 
-TRIAL_LIMIT = 5_000
+TRIAL_LIMIT = 5_000  # of a project
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +146,10 @@ def read_trials(
         with gathering(problems):
             recorded = read_recording(listed.path, leg, name=listed.name)
             trials.append(_trial(recorded, listed, leg))
+    if not problems:
+        given = [trial.name for trial in trials]
+        times, angles = [trial.time for trial in trials], [trial.angles for trial in trials]
+        problems += check_together(given, times, angles, leg.joint_names)
     raise_if_any(problems)
     return trials
 

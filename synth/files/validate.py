@@ -6,7 +6,6 @@ import types
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
@@ -14,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError, core_schema
 
 from synth import units
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 from synth.files.names import title_fault
 from synth.files.yaml_lines import Document, Key
 
@@ -30,6 +29,15 @@ COMMANDS = {
     "hopper-pull-ups": '"synth hopper"',
     "hopper-jumps": '"synth hopper"',
     "leg": None,
+}
+# Keys that a file of a kind must have, by which one is told that does not say what it is; the most telling first.
+_KEYS = {
+    "hopper-motor": {"gear_ratio", "runs"},
+    "hopper-pull-ups": {"design", "body_mass", "trials"},
+    "hopper-jumps": {"design", "jumps"},
+    "leg-design": {"source", "target"},
+    "fit": {"leg", "trials"},
+    "gap": {"leg", "trials"},
 }
 
 
@@ -130,7 +138,9 @@ def check_kind(document: Document, kind: str) -> None:
         return
     wanted = f"kind: {kind}"
     if found is None:
-        raise UserError(document.problem(f'"kind" is missing: write "{wanted}" as the first line'))
+        meant = _meant(document, kind)
+        why = "" if meant == kind else f"its keys are those of a file for {COMMANDS[meant]}: "
+        raise UserError(document.problem(f'"kind" is missing: {why}write "kind: {meant}" as the first line'))
     if not isinstance(found, str) or found not in COMMANDS:
         raise UserError(document.problem(f"{found!r} is no kind of file{near(found, COMMANDS)}", ("kind",)))
     if kind == "leg":
@@ -140,6 +150,14 @@ def check_kind(document: Document, kind: str) -> None:
     else:
         text = f'a file of kind {found} is read by {COMMANDS[found]}; {COMMANDS[kind]} reads "{wanted}"'
     raise UserError(document.problem(text, ("kind",)))
+
+
+def _meant(document: Document, kind: str) -> str:
+    """The kind whose keys a file without one has: ``kind``, unless another's are there and its own are not."""
+    written = set(document.value)
+    if kind in _KEYS and _KEYS[kind] <= written:
+        return kind
+    return next((other for other, keys in _KEYS.items() if keys <= written), kind)
 
 
 def check(model: type[Model], document: Document) -> Model:
@@ -171,11 +189,9 @@ def check_part(model: type[Model], document: Document, value: Any, key: Key, pro
 def near(value: object, names: Sequence[str] | dict[str, Any]) -> str:
     """``; did you mean knee?`` where one is near, else the list of what is allowed."""
     known = list(names)
-    if isinstance(value, str) and len(value) <= 100:
-        lower = {name.lower(): name for name in known}
-        close = get_close_matches(value.lower(), list(lower), n=1, cutoff=0.6)
-        if close:
-            return f"; did you mean {lower[close[0]]}?"
+    meant = did_you_mean(value, known) if isinstance(value, str) else ""
+    if meant:
+        return meant
     if not known:
         return ""
     return f"; allowed here: {', '.join(known[:30])}{' ...' if len(known) > 30 else ''}"

@@ -14,7 +14,7 @@ from synth.files.paths import read_bytes
 
 SIZE_LIMIT = 1_000_000  # bytes; the largest honest project is a few kilobytes
 NODE_LIMIT = 20_000  # keys and values, an alias counted as often as it is used
-DEPTH_LIMIT = 30
+DEPTH_LIMIT = 30  # nested levels; no format has more than eight
 
 Key = tuple[str | int, ...]
 

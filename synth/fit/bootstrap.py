@@ -21,16 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.fit.least_squares import HUBER, Solution, Stage
+from synth.fit.least_squares import HUBER, Solution, Stage, start_precision
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals
 from synth.threads import shared_out
 
-REFITS = 200
+REFITS = 200  # a 5 % quantile rests on ten of them: its own error is a fifth of a deviation
 ROUNDS = 8  # chord steps
 SETTLED = 0.02  # standard deviations: a step shorter than this in every unknown ends a refit
-TOLERANCE = 1e-6
+TOLERANCE = 1e-6  # of the integrator, for derivatives only: they are differences of large steps
 LONGEST = 1.5  # of a log rate or rad, that a refit may stray in a step
 TOGETHER = 32  # trials whose motions are held at once
 
@@ -150,10 +150,7 @@ class _Problem:
         self.eliminated = [np.linalg.solve(o, c.T) for o, c in zip(information.own, information.cross, strict=True)]
         self.precision = [model.unknowns.prior[1]]
         for recording in recordings:
-            free, shifted = recording.free, model.shifted(recording)
-            rate = recording.initial_rate[1][free] ** -2.0
-            shift = np.maximum(stage.weights.spread[shifted], 1e-9) ** -2.0
-            self.precision.append(np.concatenate([np.zeros(len(free)), rate, shift]))
+            self.precision.append(start_precision(recording, stage.weights.spread, model.shifted(recording)))
         self.pulls = [generator.normal(size=(len(p), REFITS)) * np.sqrt(p)[:, None] for p in self.precision]
         beside = model.unknowns.measured(self.solution.values)
         self.beside = np.zeros_like(self.schur) if beside is None else beside[2]

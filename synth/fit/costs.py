@@ -27,7 +27,7 @@ from synth.motion.characteristics import Characteristics, characteristics
 
 TRANSIENT = 0.2  # s, of the first swing
 LATER = 10  # one sample of so many counts after that
-DIVERGED = 1e12
+DIVERGED = 1e12  # a cost larger than any that a finite motion has
 
 
 def emphasised(recordings: Sequence[Recording]) -> list[Recording]:

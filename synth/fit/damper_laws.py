@@ -20,7 +20,7 @@ from synth.fit.least_squares import Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import root_mean_square
+from synth.fit.uncertainty import clipped_rms, root_mean_square
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
@@ -185,7 +185,7 @@ def _fit(
         if not np.isfinite(solution.cost):
             break
         values, locals_ = solution.values, solution.locals
-        found = float(root_mean_square(drops, solution.predictions)[joint]) + 1e-6
+        found = float(clipped_rms(drops, solution.predictions)[joint]) + 1e-6
         done = abs(np.log(found / noise)) < 0.05
         noise = found
         if done:

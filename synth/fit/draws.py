@@ -13,7 +13,7 @@ from synth.fit.bootstrap import Bootstrap
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 
-DRAWS = 64
+DRAWS = 64  # legs that the trials allow, for each of which the parts are scored
 
 
 def draws(values: Array, covariance: Array, refits: Bootstrap | None, seed: int) -> Array:

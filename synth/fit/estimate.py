@@ -20,7 +20,7 @@ from synth.fit.report_fit import MISFIT, Treatment, result_of
 from synth.fit.ridge import soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import root_mean_square, sample_scatter, shift_variances
+from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
 
 
@@ -94,6 +94,8 @@ def _fit_near(
     stage = refine(
         model, recordings, values, locals_, options.weight, np.full_like(spread, LEAST_SPREAD), centre=shifts, rounds=2
     )
+    if not np.isfinite(stage.solution.cost):
+        raise UserError(NOTHING_NEAR)
     why = "each trial's shift as in the fit before"
     treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)
@@ -150,7 +152,7 @@ def _per_trial(
 
 def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array) -> _Softened:
     """The softest leg that fits as well, where the model misses so much that its least residual means little."""
-    rms = root_mean_square(recordings, stage.solution.predictions)
+    rms = clipped_rms(recordings, stage.solution.predictions)
     if not np.any(rms > MISFIT * scatter):
         return _Softened(stage)
     moved = soften(model, recordings, stage.solution, stage.weights)

@@ -6,10 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from synth.arrays import Array
 from synth.fit.proposal import Proposal
 from synth.fit.static_points import Judged
+from synth.fit.unknowns import NORMAL90
 from synth.motion.characteristics import Characteristics
+from synth.motion.first_state import FirstState
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -56,11 +60,50 @@ class JointFit:
 
 
 @dataclass(frozen=True)
+class StartFit:
+    """A trial's first state, in the measured angle's sense; (n,) rad and rad/s, nan for a locked joint.
+
+    ``angle``, ``rate`` as fitted; ``recorded`` as the first samples alone show it, with its uncertainty.
+    """
+
+    angle: Array
+    rate: Array
+    recorded: FirstState
+
+    def as_json(self, joints: tuple[str, ...]) -> dict[str, Any]:
+        """Fitted and recorded angle and rate by joint; the recorded ones with their 90 % intervals."""
+        seen = self.recorded
+        rows = (
+            ("initial_angle", self.angle, None, "deg"),
+            ("initial_rate", self.rate, None, "deg/s"),
+            ("recorded_initial_angle", seen.angle, seen.angle_deviation, "deg"),
+            ("recorded_initial_rate", seen.rate, seen.rate_deviation, "deg/s"),
+        )
+        written: dict[str, Any] = {}
+        for key, values, deviations, unit in rows:
+            written[key] = {}
+            for j, name in enumerate(joints):
+                if np.isfinite(values[j]):
+                    half = None if deviations is None else NORMAL90 * float(deviations[j])
+                    value = float(values[j])
+                    interval = None if half is None else (value - half, value + half)
+                    written[key][name] = quantity(value, unit, interval)
+        return written
+
+    def misfit(self) -> Array:
+        """(2, n) how far fitted angle and rate lie from the recorded ones, in the recorded ones' deviations."""
+        seen = self.recorded
+        off = [(self.angle - seen.angle) / seen.angle_deviation, (self.rate - seen.rate) / seen.rate_deviation]
+        return np.abs(off)
+
+
+@dataclass(frozen=True)
 class TrialFit:
     """One trial beside its fit, measured angles in rad.
 
     ``time`` (m,) s; ``measured`` (m, n) with nan where no sample counted; ``fitted`` (m, n); ``rms`` (n,) rad, nan for
-    a locked joint; ``free_angle`` (n,) rad in this trial; ``rotation`` and ``rate`` (n,), initial state in q.
+    a locked joint; ``free_angle`` (n,) rad in this trial; ``rotation`` and ``rate`` (n,), initial state in q;
+    ``start`` : fitted and recorded initial state in the measured angle's sense.
     """
 
     name: str
@@ -71,6 +114,7 @@ class TrialFit:
     free_angle: Array
     rotation: Array
     rate: Array
+    start: StartFit
     characteristics: Mapping[str, Characteristics]
     held_out: bool = False
 
@@ -82,7 +126,7 @@ class TrialFit:
 
         written: dict[str, Any] = {"file": self.name, "held_out": self.held_out, "rms": by_joint(self.rms, "deg")}
         written["free_angle"] = by_joint(self.free_angle, "deg")
-        written["initial_rate"] = by_joint(self.rate, "deg/s")
+        written |= self.start.as_json(joints)
         for key, unit in (
             ("rise_time", "s"),
             ("damping_ratio", "1"),
@@ -119,11 +163,16 @@ class Variant:
 
 @dataclass(frozen=True)
 class FitResult:
-    """A fitted leg. ``leg`` carries the found springs and dampers; ``rms`` (n,) rad over the fitted trials."""
+    """A fitted leg. ``leg`` carries the found springs and dampers.
+
+    By joint, over all counted samples of the fitted trials: ``rms`` rad, the plain root mean square; ``clipped_rms``
+    rad, with residuals cut at six robust standard deviations, from which the fit takes its noise.
+    """
 
     leg: Leg
     joints: Mapping[str, JointFit]
     rms: Mapping[str, float]
+    clipped_rms: Mapping[str, float]
     trials: tuple[TrialFit, ...]
     free_angle: str  # common or per_trial
     free_angle_why: str
@@ -161,6 +210,7 @@ class FitResult:
             "format": FORMAT,
             "joints": {name: joint.as_json() for name, joint in self.joints.items()},
             "rms": {name: quantity(value, "deg") for name, value in self.rms.items()},
+            "clipped_rms": {name: quantity(value, "deg") for name, value in self.clipped_rms.items()},
             "free_angle": {
                 "mode": self.free_angle,
                 "why": self.free_angle_why,

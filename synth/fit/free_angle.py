@@ -15,7 +15,7 @@ import numpy as np
 from synth.arrays import Array
 
 WIDE = np.radians(10.0)  # spread under which shifts are first estimated: nearly free
-LEAST_SPREAD = np.radians(0.01)
+LEAST_SPREAD = np.radians(0.01)  # rad, far below what springs and encoders hold
 SIGNIFICANCE = 0.01  # of Cochran's Q, over all joints together
 
 

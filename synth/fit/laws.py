@@ -16,7 +16,7 @@ from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import DamperCurve
 from synth.units import quantity
 
-TABLE_POINTS = 6
+TABLE_POINTS = 6  # of a tabulated law: one a factor of about two in speed
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,7 @@ class Law:
 LINEAR = Law("linear", "T = b w", (("rate", "N*m*s/rad"),))
 POWER = Law("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
 FRICTION = Law("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
+# A number a point of the table.
 _SLOPES = tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS))
 TABLE = Law("table", "monotone, linear between points", _SLOPES)
 LAWS = (LINEAR, POWER, FRICTION, TABLE)

@@ -1,10 +1,8 @@
 """Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
 
 Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, the weak priors of the common unknowns and of the initial rates, and static points beside the trials. The
-normal equations are arrow-shaped, so a trial's own unknowns are eliminated trial by trial and the cost of a step is
-linear in the number of trials (Triggs et al. 2000, "Bundle adjustment", section 6). Damping after Nielsen 1999
-(IMM-REP-1999-05).
+their spread, the weak priors of the common unknowns and of the initial states, and static points beside the trials. The
+normal equations are arrow-shaped (see ``estimation.normal_equations``); damping after Nielsen 1999.
 """
 
 from __future__ import annotations
@@ -13,20 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.estimation.levenberg_marquardt import Iterate, Nielsen, Problem, minimise
+from synth.estimation.normal_equations import ArrowNormal, Information, Step, StepLimits
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
 from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
-from synth.fit.unknowns import Unknowns
 from synth.threads import shared_out
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
 FLAT = 1e-6  # least curvature of a count's likelihood: in the middle of a wide count there is next to none
-LARGEST_STEP = 1.0  # of a log rate, rad
-DAMPING = 1e-3  # at first, of the diagonal
-SETTLED = 0.1  # of the tolerance: a step that promises less is not tried
+LARGEST_STEP = 1.0  # of a log rate, or rad of a rest: beyond a factor of e the linearisation says nothing of the motion
+DAMPING = 1e-3  # at first, of the diagonal (Nielsen 1999: 1e-3 where the start is good)
+# A scale halves at most in a step; a step that promises less than a tenth of the tolerance is not tried.
+RULE = Nielsen(least=1e-12, most=1e10, memory=0.5, settled=0.1, hardly_damped=DAMPING)
 KEPT = 2**26  # bytes of lanes that are kept, so that other weights at the same point need no simulation
 
 
@@ -42,22 +41,6 @@ class Weights:
     spread: Array
     centre: Array | None = None
     rounding: tuple[Rounding | None, ...] = ()
-
-
-@dataclass(frozen=True)
-class Information:
-    """Arrow-shaped normal matrix: ``common`` (p, p), and a trial's ``cross`` (p, l) and ``own`` (l, l)."""
-
-    common: Array
-    cross: tuple[Array, ...]
-    own: tuple[Array, ...]
-
-    def schur(self) -> Array:
-        """(p, p) information on the common unknowns once every trial's own are estimated too."""
-        reduced = self.common.copy()
-        for cross, own in zip(self.cross, self.own, strict=True):
-            reduced -= cross @ np.linalg.solve(own, cross.T)
-        return 0.5 * (reduced + reduced.T)
 
 
 @dataclass(frozen=True)
@@ -89,14 +72,55 @@ class Stage:
 
 @dataclass(frozen=True)
 class _State:
-    values: Array
+    """A point of the iteration; without predictions and normal equations until it is evaluated."""
+
+    unknowns: Array
     locals: tuple[Local, ...]
-    predictions: tuple[Array, ...]
-    cost: float
-    information: Information
-    gradient: Array
-    own_gradient: tuple[Array, ...]
-    lanes: tuple[Sensitivity, ...]
+    cost: float = np.inf
+    predictions: tuple[Array, ...] = ()
+    information: Information | None = None
+    gradient: Array | None = None
+    own_gradient: tuple[Array, ...] = ()
+    lanes: tuple[Sensitivity, ...] = ()
+
+
+@dataclass(frozen=True)
+class _TrajectoryFit(Problem[_State]):
+    """Whole trajectories as a least-squares problem; ``fixed`` : only what belongs to each trial is estimated."""
+
+    model: TrajectoryModel
+    recordings: Sequence[Recording]
+    weights: Weights
+    tolerance: float
+    fixed: bool
+
+    def evaluate(self, points: Sequence[_State]) -> list[_State]:
+        """Costs, gradients and information."""
+        return [_assess(self, point.unknowns, point.locals) for point in points]
+
+    def normal(self, point: _State) -> ArrowNormal:
+        """Of an evaluated point."""
+        assert point.information is not None
+        assert point.gradient is not None
+        return ArrowNormal.of(point.information, point.gradient, point.own_gradient)
+
+    def bounds(self, point: _State) -> tuple[Array, Array]:
+        """The box of the unknowns, or the point itself where they are fixed."""
+        unknowns = self.model.unknowns
+        return (point.unknowns, point.unknowns) if self.fixed else (unknowns.lower, unknowns.upper)
+
+    def limits(self, point: _State) -> StepLimits:
+        """No common unknown by more than ``LARGEST_STEP``."""
+        return StepLimits(LARGEST_STEP)
+
+    def moved(self, point: _State, step: Step) -> _State:
+        """After a step."""
+        moved = zip(self.recordings, point.locals, step.own, strict=True)
+        return _State(point.unknowns + step.common, tuple(self.model.step_local(r, at, own) for r, at, own in moved))
+
+    def least_gain(self, cost: float) -> float:
+        """The tolerance, whatever the cost."""
+        return self.tolerance
 
 
 def solve(
@@ -124,60 +148,22 @@ def solve(
     -------
     Solution ; its ``cost`` is inf if even the start diverges.
     """
-    state = _assess(model, recordings, values, tuple(locals_), weights, lanes)
-    growth, reason, done = 2.0, "the iteration limit was reached", 0
-    scale: tuple[Array, list[Array]] | None = None
-    for done in range(1, max_iterations + 1):  # noqa: B007, reported at the end
-        if not np.isfinite(state.cost):
-            reason = "the motion diverges at the start"
-            break
-        diagonal = np.diag(state.information.common)
-        owns = [np.diag(own) for own in state.information.own]
-        if scale is None:
-            scale = (diagonal.copy(), [own.copy() for own in owns])
-        scale = (
-            np.maximum(0.5 * scale[0], diagonal),
-            [np.maximum(0.5 * a, b) for a, b in zip(scale[1], owns, strict=True)],
-        )
-        step, own_steps, predicted = _bounded_step(model.unknowns, state, damping, scale, fixed)
-        if damping <= DAMPING and predicted <= SETTLED * tolerance:
-            reason = "converged"
-            break
-        moved = np.clip(state.values + step, model.unknowns.lower, model.unknowns.upper)
-        moved_locals = tuple(
-            model.step_local(r, local, own) for r, local, own in zip(recordings, state.locals, own_steps, strict=True)
-        )
-        trial = _assess(model, recordings, moved, moved_locals, weights)
-        if np.isfinite(trial.cost) and trial.cost <= state.cost:
-            gain = state.cost - trial.cost
-            ratio = gain / max(predicted, 1e-300)
-            damping = max(damping * max(1 / 3, 1 - (2 * min(ratio, 1.5) - 1) ** 3), 1e-12)
-            growth = 2.0
-            small = gain <= tolerance
-            state = trial
-            if small:
-                reason = "converged"
-                break
-        else:
-            damping *= growth
-            growth *= 2.0
-            if damping > 1e10:
-                reason = "converged"  # no step lowers the cost any more
-                break
+    problem = _TrajectoryFit(model, recordings, weights, tolerance, fixed)
+    start = Iterate(_assess(problem, values, tuple(locals_), lanes), damping)
+    (end,) = minimise(problem, [start], RULE, max_iterations)
+    found = end.point
+    assert found.information is not None
     return Solution(
-        state.values, state.locals, state.predictions, state.cost, done, reason, state.information, damping, state.lanes
-    )
+        found.unknowns, found.locals, found.predictions, found.cost, end.count, end.reason, found.information,
+        end.damping, found.lanes,
+    )  # fmt: skip
 
 
 def _assess(
-    model: TrajectoryModel,
-    recordings: Sequence[Recording],
-    values: Array,
-    locals_: tuple[Local, ...],
-    weights: Weights,
-    lanes: Sequence[Sensitivity] = (),
+    problem: _TrajectoryFit, values: Array, locals_: tuple[Local, ...], lanes: Sequence[Sensitivity] = ()
 ) -> _State:
     """Cost, gradient and information at one point; ``lanes`` there, if they are known already."""
+    model, recordings, weights = problem.model, problem.recordings, problem.weights
     mean, precision_common = model.unknowns.prior
     common, gradient = np.diag(precision_common), precision_common * (values - mean)
     cost = 0.5 * float(gradient @ (values - mean))
@@ -201,8 +187,8 @@ def _assess(
     return _State(
         values,
         locals_,
-        tuple(prediction for _, prediction, _ in parts),
         cost if np.isfinite(cost) else np.inf,
+        tuple(prediction for _, prediction, _ in parts),
         Information(common, tuple(part.cross for part, _, _ in parts), tuple(part.own for part, _, _ in parts)),
         gradient,
         tuple(part.own_gradient for part, _, _ in parts),
@@ -213,17 +199,22 @@ def _assess(
 def _own_priors(
     part: _Part, recording: Recording, local: Local, weights: Weights, t: int, shifted: Sequence[int]
 ) -> None:
-    """Add what is known of a trial's own unknowns: its initial rates, and its shifts' spread."""
-    free = recording.free
-    rate, deviation = recording.initial_rate
-    first = 2 * len(free)
-    precision = np.concatenate([deviation[free] ** -2, np.maximum(weights.spread[shifted], 1e-9) ** -2])
+    """Add what is known of a trial's own unknowns: its initial state, and its shifts' spread."""
+    free, start = recording.free, recording.start
+    precision = start_precision(recording, weights.spread, shifted)
     off = local.shift[shifted] if weights.centre is None else (local.shift - weights.centre[t])[shifted]
-    off = np.concatenate([local.rate[free] - rate[free], off])
-    places = np.arange(len(free), first + len(shifted))
+    off = np.concatenate([(local.rotation - start.angle)[free], (local.rate - start.rate)[free], off])
+    places = np.arange(len(precision))
     part.own[places, places] += precision
     part.own_gradient[places] += precision * off
     part.cost += 0.5 * float(precision @ off**2)
+
+
+def start_precision(recording: Recording, spread: Array, shifted: Sequence[int]) -> Array:
+    """(l,) precision of the priors of a trial's own unknowns, in the order of ``Evaluation.local``."""
+    free, start = recording.free, recording.start
+    deviations = [start.angle_deviation[free], start.rate_deviation[free], np.maximum(spread[shifted], 1e-9)]
+    return np.asarray(np.concatenate(deviations) ** -2.0)
 
 
 @dataclass
@@ -279,44 +270,3 @@ def _rounded(
     root[counts, j] = scale / rounding.noise
     residual[counts, j] = slope / scale
     return float(cost.sum())
-
-
-def _bounded_step(
-    unknowns: Unknowns, state: _State, damping: float, scale: tuple[Array, list[Array]], fixed: bool
-) -> tuple[Array, list[Array], float]:
-    """A step that leaves out the unknowns that sit on a bound and push outwards, and shortens the rest as a whole."""
-    held = np.full(len(state.values), fixed)
-    for _ in range(3):
-        step, owns, predicted = _step(state, damping, scale, held)
-        outward = ((state.values <= unknowns.lower) & (step < 0)) | ((state.values >= unknowns.upper) & (step > 0))
-        if not np.any(outward & ~held):
-            break
-        held = held | outward
-    longest = float(np.max(np.abs(step), initial=0.0))
-    if longest > LARGEST_STEP:
-        share = LARGEST_STEP / longest
-        step, owns, predicted = step * share, [own * share for own in owns], predicted * share
-    return step, owns, predicted
-
-
-def _step(
-    state: _State, damping: float, scale: tuple[Array, list[Array]], held: NDArray[np.bool_]
-) -> tuple[Array, list[Array], float]:
-    """Damped Gauss-Newton step (p,), each trial's own (l,), and the predicted fall of the cost."""
-    information = state.information
-    reduced = information.common + np.diag((damping + 1e-13) * scale[0] + 1e-300)
-    side = -state.gradient
-    solved = []
-    for cross, own, own_scale, g in zip(information.cross, information.own, scale[1], state.own_gradient, strict=True):
-        damped = own + np.diag((damping + 1e-13) * own_scale + 1e-300)
-        both = np.linalg.solve(damped, np.column_stack([cross.T, g]))
-        reduced = reduced - cross @ both[:, :-1]
-        side = side + cross @ both[:, -1]
-        solved.append(both)
-    step, moving = np.zeros_like(side), ~held
-    if np.any(moving):
-        step[moving] = np.linalg.solve(reduced[np.ix_(moving, moving)], side[moving])
-    owns = [-both[:, -1] - both[:, :-1] @ step for both in solved]
-    predicted = -0.5 * float(state.gradient @ step)
-    predicted -= sum(0.5 * float(g @ own) for g, own in zip(state.own_gradient, owns, strict=True))
-    return step, owns, predicted

@@ -24,7 +24,7 @@ from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
 from synth.fit.report_fit import Treatment, result_of
-from synth.fit.uncertainty import correlation_times, root_mean_square
+from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
 from synth.swing.leg_model import DamperCurve, Leg
 
 WORSE = 1.05  # times the RMS of least squares, from which a search is said to have missed
@@ -126,7 +126,7 @@ def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) 
     values = search.unknowns.pack(rates[0], middle, rates[1])
     n = search.n
     predictions = [motion[:, :, 0] for motion in search.motions(rates[:, :, None])]
-    noise = root_mean_square(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
+    noise = clipped_rms(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
     noise = np.where(np.isfinite(noise), noise, 1.0) + 1e-7
     spread = np.std([local.shift for local in own], axis=0, ddof=1) if n_trial > 1 else np.zeros(n)
     weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), np.array([local.shift for local in own]))
@@ -162,12 +162,18 @@ def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
 def _over_all_samples(result: FitResult, recordings: Sequence[Recording]) -> FitResult:
     """A result of thinned recordings with its residuals over all their samples."""
     leg = result.leg
-    rms = root_mean_square(recordings, [leg.to_rotation(trial.fitted) for trial in result.trials])
+    predictions = [leg.to_rotation(trial.fitted) for trial in result.trials]
+    rms, clipped = (measure(recordings, predictions).tolist() for measure in (root_mean_square, clipped_rms))
     trials = []
     for trial, recording in zip(result.trials, recordings, strict=True):
         measured = leg.to_measured(np.where(recording.counts, recording.rotation, np.nan))
         counted, off = recording.counts.any(axis=0), np.full(len(leg.joints), np.nan)
         off[counted] = np.sqrt(np.nanmean((measured - trial.fitted)[:, counted] ** 2, axis=0))
         trials.append(replace(trial, measured=measured, rms=off))
-    named = dict(zip(leg.joint_names, rms.tolist(), strict=True))
-    return replace(result, rms=named, trials=tuple(trials), cost="transient")
+    return replace(
+        result,
+        rms=dict(zip(leg.joint_names, rms, strict=True)),
+        clipped_rms=dict(zip(leg.joint_names, clipped, strict=True)),
+        trials=tuple(trials),
+        cost="transient",
+    )

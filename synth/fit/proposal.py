@@ -28,7 +28,7 @@ from synth.units import quantity
 
 AIM = np.log(1.1) / NORMAL90  # standard deviation of a log rate: +-10 % at 90 %
 TORQUE_SHARES = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005)  # of the torque: what gauges do, the crudest first
-ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])
+ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])  # rad, of the reading: by eye, protractor, encoder
 ANGLES = 25  # tried over the joint's travel
 TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, hung at its tip
 FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel has an end

@@ -11,15 +11,18 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+from synth.motion.thinning import thinned
 from synth.swing.chain import Conditions
+from synth.swing.known_torque import no_denser
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
 SHORTEST = 0.08  # s, of motion that a trial must hold: the weak form's shortest window
-LEAST_MOTION = np.radians(0.5)
+LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,8 @@ class Recording:
     """One trial in the chain's coordinates.
 
     ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True where
-    the sample takes part in the fit; ``known_torque`` as for ``Chain.run`` or None.
+    the sample takes part in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` what was done to a
+    recording of more samples than its motion needs, empty where nothing was.
     """
 
     name: str
@@ -38,6 +42,7 @@ class Recording:
     smoothed: Smoothed
     known_torque: tuple[Array, Array] | None = None
     n_lost: int = 0
+    thinning: str = ""
 
     @cached_property
     def initial_rate(self) -> tuple[Array, Array]:
@@ -52,6 +57,21 @@ class Recording:
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
         return self.smoothed.rate[0], 1.0 * largest + self.smoothed.noise / step + 1e-6
+
+    @cached_property
+    def start(self) -> FirstState:
+        """The state at the release as the first samples show it, with its uncertainty: the prior of a trial's start.
+
+        The rate's deviation holds the rate itself too. Where a joint is so damped that its initial rate dies within a
+        sample, the samples show the creep that follows and not the rate before it, which may have been nought: a
+        deviation of a third of that pulled thirty trials' initial rates one way, k and b by two of their standard
+        deviations with them.
+        """
+        # Rounding to counts is told from a joint's finest difference only over a series; here the scatter will do.
+        found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise)
+        step = float(np.median(np.diff(self.time)))
+        rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / step + 1e-6
+        return replace(found, angle_deviation=found.angle_deviation + 1e-6, rate_deviation=rate)
 
     @cached_property
     def levels(self) -> tuple[Array, ...]:
@@ -107,7 +127,9 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         text = f"{len(time)} samples over {time[-1] * 1e3:.0f} ms; a trial needs at least 12 samples and"
         raise UserError(Problem(f"{text} {SHORTEST * 1e3:.0f} ms, the weak form's window", file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
-    lost = lost_samples(rotation)
+    found = lost_samples(rotation)
+    n_lost, thin = int(found.sum()), thinned(time, rotation, found)
+    time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
     few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < 12]
     if few:
         text = f"fewer than 12 usable samples of {', '.join(few)}"
@@ -122,9 +144,10 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     rotation = np.where(np.isfinite(rotation), rotation, 0.0)
     known = None
     if trial.torques is not None:
-        known = (trial.time - trial.time[read][0], np.ascontiguousarray(leg.sign * trial.torques))
+        moments = trial.time - trial.time[read][0] - thin.time[0]
+        known = no_denser(moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]))
     conditions = Conditions(locked, trial.tip_mass, trial.tilt)
-    return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, int(lost.sum()))
+    return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, thin.sentence)
 
 
 def _rows_read(trial: Trial) -> Mask:
@@ -150,6 +173,11 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
             text += " be found. Give a trial in which it does, or list it under `locked`"
             problems.append(Problem(text, key=name))
     return problems
+
+
+def thinned_sentences(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """What was done to recordings of more samples than their motion needs, a sentence each."""
+    return tuple(f"{recording.name}: {recording.thinning}" for recording in recordings if recording.thinning)
 
 
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:

@@ -13,18 +13,18 @@ from synth.fit.recordings import Recording, relative_amplitudes
 from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.starts import drawn_starts, first_locals, quick_costs
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import correlation_times, residuals, root_mean_square
+from synth.fit.uncertainty import clipped_rms, correlation_times, residuals
 from synth.threads import shared_out
 
-NOISE_ROUNDS = 5
+NOISE_ROUNDS = 5  # of noise and fit in turn at most; ``SAME_NOISE`` ends them earlier
 SAME_NOISE = 0.02  # change of its logarithm that ends the rounds
 FIRST_NOISE = 0.1  # rad, where the start's motion diverges
 ROUGHLY, ROUGH_ITERATIONS = 3.0, 25  # fall of the log-likelihood that is not worth a step before the noise is known
-FINELY = 0.02
+FINELY = 0.02  # log-likelihood: a fall that moves no estimate by more than a fifth of its deviation
 NEAR_DAMPING = 1e-6  # of an iteration that starts near its end, as the weak form does
-KEPT_STARTS = 2
+KEPT_STARTS = 2  # starts that are refined after screening
 SCREENED_TRIALS = 5  # about so many trials show whether a start leads anywhere
-SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0
+SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0  # of each start, to rank them only
 POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
 
 
@@ -49,7 +49,7 @@ def refine(
     relative, counts = _relative_noise(recordings, weight), encoder_counts(recordings)
     lanes = shared_out(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
     predictions = [found.prediction for found in lanes]
-    noise = np.nan_to_num(root_mean_square(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
+    noise = np.nan_to_num(clipped_rms(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
     weights = Weights(relative * noise, spread, centre)
     solution = solve(
         model, recordings, values, locals_, weights,
@@ -90,7 +90,7 @@ def _noise(
             for each in told:
                 each[:, j] = item.surprise(each[:, j], HUBER)
     times = correlation_times(recordings, [r.rotation + t for r, t in zip(recordings, told, strict=True)])
-    found = root_mean_square(recordings, predictions) * np.sqrt(times)
+    found = clipped_rms(recordings, predictions) * np.sqrt(times)
     found = np.where(np.isfinite(found), found, 1.0) + 1e-7
     if weight == "equal":
         found = np.full_like(found, np.sqrt(np.mean(found**2)))
@@ -122,7 +122,7 @@ def or_another_start(
 
     The weak form may have led into the wrong valley; a start is screened on a few trials before it is followed.
     """
-    rms = root_mean_square(recordings, best.solution.predictions)
+    rms = clipped_rms(recordings, best.solution.predictions)
     if np.all((rms < POOR * scatter) | ~np.isfinite(scatter)):
         return best
     drawn = drawn_starts(model, recordings, seed)
@@ -148,4 +148,4 @@ def or_another_start(
 
 def _misfit(recordings: Sequence[Recording], stage: Stage) -> float:
     """Sum over joints of the log RMS: what the likelihood compares once each joint's noise is its own residual."""
-    return float(np.nansum(np.log(root_mean_square(recordings, stage.solution.predictions) + 1e-12)))
+    return float(np.nansum(np.log(clipped_rms(recordings, stage.solution.predictions) + 1e-12)))

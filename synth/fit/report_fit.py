@@ -13,13 +13,14 @@ from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
 from synth.fit.least_squares import Solution, Stage
+from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
-from synth.fit.recordings import Recording
+from synth.fit.recordings import Recording, thinned_sentences
 from synth.fit.static_points import Judged, judged
-from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import covariance, mass_scale_sentence, not_separable, residuals, root_mean_square
+from synth.fit.trajectories import TrajectoryModel
+from synth.fit.trial_fits import away_from_their_starts, trial_fits
+from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unknowns import NORMAL90, SpringsAndDampers
-from synth.motion.characteristics import characteristics
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 
@@ -77,18 +78,31 @@ def result_of(
     }
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, seed)
-    misfits = [] if searched else _misfits(rms[mode], dict(zip(names, scatter.tolist(), strict=True)))
+    trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
+    clipped = dict(zip(names, clipped_rms(recordings, chosen.predictions).tolist(), strict=True))
+    noise = dict(zip(names, scatter.tolist(), strict=True))
+    misfits = [] if searched else _misfits(rms[mode], clipped, noise)
     return FitResult(
         leg=_fitted_leg(leg, joints[mode]),
         joints=joints[mode],
         rms=rms[mode],
-        trials=trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions),
+        clipped_rms=clipped,
+        trials=trials,
         free_angle=mode,
         free_angle_why=why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
-        noise=dict(zip(names, scatter.tolist(), strict=True)),
+        noise=noise,
         not_separable=_open(model, recordings, chosen, softened),
-        warnings=(*lost, *misfits, *_at_edges(unknowns, chosen.values), *_left_out(leg), *_off_balance(leg, static)),
+        warnings=(
+            *thinned_sentences(recordings),
+            *lost,
+            *misfits,
+            *_odd(leg, trials, mode),
+            *away_from_their_starts(names, trials),
+            *_at_edges(unknowns, chosen.values),
+            *_left_out(leg),
+            *_off_balance(leg, static),
+        ),
         method="least_squares",
         iterations=chosen.iterations,
         reason=chosen.reason,
@@ -133,13 +147,16 @@ def _open(
     return (*said, *softened, *([scale] if scale else []))
 
 
-def _misfits(rms: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
-    """Sentences on joints whose motion the model does not explain; RMS and the samples' scatter in rad."""
+def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
+    """Sentences on joints whose motion the model does not explain; plain and clipped RMS and samples' scatter in rad.
+
+    The clipped RMS decides, so that a glitch alone does not speak against the model.
+    """
     return [
         f"{name}: the fit leaves {np.degrees(left):.2g} deg where the samples scatter by only "
         f"{np.degrees(scatter[name]):.2g} deg: the model lacks something at this joint or beside it"
         for name, left in rms.items()
-        if left > MISFIT * scatter[name] and left > LEAST_MISFIT
+        if clipped[name] > MISFIT * scatter[name] and clipped[name] > LEAST_MISFIT
     ]
 
 
@@ -174,6 +191,11 @@ def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
     """(p,) each, the ends of the 90 % intervals less the values, from the covariance."""
     half = NORMAL90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return -half, half
+
+
+def _odd(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
+    rms, free = np.array([trial.rms for trial in trials]), np.array([trial.free_angle for trial in trials])
+    return odd_trials([t.name for t in trials], leg.joint_names, rms, free if mode == "per_trial" else None)
 
 
 def _left_out(leg: Leg) -> list[str]:
@@ -253,47 +275,3 @@ def _fitted_leg(leg: Leg, joints: Mapping[str, JointFit]) -> Leg:
         damper = joint.damper if found.damper_rate is None else Damper(found.damper_rate.value)
         made.append(replace(joint, spring=Spring(found.spring_rate.value, found.free_angle.value), damper=damper))
     return replace(leg, joints=tuple(made))
-
-
-def trial_fits(
-    leg: Leg,
-    joints: Mapping[str, JointFit],
-    recordings: Sequence[Recording],
-    locals_: Sequence[Local],
-    predictions: Sequence[Array],
-    *,
-    held_out: bool = False,
-) -> tuple[TrialFit, ...]:
-    """Each recording beside its prediction, in measured angles, with the characteristics of the predicted motion.
-
-    Characteristics are taken from the smoothed recording, not from the model: they describe the data.
-    """
-    common = np.array([joint.free_angle.value for joint in joints.values()])
-    fits = []
-    for recording, local, prediction in zip(recordings, locals_, predictions, strict=True):
-        residual = residuals(recording, prediction)
-        counted = np.asarray(recording.counts.any(axis=0))
-        rms = np.full(len(counted), np.nan)
-        rms[counted] = np.sqrt(np.nanmean(residual[:, counted] ** 2, axis=0))
-        smoothed = recording.smoothed
-        measured = leg.to_measured(smoothed.angle)
-        found = {
-            leg.joint_names[j]: characteristics(smoothed.time, measured[:, j], float(smoothed.noise[j]))
-            for j in recording.free
-        }
-        rotation = np.where(recording.counts, recording.rotation, np.nan)
-        fits.append(
-            TrialFit(
-                recording.name,
-                recording.time,
-                leg.to_measured(rotation),
-                leg.to_measured(prediction),
-                rms,
-                common + leg.sign * local.shift,
-                local.rotation,
-                local.rate,
-                found,
-                held_out,
-            )
-        )
-    return tuple(fits)

@@ -24,7 +24,7 @@ from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
-BISECTIONS = 5
+BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
 POINTS = 0.5  # by which the static points' cost may rise on the way: one standard deviation of one of them
 SAME = np.log(1.2)  # by which b/k may change on the way: beyond that it is another valley and not this ridge
 HELD = 1e8  # precision of a log rate that is held where it is

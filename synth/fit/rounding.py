@@ -24,7 +24,7 @@ from synth.fit.recordings import Recording
 COARSE = 0.6  # noise over count, below which rounding is no noise any more
 FINEST = 0.05  # noise over count that is told from none at all
 FARTHEST = 3.0  # counts off the prediction; further away it is no rounding
-CELLS = 600
+CELLS = 600  # steps of the table over distance
 LEAST_COUNT = 1e-6  # rad, finer is the rounding of a text file
 ON_GRID = 0.98  # share of the readings that must lie on the counts
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from synth.arrays import Array
 
-MAX_ITERATIONS = 500
-TOLERANCE_X, TOLERANCE_F = 1e-4, 1e-4
+MAX_ITERATIONS = 500  # steps, then the best point so far is the answer
+TOLERANCE_X, TOLERANCE_F = 1e-4, 1e-4  # the defaults of MATLAB's fminsearch
 
 
 @dataclass(frozen=True)

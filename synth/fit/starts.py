@@ -22,7 +22,7 @@ from synth.threads import shared_out
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
 END_SHARE = 10  # one of so many samples, at a trial's end, tells its pose at rest
-DRAWN = 24
+DRAWN = 24  # random starts, tried where the fit from the weak form is ``POOR``
 DRAWN_FREQUENCY, DRAWN_DECAY = (1.0, 10.0), (1.0, 100.0)  # Hz of k/I, 1/s of b/I
 DRAWN_REST = 0.2  # rad about the mean pose in which trials end
 

@@ -16,10 +16,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.simplex import Found
 
-PARTICLES = 20
-ITERATIONS = 100
-INERTIA, OWN, SOCIAL = 0.8, 0.1, 0.1
-FIRST_VELOCITY = 0.1
+PARTICLES = 20  # as in the thesis' script, like those below
+ITERATIONS = 100  # as in the script
+INERTIA, OWN, SOCIAL = 0.8, 0.1, 0.1  # w, c1, c2 of the script
+FIRST_VELOCITY = 0.1  # share of the position, as in the script
 
 
 def swarm(

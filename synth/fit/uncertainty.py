@@ -24,19 +24,35 @@ def residuals(recording: Recording, prediction: Array) -> Array:
 
 
 def root_mean_square(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
-    """(n,) rad over all trials' counted samples, nan for a joint without any; lone lost samples weigh as Huber says."""
+    """(n,) rad, the plain root mean square over all trials' counted samples; nan for a joint without any."""
+    return np.array([float(np.sqrt(np.mean(column**2))) if len(column) else np.nan
+                     for column in _by_joint(recordings, predictions)])  # fmt: skip
+
+
+def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
+    """(n,) rad, as ``root_mean_square`` with residuals beyond six robust standard deviations cut to that.
+
+    The fit takes each joint's noise from it, so that a glitch does not set the noise. It is no measure of the fit.
+    """
+    widths = encoder_counts(recordings)
+    columns = _by_joint(recordings, predictions)
+    return np.array([_clipped(column, float(width)) for column, width in zip(columns, widths, strict=True)])
+
+
+def _by_joint(recordings: Sequence[Recording], predictions: Sequence[Array]) -> list[Array]:
+    """Each joint's residuals (m,) rad at all counted samples of all trials."""
     stacked = np.concatenate([residuals(r, p) for r, p in zip(recordings, predictions, strict=True)])
-    return np.array([_robust_rms(column[np.isfinite(column)], recordings, j) for j, column in enumerate(stacked.T)])
+    return [column[np.isfinite(column)] for column in stacked.T]
 
 
-def _robust_rms(values: Array, recordings: Sequence[Recording], joint: int) -> float:
-    """RMS with residuals beyond 6 robust standard deviations cut to that: glitches do not set the noise."""
+def _clipped(values: Array, count: float) -> float:
+    """RMS of residuals (m,) rad cut at six robust standard deviations; ``count`` rad, an encoder's, 0 for none."""
     if not len(values):
         return float("nan")
     size = np.abs(values)
     scale = 1.4826 * float(np.median(size)) + 1e-12
     if size.max() > 6 * scale:  # at rest on one count all residuals may be next to none
-        scale = max(scale, float(encoder_counts(recordings)[joint]) / np.sqrt(12.0))
+        scale = max(scale, count / np.sqrt(12.0))
     return float(np.sqrt(np.mean(np.clip(values, -6 * scale, 6 * scale) ** 2)))
 
 

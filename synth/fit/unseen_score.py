@@ -40,7 +40,7 @@ def score(result: FitResult, recordings: Sequence[Recording]) -> Scored:
     damping = np.array([(joint.damper.rate or 0.0) if joint.damper else 0.0 for joint in leg.joints])
     values = sought_by(model).pack(leg.spring_rate, leg.rest, damping)
     spread = np.array([joint.free_angle_spread.value for joint in result.joints.values()])
-    noise = np.array([result.rms[name] for name in leg.joint_names])
+    noise = np.array([result.clipped_rms[name] for name in leg.joint_names])
     noise = np.where(np.isfinite(noise), noise, 1.0)
     weights = Weights(np.tile(noise, (len(recordings), 1)), spread)
     solution = solve(model, recordings, values, first_locals(recordings), weights, fixed=True)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import io
 import json
-import os
+import re
 import shutil
-import tempfile
+from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.files.output import write_bytes_whole
 
 MANIFEST = "sweep.json"
+_HASH = 32  # bytes behind a chunk
+_OURS = re.compile(r"sweep\.json|chunk_\d+\.npy|.*\.partial")
 
 
 class Checkpoint:
@@ -35,18 +40,34 @@ class Checkpoint:
         self._identity = identity
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            manifest = self.folder / MANIFEST
-            if manifest.exists():
-                self._compare(json.loads(manifest.read_text(encoding="utf-8")))
-            elif any(self.folder.iterdir()):
-                text = "holds what is no interrupted sweep; move it away"
+            strange = sorted(path.name for path in self.folder.iterdir() if not _OURS.fullmatch(path.name))
+            if strange:
+                text = f"holds what is no interrupted sweep ({', '.join(strange[:3])}); move it away"
                 raise UserError(Problem(text, str(self.folder)))
+            for left in self.folder.glob("*.partial"):  # of a run that was killed, or whose disk was full
+                left.unlink()
+            found = self._manifest()
+            if found is None:
+                self._begin()
             else:
-                self._replace(manifest, json.dumps(identity, indent=1).encode())
+                self._compare(found)
         except OSError as error:
+            with suppress(OSError):
+                self.folder.rmdir()  # if nothing is in it
             raise UserError(Problem(f"cannot be written: {error.strerror}", str(self.folder))) from None
-        except json.JSONDecodeError:
-            raise UserError(Problem("is damaged; remove the folder to start anew", str(self.folder))) from None
+
+    def _manifest(self) -> object:
+        """What the chunks there depend on; None where that was never written whole."""
+        try:
+            return json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
+        except (FileNotFoundError, ValueError):
+            return None
+
+    def _begin(self) -> None:
+        """Start anew: chunks of which nobody knows what they belong to are of no use."""
+        for chunk in self.folder.glob("chunk_*.npy"):
+            chunk.unlink()
+        write_bytes_whole(self.folder / MANIFEST, json.dumps(self._identity, indent=1).encode())
 
     def _compare(self, found: object) -> None:
         if found == self._identity:
@@ -57,19 +78,24 @@ class Checkpoint:
         raise UserError(Problem(f"{text} name another --out, or remove the folder", str(self.folder)))
 
     def load(self, index: int) -> Array | None:
-        """A finished chunk; None where there is none."""
+        """A finished chunk; None where there is none, or where it was cut or changed: that one goes."""
         path = self._path(index)
-        if not path.exists():
+        try:
+            data = path.read_bytes()
+        except FileNotFoundError:
             return None
-        with path.open("rb") as stream:
-            return np.asarray(np.load(stream, allow_pickle=False))
+        content = data[:-_HASH]
+        if sha256(content).digest() != data[-_HASH:]:
+            path.unlink()
+            return None
+        return np.asarray(np.load(io.BytesIO(content), allow_pickle=False))
 
     def save(self, index: int, values: Array) -> None:
-        """Keep a chunk, whole or not at all."""
-        handle, temporary = tempfile.mkstemp(dir=self.folder, suffix=".partial")
-        with os.fdopen(handle, "wb") as stream:
-            np.save(stream, values)
-        Path(temporary).replace(self._path(index))
+        """Keep a chunk with its hash behind it, whole or not at all."""
+        stream = io.BytesIO()
+        np.save(stream, values, allow_pickle=False)
+        content = stream.getvalue()
+        write_bytes_whole(self._path(index), content + sha256(content).digest())
 
     @property
     def finished(self) -> int:
@@ -82,8 +108,3 @@ class Checkpoint:
 
     def _path(self, index: int) -> Path:
         return self.folder / f"chunk_{index:06d}.npy"
-
-    def _replace(self, path: Path, data: bytes) -> None:
-        temporary = path.with_suffix(".partial")
-        temporary.write_bytes(data)
-        temporary.replace(path)

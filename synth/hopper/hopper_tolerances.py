@@ -17,7 +17,7 @@ from synth.jump.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reac
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_models import Model, lanes
 
-UNIFORM = 0.9
+UNIFORM = 0.9  # the 90 % end of a uniform distribution over [-1, 1]
 QUANTITIES = (
     "no-load speed",
     "stall torque",

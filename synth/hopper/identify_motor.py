@@ -11,6 +11,7 @@ from b; the run-up tells L and J.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,10 @@ from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
-Z90 = 1.6448536
+Z90 = 1.6448536  # of a normal 90 % interval
+LEAST_RUNS = 3  # among which one can stand out
+ODD, ODD_TIMES = 0.1, 5.0  # share of a run's voltage or torque that others' constants miss, and times what they miss
+SURE = 3.0  # standard deviations below 0 from which on a constant is negative
 
 
 @dataclass(frozen=True)
@@ -55,30 +59,80 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
 
     Raises
     ------
-    UserError : the runs cannot tell the constants apart: one steady speed only, or no run-up.
+    UserError : the runs cannot tell the constants apart: one steady speed only, or no run-up; or one of them, or all,
+        are of no motor.
     """
-    electric, voltage, mechanic, current, scale = [], [], [], [], []
-    for run in runs:
-        for width in (SHORT, LONG):
-            rows = _windows(run, ratio, width)
-            electric.append(rows[:, 1:4])
-            voltage.append(rows[:, 0])
-            mechanic.append(rows[:, 4:7])
-            current.append(rows[:, 1])
-            scale.append(np.full(len(rows), width**-0.5))  # a bump's noise grows with the root of its width
-    weight = np.concatenate(scale)
-    if len(weight) < 12:
+    rows = [np.concatenate([_weighted(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
+    if sum(map(len, rows)) < 12:
         raise UserError(Problem("the runs are too short: at least a second of run-up and steady running is needed"))
-    e, sigma_e = _solve(np.vstack(electric), np.concatenate(voltage), weight, "R from K_v: vary the voltage")
+    _refuse_odd_run([run.name for run in runs], rows)
+    found = _estimate(np.concatenate(rows))
+    _refuse_no_motor([run.name for run in runs], found)
+    return found
+
+
+def _weighted(run: HopperRecording, ratio: float, width: float) -> Array:
+    """Rows of ``_windows``, weighted: a bump's noise grows with the root of its width."""
+    return np.asarray(_windows(run, ratio, width) * width**-0.5)
+
+
+def _refuse_odd_run(names: Sequence[str], rows: Sequence[Array]) -> None:
+    """Refuse a run that the constants of all others do not explain, where these explain each other."""
+    problems = []
+    for index, name in enumerate(names):
+        others = [part for k, part in enumerate(rows) if k != index]
+        if len(others) < LEAST_RUNS - 1 or not len(rows[index]):
+            continue
+        try:
+            found = _estimate(np.concatenate(others))
+        except UserError:
+            continue
+        own, usual = _missed(found, rows[index]), max(_missed(found, part) for part in others if len(part))
+        if own > max(ODD_TIMES * usual, ODD):
+            text = f"the constants of the other runs miss {own:.0%} of its voltage or torque, and {usual:.1%} of "
+            problems.append(Problem(f"{text}theirs; are its columns exchanged, or is it another motor's?", name))
+    if problems:
+        raise UserError(problems)
+
+
+def _missed(found: MotorEstimate, rows: Array) -> float:
+    """Share of the voltage, or of the torque, that a motor's equations leave (root mean square), the larger one."""
+    electric = np.array([found.resistance.value, found.back_emf.value, found.inductance.value])
+    mechanic = np.array([found.friction.value, found.viscous.value, found.rotor_inertia.value])
+    torque = found.back_emf.value * rows[:, 1]
+    left = (rows[:, 0] - rows[:, 1:4] @ electric, torque - rows[:, 4:7] @ mechanic)
+    return max(
+        float(np.sqrt(np.mean(one**2) / max(float(np.mean(whole**2)), 1e-300)))
+        for one, whole in zip(left, (rows[:, 0], torque), strict=True)
+    )
+
+
+def _refuse_no_motor(names: Sequence[str], found: MotorEstimate) -> None:
+    """Refuse constants that no motor has: a current that drives the voltage, friction that pushes."""
+    above = {"resistance": "ohm", "back_emf": "N*m/A", "rotor_inertia": "kg*m^2"}
+    wrong = {key: unit for key, unit in above.items() if getattr(found, key).value <= 0.0}
+    for key, unit in {"inductance": "H", "friction": "N*m", "viscous": "N*m*s/rad"}.items():
+        estimate: Estimate = getattr(found, key)
+        if estimate.value < -SURE * estimate.deviation:
+            wrong[key] = unit
+    if wrong:
+        said = ", ".join(f"{key.replace('_', ' ')} {getattr(found, key).value:.3g} {u}" for key, u in wrong.items())
+        shown = ", ".join(names[:5]) + (" and others" if len(names) > 5 else "")
+        text = f"{shown}: no motor has {said}. Are columns exchanged, or of the wrong sign? Voltage and current are "
+        raise UserError(Problem(f"{text}positive where they drive the motor forward, speed is the gear's output"))
+
+
+def _estimate(rows: Array) -> MotorEstimate:
+    """Constants from weighted windows (n, 7) of ``_windows``."""
+    e, sigma_e = _solve(rows[:, 1:4], rows[:, 0], "R from K_v: vary the voltage")
     back_emf = e[1]
-    right = back_emf * np.concatenate(current)
-    m, sigma_m = _solve(np.vstack(mechanic), right, weight, "friction from its viscous part: vary the voltage")
+    m, sigma_m = _solve(rows[:, 4:7], back_emf * rows[:, 1], "friction from its viscous part: vary the voltage")
     # What is unknown of K_v is unknown of every torque.
     relative = sigma_e[1] / back_emf
     spread = np.hypot(sigma_m, relative * np.abs(m))
     return MotorEstimate(
         Estimate(e[0], sigma_e[0]), Estimate(e[2], sigma_e[2]), Estimate(back_emf, sigma_e[1]),
-        Estimate(m[0], spread[0]), Estimate(m[1], spread[1]), Estimate(m[2], spread[2]), len(weight),
+        Estimate(m[0], spread[0]), Estimate(m[1], spread[1]), Estimate(m[2], spread[2]), len(rows),
     )  # fmt: skip
 
 
@@ -103,9 +157,8 @@ def _windows(run: HopperRecording, ratio: float, width: float) -> Array:
     return np.array(rows).reshape(-1, 7)
 
 
-def _solve(matrix: Array, right: Array, weight: Array, remedy: str) -> tuple[Array, Array]:
-    """Weighted least squares: values, standard deviations with overlapping windows counted once."""
-    a, y = matrix * weight[:, None], right * weight
+def _solve(a: Array, y: Array, remedy: str) -> tuple[Array, Array]:
+    """Least squares: values, standard deviations with overlapping windows counted once."""
     size = np.linalg.norm(a, axis=0)
     if np.any(size == 0.0) or np.linalg.cond(a / size) > 1e6:
         raise UserError(Problem(f"the runs do not tell {remedy}"))

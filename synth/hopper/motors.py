@@ -19,6 +19,8 @@ from synth.errors import UserError
 from synth.jump.hopper_leg import Motor, MotorOptions
 from synth.parts.rows import GearMotorRow
 
+# Kg m^2 and kg of an N20 motor: a public estimate, marked as such by its author; other motors are
+# scaled by mass^(5/3), as bodies of one shape and density are.
 ROTOR_INERTIA, ROTOR_MASS = 1.5e-8, 0.0095
 ELECTRICAL_TIME = 0.25e-3  # s
 

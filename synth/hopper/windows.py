@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 
 OVERLAP = 4  # windows over every instant
-LEAST_SAMPLES = 8
+LEAST_SAMPLES = 8  # in a window, for the trapezoid rule on a bump
 
 
 @dataclass(frozen=True, eq=False)

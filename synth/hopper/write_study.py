@@ -12,6 +12,7 @@ import numpy as np
 import synth
 from synth.arrays import Array
 from synth.files.output import sha256_file, write_csv
+from synth.files.text_forms import csv_text
 from synth.hopper.study import Study, warnings_of
 from synth.jump.hopper_leg import Motor
 from synth.jump.jump_layout import LAYOUTS
@@ -31,7 +32,7 @@ MOST_ROWS = 100_000  # of a block that is written at once
 
 def write_designs(found: Study, path: Path) -> None:
     """A row a design, motor by motor, lengths rising; empty intervals where none was asked for."""
-    names = [(_text(motor.name), f"{motor.ratio:.10g}") for motor in found.sweep.problem.motors]
+    names = [(csv_text(motor.name), f"{motor.ratio:.10g}") for motor in found.sweep.problem.motors]
     with path.open("w", encoding="utf-8", newline="") as stream:
         stream.write(HEADER + "\n")
         for first in range(0, len(found.sweep.motor), MOST_ROWS):
@@ -49,7 +50,7 @@ def _rows(found: Study, names: Sequence[tuple[str, str]], first: int) -> Iterato
     for i, (m, yes, length, clear, low, high, relative, *rest) in enumerate(zip(*columns, strict=True)):
         motor, ratio = names[m]
         ends = "," if low != low else f"{low:.6f},{high:.6f}"
-        limit = _text(sweep.limit_text(first + i)) if limited[i] else ""
+        limit = csv_text(sweep.limit_text(first + i)) if limited[i] else ""
         total, energy, torque, amps, speed = rest
         yield (
             f"{motor},{ratio},{length:.9g},{model},{clear:.6f},{ends},{relative:.5f},{'yes' if yes else 'no'},{limit},"
@@ -237,8 +238,3 @@ def _map(found: Study) -> dict[str, Any]:
         "leg_length_m": [sweep.problem.lengths[k] for k in lengths],
         "clearance_m": [[float(clearance[i, k]) for k in lengths] for i in family],
     }
-
-
-def _text(words: str) -> str:
-    """A CSV cell of words."""
-    return f'"{words.replace(chr(34), chr(34) * 2)}"' if any(c in words for c in ',"\n\r') else words

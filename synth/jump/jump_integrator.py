@@ -11,8 +11,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 
+from synth.compiling.compiled import compiled
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_step import compiled_step
 from synth.jump.outcomes import (
@@ -50,7 +51,7 @@ _rules: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": Tru
 error_weights, try_step = compiled_step(_rules)
 
 
-@njit(_signature, cache=True, **_rules)
+@compiled(_signature, **_rules)
 def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcome, trace):  # type: ignore[no-untyped-def]
     """Integrate from the crouch until every lane's jump is decided.
 

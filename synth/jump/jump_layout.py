@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-LANES = 16
+LANES = 16  # lanes, as of the swinging chain: four registers of AVX2, two of AVX-512
 
 
 @dataclass(frozen=True)
@@ -69,4 +69,5 @@ class JumpLayout:
         return self.row("inertia", i * self.n - i * (i - 1) // 2 + (j - i))
 
 
+# Pieces a side and the one that begins the lower link, by which links bend.
 LAYOUTS = {"none": JumpLayout(2, 1), "upper": JumpLayout(3, 2), "all": JumpLayout(4, 2)}

@@ -22,7 +22,7 @@ TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see te
 DURATION = 1.0  # s, for the push; a leg that has not lifted by then does not
 FALL = 0.1  # m/s, falling that fast its highest point is past
 FIRST_STEP = 1e-5  # s
-MAX_STEPS = 60_000
+MAX_STEPS = 60_000  # a jump takes some hundreds to thousands; a stiffer one is reported as too stiff
 
 
 @dataclass(frozen=True)

@@ -24,15 +24,14 @@ from pathlib import Path
 from synth.compiling.elimination import factorise, substitute
 from synth.jump.jump_layout import LANES, JumpLayout
 
-HEADER = '''"""Written by synth.jump.jump_source; safe to delete."""
+HEADER = '''"""Written by synth.jump.jump_source."""
 from math import sqrt
 
-from numba import njit
-
+from synth.compiling.compiled import compiled
 from synth.compiling.trigonometry import sine_cosine
 
 
-@njit('void(float64[:, ::1])', fastmath=True, error_model='numpy', nogil=True, cache=True)
+@compiled('void(float64[:, ::1])', fastmath=True, error_model='numpy', nogil=True)
 def right_hand_side(Z):
     F = Z.reshape(-1)
     for l in range({lanes}):

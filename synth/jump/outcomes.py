@@ -17,6 +17,7 @@ OUTCOMES = (
     "peak_current", "energy", "peak_normal", "peak_bend", "end_time", "start_com", "gear_torque_at_start",
 )  # fmt: skip
 N_OUTCOME = len(OUTCOMES)
+# Their row numbers.
 STATUS, CLEARANCE, TAKEOFF_TIME, TAKEOFF_SPEED, TAKEOFF_HEIGHT, APEX, PEAK_GEAR_TORQUE = range(7)
 PEAK_CURRENT, ENERGY, PEAK_NORMAL, PEAK_BEND, END_TIME, START_COM, GEAR_TORQUE_AT_START = range(7, N_OUTCOME)
 

@@ -11,8 +11,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 
+from synth.compiling.compiled import compiled
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_step import compiled_step
 
@@ -28,7 +29,7 @@ _rules: dict[str, Any] = {
 error_weights, try_step = compiled_step(_rules)
 
 
-@njit(_signature, cache=True, **_rules)
+@compiled(_signature, **_rules)
 def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  # type: ignore[no-untyped-def]
     """Integrate from the crouch to the last time of all lanes.
 

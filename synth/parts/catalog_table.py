@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.files.names import title_fault
+from synth.files.paths import read_bytes
 from synth.parts.headers import standard, standard_value
 from synth.parts.rows import FAMILIES, Row
 from synth.units import factor, header
@@ -51,12 +53,11 @@ def read_table(path: Path, shown: str | None = None) -> ReadTable:
     """
     name = shown or str(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            return _refused(name, f"is larger than {MAX_BYTES // 1_000_000} MB, which no catalogue is")
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            return _read(csv.reader(stream, strict=True), name)
-    except OSError as error:
-        return _refused(name, f"cannot be read: {error.strerror or error}")
+        data = read_bytes(path, MAX_BYTES, "no catalogue is so large")
+        stream = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig", newline="")
+        return _read(csv.reader(stream, strict=True), name)
+    except UserError as error:
+        return ReadTable(None, (), tuple(Problem(problem.text, file=name) for problem in error.problems))
     except UnicodeDecodeError as error:
         return _refused(name, f"is not UTF-8 text (byte {error.start}); save it as CSV UTF-8")
     except csv.Error as error:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TypeVar
 
-from synth.errors import Problem, UserError
+from synth.errors import Problem, UserError, did_you_mean
 from synth.parts.catalog_table import MAX_PROBLEMS, read_table
 from synth.parts.row_check import completed, contradictions, curve_problems, status_of
 from synth.parts.rows import (
@@ -266,6 +265,4 @@ def _find(rows: Sequence[P], part: str, kind: str) -> P:
 
 
 def _near(name: str, known: Sequence[str]) -> str:
-    folded = {each.casefold(): each for each in known}
-    near = get_close_matches(name.casefold(), list(folded), n=3, cutoff=0.6)
-    return f"; did you mean {' or '.join(folded[each] for each in near)}?" if near else ""
+    return did_you_mean(name, known, most=3)

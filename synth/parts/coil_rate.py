@@ -15,6 +15,8 @@ RateForm = Literal["bending", "friction"]
 # handbook constant 10.8 *per turn* instead of 10.186, for coils rubbing on each other and on the arbor (Shigley
 # 10-50); 6.0 % softer. The best known slip is to take 10.8 as per radian.
 _FORM = {"bending": 64.0, "friction": 10.8 * 2.0 * math.pi}
+RATE_FORMULA: dict[RateForm, str] = {"bending": "64", "friction": "10.8"}  # as users write them
+RATE_FORMS: dict[str, RateForm] = {"64": "bending", "10.8": "friction"}
 
 
 def rate(

@@ -22,8 +22,8 @@ CONCAVE = "concave"
 LINEAR = "linear"
 LAWS = (TABLE, CONCAVE, LINEAR)
 
-CONCAVE_EXPONENT = 0.47
-CONCAVE_EXPONENT_RANGE = (0.44, 0.50)
+CONCAVE_EXPONENT = 0.47  # middle of the measured ones, see above
+CONCAVE_EXPONENT_RANGE = (0.44, 0.50)  # of the three measured dampers, see above
 
 # The curve is a straight line below its lowest point. A 500th of the rated speed (0.1 rpm of 50) is under what a
 # leg's encoder resolves, and keeps the slope at rest below 30 times the secant, so that the leg does not turn stiff.

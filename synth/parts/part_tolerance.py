@@ -12,9 +12,9 @@ from math import log, radians
 from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT_RANGE
 from synth.parts.rows import DamperRow, TorsionSpringRow
 
-RATE = 0.10
+RATE = 0.10  # see RATE_SOURCE
 RATE_SOURCE = "usual: Lee and Century state torque within 10 %"
-TORQUE = 0.15
+TORQUE = 0.15  # see TORQUE_SOURCE
 TORQUE_SOURCE = "assumed: no vendor in the catalogues states a damper's tolerance"
 
 # Coils up to -> free angle within; Lee Spring, http://www.leespring.com/torsion_tol.asp

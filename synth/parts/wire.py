@@ -52,6 +52,25 @@ class Fatigue:
     source: str
 
 
+# The wire of EN 10270 that is sold for the same use. No row of the catalogue has stainless wire of EN 10270-3.
+EN_GRADE = {
+    "music wire": "EN 10270-1 SH",
+    "hard drawn": "EN 10270-1 SM",
+    "oil tempered": "EN 10270-2 FDC",
+    "chrome vanadium": "EN 10270-2 FDCrV",
+    "chrome silicon": "EN 10270-2 FDSiCr",
+}
+
+
+@dataclass(frozen=True)
+class Allowable:
+    """Greatest static bending stress by one ``code``, Pa, and on whose word; ``synth.spring.codes`` has the stress."""
+
+    code: str
+    stress: float
+    source: str
+
+
 @dataclass(frozen=True)
 class WireProperties:
     """Wire of one size: modulus Pa, strength, yield in bending as a fraction of it, density kg/m^3."""
@@ -63,6 +82,7 @@ class WireProperties:
     density: float
     diameter_tolerance: float
     fatigue: Fatigue | None = None
+    allowables: tuple[Allowable, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -70,13 +90,15 @@ class WireMaterial:
     """What the catalogues know of one wire material.
 
     ``records``: its rows of the materials; ``table``: its sizes with a strength, by diameter, weakest grade first;
-    ``sizes``: the stock sizes that may be made of it, by diameter.
+    ``sizes``: the stock sizes that may be made of it, by diameter; ``grade``: rows of the wire of EN 10270 that is sold
+    for the same use.
     """
 
     name: str
     records: tuple[MaterialRow, ...]
     table: tuple[WireRow, ...]
     sizes: tuple[WireRow, ...]
+    grade: tuple[MaterialRow, ...] = ()
 
     def elastic_modulus(self, diameter: float) -> float | None:
         """Young's modulus, Pa, for wire of ``diameter`` m.
@@ -135,7 +157,27 @@ class WireMaterial:
             sizes = [row.diameter * 1e3 for row in self.stock() if row.diameter]
             stock = f"; sizes with a strength are {sizes[0]:.4g} to {sizes[-1]:.4g} mm" if sizes else ""
             raise UserError(f"no {lacking} known of {self.name} wire of {diameter * 1e3:.4g} mm{stock}")
-        return WireProperties(modulus, strength, *limit, density, self.diameter_tolerance(diameter), self.fatigue)
+        return WireProperties(
+            modulus,
+            strength,
+            *limit,
+            density,
+            self.diameter_tolerance(diameter),
+            self.fatigue,
+            self.allowables(diameter, strength, limit),
+        )
+
+    def allowables(self, diameter: float, strength: Strength, limit: tuple[float, str]) -> tuple[Allowable, ...]:
+        """What each code that is known of this wire allows: the one that designs go by first."""
+        found = [Allowable("Shigley", limit[0] * strength.value, limit[1])]
+        for code, rows in (("spring makers' handbook", self.records), ("EN 13906-3", self.grade)):
+            for row in rows:
+                share, value = row.static_bending_limit, row.strength(diameter)
+                if row.complete and share is not None and value is not None:
+                    text = f"{share:.0%} of {value / 1e6:.0f} MPa, {row.material}; {row.source}"
+                    found.append(Allowable(code, share * value, text))
+                    break
+        return tuple(found)
 
     def tensile_strength(self, diameter: float) -> Strength | None:
         """Least tensile strength of wire of ``diameter`` m; None where neither table nor law reaches it."""
@@ -206,7 +248,8 @@ def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[Wi
     # Lists for any material serve where the material has no inch list of its own; metric sizes always do.
     general = [row for row in wires if row.diameter and not row.material and (row.system == "metric" or not own)]
     sizes = sorted([*own, *general], key=lambda row: (row.diameter or 0.0, row.min_tensile_strength is None))
-    return WireMaterial(name, records, tuple(weakest[key] for key in sorted(weakest)), tuple(sizes))
+    grade = tuple(row for row in materials if row.material == EN_GRADE.get(name))
+    return WireMaterial(name, records, tuple(weakest[key] for key in sorted(weakest)), tuple(sizes), grade)
 
 
 def _outside(row: MaterialRow, diameter: float) -> float:

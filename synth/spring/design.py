@@ -15,19 +15,24 @@ from typing import Any, Literal
 from synth.errors import UserError
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_angle import CONVENTIONS, Convention, coil_fraction
-from synth.parts.coil_rate import coil_product, mean_diameter_for
+from synth.parts.coil_rate import RATE_FORMULA, RateForm, coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
+from synth.spring.calibration import UNCALIBRATED, Calibration
+from synth.spring.codes import OPENING
 from synth.spring.evaluate import check_spring, travel_limit
-from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask
+from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
 from synth.units import quantity
 
 Objective = Literal["mass", "space", "life"]
 
 ROOM = frozenset({"outer_diameter", "body_length"})  # limits that more room in the joint would lift
 OTHER_MATERIALS = ("oil tempered", "chrome vanadium", "chrome silicon")  # sold thicker or stronger than music wire
-MOST_IN_PARALLEL = 4
+MOST_IN_PARALLEL = 4  # springs side by side: what a joint has room for
+# Times the least mass from which lightness decides. The lightest wire that holds does so only as the widest coil of the
+# fewest turns, where curvature costs least: a tenth more wire often halves its diameter.
+NEARLY_AS_LIGHT = 1.25
 ENDLESS = 1.5  # strength over stress at 1e6 cycles from which a spring does not last any longer
-LEAST_TRAVEL = math.radians(1.0)
+LEAST_TRAVEL = math.radians(1.0)  # rad; a wish for less is most likely a mistake of units
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,13 @@ class SpringWish:
         wire material; ``inch``, ``metric`` or None for both.
     hand
         ``right`` or ``left``, see ``winding.hand_for``.
+    rate_form
+        formula of the rate: ``bending`` (64) or ``friction`` (10.8 a turn).
+    calibration
+        what wound samples said of this wire and winder.
     objective
-        ``mass``: lightest, then smallest; ``space``: smallest cylinder, then lightest; ``life``: strongest against
-        fatigue, then lightest.
+        ``mass``: of those nearly as light as the lightest the one whose diameter and length are least; ``space``:
+        smallest cylinder, then lightest; ``life``: strongest against fatigue, then lightest.
     """
 
     rate: float
@@ -66,11 +75,22 @@ class SpringWish:
     objective: Objective = "mass"
     limits: SpringLimits = field(default_factory=SpringLimits)
     hand: str = "right"
+    rate_form: RateForm = "bending"
+    calibration: Calibration = UNCALIBRATED
 
     @property
     def task(self) -> SpringTask:
         """The part that holds for every candidate."""
-        return SpringTask(self.travel, self.opening_travel, self.leg_lengths, self.convention, self.limits, self.hand)
+        return SpringTask(
+            self.travel,
+            self.opening_travel,
+            self.leg_lengths,
+            self.convention,
+            self.limits,
+            self.hand,
+            self.rate_form,
+            self.calibration,
+        )
 
 
 @dataclass(frozen=True)
@@ -81,12 +101,18 @@ class Nearest:
     text: str
     design: SpringDesign
 
+    def as_json(self) -> dict[str, Any]:
+        """The entry in a result."""
+        return {"kind": self.kind, "text": self.text, "make": self.design.as_json()}
+
 
 @dataclass(frozen=True)
 class SpringResult:
     """The best spring and the next best wires, or what stands in the way and the nearest that can be made.
 
-    ``binding``: the limits in the way, in words with their numbers; empty where there is a spring.
+    ``binding``: the limits in the way, in words with their numbers; empty where there is a spring. ``lasting``: where
+    the best does not last ``DESIGN_LIFE``, the nearest springs that do, with the room that they take. ``notes``: why
+    the best has few coils, or does not last.
     """
 
     wish: SpringWish
@@ -94,6 +120,8 @@ class SpringResult:
     alternatives: tuple[SpringDesign, ...]
     binding: tuple[str, ...]
     nearest: tuple[Nearest, ...]
+    lasting: tuple[Nearest, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """For ``spring.json``."""
@@ -108,11 +136,19 @@ class SpringResult:
                 "objective": self.wish.objective,
                 "hand": self.wish.hand,
                 "material": self.wish.material,
+                "rate_formula": RATE_FORMULA[self.wish.rate_form],
             },
             "make": None if self.best is None else self.best.as_json(),
             "alternatives": [design.as_json() for design in self.alternatives],
             "binding": list(self.binding),
-            "nearest": [{"kind": item.kind, "text": item.text, "make": item.design.as_json()} for item in self.nearest],
+            "nearest": [item.as_json() for item in self.nearest],
+            "design_life": {
+                **quantity(self.wish.limits.cycles or DESIGN_LIFE, "1"),
+                "asked": self.wish.limits.cycles is not None,
+                "kept": None if self.best is None else lasts(self.best, self.wish.limits),
+            },
+            "lasting": [item.as_json() for item in self.lasting],
+            "notes": list(self.notes),
         }
 
 
@@ -128,17 +164,61 @@ def design_spring(wish: SpringWish, catalogue: Catalogue | None = None, n_altern
     catalogue = catalogue or Catalogue.load()
     material = catalogue.find_material(wish.material)
     found = list(candidates(wish, material))
-    good = _ranked([design for design in found if design.feasible], wish.objective)
+    good = [design for design in found if design.feasible]
     if good:
-        best, *others = _distinct(good)
-        return SpringResult(wish, best, tuple(others[:n_alternative]), (), ())
-    nearest = [
+        kept, notes = _preferred(good, found, wish)
+        best, *others = _distinct(_ranked(kept, wish.objective))
+        lasting = () if lasts(best, wish.limits) else tuple(_lasting(wish, material, catalogue))
+        return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), lasting, notes)
+    nearest = _nearest(found, wish, material, catalogue)
+    return SpringResult(wish, None, (), tuple(_binding(found, wish)), tuple(nearest))
+
+
+def lasts(design: SpringDesign, limits: SpringLimits) -> bool:
+    """Whether the spring lasts as many full turns as asked, or as it is designed for where nothing is asked."""
+    cycles = DESIGN_LIFE if limits.cycles is None else limits.cycles
+    return design.life is not None and design.life.factor(cycles) >= limits.fatigue_safety
+
+
+def _preferred(
+    good: list[SpringDesign], found: list[SpringDesign], wish: SpringWish
+) -> tuple[list[SpringDesign], tuple[str, ...]]:
+    """Of springs that keep the limits those that last, of these those of three coils or more; why not, where not."""
+    notes = []
+    lasting = [design for design in good if lasts(design, wish.limits)]
+    if not lasting and good[0].life is None:
+        notes.append(f"nothing is known of {good[0].material} wire in fatigue: no design life can be kept")
+    elif not lasting:
+        notes.append(f"no spring within the limits lasts {DESIGN_LIFE:.0f} full turns; this one holds them statically")
+    good = lasting or good
+    many = [design for design in good if design.body_coils >= FEWEST_COILS]
+    if many or wish.limits.max_coils < FEWEST_COILS:
+        return many or good, tuple(notes)
+    stiff = [d for d in found if d.body_coils >= FEWEST_COILS and (not lasting or lasts(d, wish.limits))]
+    nearest = min(stiff, key=_worst, default=None)
+    why = (
+        "no stock wire gives the rate with a fitting spring index"
+        if nearest is None
+        else f"the nearest ({_describe(nearest)}) has " + "; ".join(v.text for v in nearest.violations)
+    )
+    return good, (*notes, f"fewer than {FEWEST_COILS:.0f} coils, since with more {why}")
+
+
+def _lasting(wish: SpringWish, material: WireMaterial, catalogue: Catalogue) -> list[Nearest]:
+    """The nearest springs that last the design life: what gives way instead is the room, their number or the travel."""
+    lasting = replace(wish, limits=replace(wish.limits, cycles=DESIGN_LIFE))
+    return _nearest(list(candidates(lasting, material)), lasting, material, catalogue)
+
+
+def _nearest(
+    found: list[SpringDesign], wish: SpringWish, material: WireMaterial, catalogue: Catalogue
+) -> list[Nearest]:
+    return [
         *_more_room(found),
         *_parallel(wish, material),
         *_smaller_travel(found, wish, material),
         *_other_material(wish, material, catalogue),
     ]
-    return SpringResult(wish, None, (), tuple(_binding(found, wish)), tuple(nearest))
 
 
 def candidates(wish: SpringWish, material: WireMaterial) -> Iterator[SpringDesign]:
@@ -151,7 +231,8 @@ def candidates(wish: SpringWish, material: WireMaterial) -> Iterator[SpringDesig
     for row in material.stock(wish.system):
         assert row.diameter is not None
         wire = row.diameter
-        product = coil_product(material.properties(wire).elastic_modulus, wire, wish.rate)
+        modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
+        product = coil_product(modulus, wire, wish.rate, wish.rate_form)
         for whole in range(math.floor(limits.max_coils) + 1):
             coils = whole + fraction
             if not limits.min_coils <= coils <= limits.max_coils:
@@ -189,7 +270,14 @@ def _ranked(designs: list[SpringDesign], objective: Objective) -> list[SpringDes
         return sorted(designs, key=lambda design: (-lasting(design), design.mass, design.volume))
     if objective == "space":
         return sorted(designs, key=lambda design: (design.volume, design.mass))
-    return sorted(designs, key=lambda design: (design.mass, design.volume))
+    enough = NEARLY_AS_LIGHT * min((design.mass for design in designs), default=0.0)
+    light = sorted((d for d in designs if d.mass <= enough), key=lambda d: (_longest(d), d.mass))
+    return light + sorted((d for d in designs if d.mass > enough), key=lambda d: (d.mass, d.volume))
+
+
+def _longest(design: SpringDesign) -> float:
+    """Diameter or length of the coil, whichever is more, m."""
+    return max(design.outer_diameter, design.wound_body_length)
 
 
 def lasting(design: SpringDesign) -> float:
@@ -279,11 +367,13 @@ def _smaller_travel(found: list[SpringDesign], wish: SpringWish, material: WireM
         return
     furthest = max(travel for travel, _ in reach)
     travel = math.radians(math.floor(math.degrees(furthest) * 10.0) / 10.0)  # a tenth of a degree is what one sets
-    opening = min(wish.opening_travel, travel)
+    opening = min(wish.opening_travel, OPENING * travel)
     shorter = replace(wish, travel=travel, opening_travel=opening)
     good = _ranked([each for each in candidates(shorter, material) if each.feasible], wish.objective)
     if good:
         asked = f"{math.degrees(travel):.3g} deg of {math.degrees(wish.travel):.3g} deg"
+        if opening < wish.opening_travel:
+            asked += f", opening {math.degrees(opening):.3g} deg of {math.degrees(wish.opening_travel):.3g} deg"
         text = f"a smaller travel, {asked}: {_describe(good[0])}"
         yield Nearest("smaller_travel", text, good[0])
 

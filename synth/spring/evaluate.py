@@ -8,9 +8,9 @@ from dataclasses import replace
 
 from synth.errors import UserError
 from synth.parts import coil_angle
-from synth.parts.coil_rate import active_coils, energy, rate
+from synth.parts.coil_rate import RATE_FORMULA, active_coils, energy, rate
 from synth.parts.wire import WireMaterial
-from synth.spring import arms, fatigue, space, stress, winding
+from synth.spring import arms, codes, fatigue, space, stress, winding
 from synth.spring.spring_result import SpringDesign, SpringLimits, SpringTask, Violation
 
 SLACK = 1e-9  # relative: a limit reached exactly is kept
@@ -59,8 +59,9 @@ def check_spring(
     wire = material.properties(wire_diameter)
     d, mean, travel = wire_diameter, mean_diameter, task.travel
     active = active_coils(body_coils, mean, task.leg_lengths)
-    bending = rate(wire.elastic_modulus, d, mean, active, "bending")
-    used = bending if stated_rate is None else stated_rate
+    modulus = wire.elastic_modulus * task.calibration.rate
+    forms = {form: rate(modulus, d, mean, active, form) for form in RATE_FORMULA}
+    used = forms[task.rate_form] if stated_rate is None else stated_rate
     moment = used * max(travel, task.opening_travel)
     yield_stress = wire.static_limit * wire.strength.value
     length = space.wire_length(d, mean, body_coils, task.leg_lengths)
@@ -78,8 +79,8 @@ def check_spring(
         leg_lengths=task.leg_lengths,
         elastic_modulus=wire.elastic_modulus,
         rate=used,
-        rate_bending_form=bending,
-        rate_friction_form=rate(wire.elastic_modulus, d, mean, active, "friction"),
+        rate_bending_form=forms["bending"],
+        rate_friction_form=forms["friction"],
         index=stress.spring_index(mean, d),
         curvature_factor=stress.curvature_factor(mean / d),
         tensile_strength=wire.strength.value,
@@ -111,6 +112,12 @@ def check_spring(
         ),
         arm_stress=arms.arm_stress(moment, d, task.convention, bent or d),
         bend_radius=bent,
+        opening_stress=stress.bending_stress(used * task.opening_travel, d, mean),
+        allowed_opening_stress=codes.OPENING * yield_stress / task.limits.safety,
+        surge_frequency=codes.surge_frequency(d, mean, body_coils, wire.elastic_modulus, wire.density),
+        codes=codes.code_checks(wire.allowables, moment, d, mean),
+        rate_form=task.rate_form,
+        spring_back=task.calibration.spring_back,
         count=count,
         hand=task.hand,
     )
@@ -136,6 +143,8 @@ def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violat
             yield Violation(name, excess, f"{shown} {value * scale:.4g}{unit}, needed {limit * scale:.4g}{unit}")
 
     yield from above("stress", design.stress, design.allowed_stress, "stress", 1e-6, " MPa")
+    opened, less = design.opening_stress, design.allowed_opening_stress
+    yield from above("stress", opened, less, "stress where it opens", 1e-6, " MPa")
     if design.bend_radius is not None:  # a straight arm bears less than the coil
         yield from above("arms", design.arm_stress, design.allowed_stress, "stress in the arms' bends", 1e-6, " MPa")
     if limits.cycles is not None:

@@ -7,10 +7,18 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from synth.parts.coil_angle import Convention
+from synth.parts.coil_rate import RATE_FORMULA, RateForm
 from synth.spring.arms import arm_force, arm_share
+from synth.spring.calibration import UNCALIBRATED, Calibration
+from synth.spring.codes import CodeCheck, dynamic_factor
 from synth.spring.fatigue import Life
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
 from synth.units import quantity
+
+DESIGN_LIFE = 1e5  # full turns that a spring is designed for where nothing is asked and it can be had
+# Coils from which the ends and their tolerance hardly matter: of two coils the arms' attachment takes part of one, and
+# a tolerance of 10 deg on the free angle is 1.4 % of the rate, of three 0.9 %.
+FEWEST_COILS = 3.0
 
 
 @dataclass(frozen=True)
@@ -32,11 +40,13 @@ class SpringLimits:
     index_range
         D/d: below 4 the wire cracks when wound, above 20 the coil does not hold its diameter (EN 13906-3).
     min_coils, max_coils
-        of the body. With less than 2 the theory does not hold (EN 13906-3).
+        of the body. With less than 2 the theory does not hold (EN 13906-3). Designs have at least ``FEWEST_COILS``
+        where any such spring keeps the limits.
     safety
         yield over the allowed stress at full travel.
     cycles, fatigue_safety
-        how often it is to turn, 1e5 or 1e6 at most, and strength over stress for that; None: not asked.
+        how often it must turn, 1e5 or 1e6 at most, and strength over stress for that; None: not asked, and
+        ``DESIGN_LIFE`` holds where it can be had.
     bend_radius
         inside radius of the bend where a radial or axial arm leaves the coil; None: as much as the wire's diameter.
     """
@@ -68,11 +78,35 @@ class Violation:
     text: str
 
 
+# What a request for quotation asks for unless the buyer says otherwise. The tables of DIN 2194 could not be had, so no
+# figure of it is here; the tolerances that are given as numbers are those of Lee Spring and of the wire.
+GRADE = {"standard": "DIN 2194", "torque": "2", "coil_diameter": "2", "leg_length": "2", "free_angle": "2"}
+
+
+@dataclass(frozen=True)
+class LoadPoint:
+    """A torque (N m) to measure at an angle (rad) from the free spring, and how far it may be off (N m)."""
+
+    angle: float
+    torque: float
+    within: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Every number beside its unit."""
+        return {
+            "angle": quantity(self.angle, "deg"),
+            "torque": quantity(self.torque, "N*m"),
+            "within": quantity(self.within, "N*m"),
+        }
+
+
 @dataclass(frozen=True)
 class SpringDesign:
     """A torsion spring and what it does. SI; angles in rad; ``travel`` winds the coil, ``opening_travel`` opens it.
 
-    ``rate`` is the one that moments and stresses are reckoned with. ``free_travel`` is from rest to yield of the inner
+    ``rate`` is the one that moments and stresses are reckoned with; ``rate_form`` the formula that it was designed by.
+    ``opening_stress`` is at the end of the opening travel, where less is allowed (``codes.OPENING``). ``codes`` has the
+    spring by other codes. ``surge_frequency`` is the coils' own, Hz. ``free_travel`` is from rest to yield of the inner
     fibre, no safety in it. ``arm_stress`` is where an arm meets the coil, ``bend_radius`` that of its bend (None:
     tangent arms have none). ``count`` such springs stand in parallel; every number is of one of them.
     """
@@ -115,6 +149,12 @@ class SpringDesign:
     life: Life | None
     arm_stress: float
     bend_radius: float | None
+    opening_stress: float = 0.0
+    allowed_opening_stress: float = math.inf
+    surge_frequency: float = math.inf
+    codes: tuple[CodeCheck, ...] = ()
+    rate_form: RateForm = "bending"
+    spring_back: float = 1.0
     violations: tuple[Violation, ...] = ()
     count: int = 1
     hand: str = "right"
@@ -136,8 +176,31 @@ class SpringDesign:
 
     @property
     def mandrel_diameter(self) -> float:
-        """Where to begin, m: the coil that is wound on it springs back to the wanted one."""
-        return mandrel_diameter(self.mean_diameter, self.wire_diameter, self.elastic_modulus, self.tensile_strength)
+        """Where to begin, m: the coil that is wound on it springs back to the wanted one.
+
+        The wire flows at its tensile strength, times what wound samples said (``spring_back``).
+        """
+        flow = self.spring_back * self.tensile_strength
+        return mandrel_diameter(self.mean_diameter, self.wire_diameter, self.elastic_modulus, flow)
+
+    @property
+    def stress_range_en(self) -> float:
+        """Stress range over the whole travel with the factor of EN 13906-3 for load that changes, Pa."""
+        moment = self.rate * (self.travel + self.opening_travel)
+        return dynamic_factor(self.index) * 32.0 * moment / (math.pi * self.wire_diameter**3)
+
+    @property
+    def load_points(self) -> tuple[LoadPoint, LoadPoint]:
+        """Two angles at which to measure the torque, T1 and T2, and how far it may be off there.
+
+        T2 at the full travel, T1 at a third of it, where the coils are clear of each other and of friction at rest. The
+        torque is off by the rate's tolerance; angles are counted from where the spring is free.
+        """
+        return (self._load(self.travel / 3.0), self._load(self.travel))
+
+    def _load(self, angle: float) -> LoadPoint:
+        torque = self.rate * angle
+        return LoadPoint(angle, torque, torque * self.tolerance.rate)
 
     @property
     def mandrel_turns(self) -> float:
@@ -159,6 +222,11 @@ class SpringDesign:
             found.append(
                 f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
             )
+        low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
+        found += [
+            f"{check.code} would allow {check.allowed / 1e6:.0f} MPa where it reckons {check.stress / 1e6:.0f} MPa"
+            for check in low
+        ]
         if self.body_coils < 2.0:
             found.append(f"{self.body_coils:.3g} coils are under the 2 from which the theory holds (EN 13906-3)")
         return tuple(found)
@@ -173,11 +241,14 @@ class SpringDesign:
         ratios = ("body_coils", "active_coils", "index", "curvature_factor")
         units = {**dict.fromkeys(lengths, "mm"), **dict.fromkeys(stresses, "MPa"), **dict.fromkeys(angles, "deg")}
         units |= {**dict.fromkeys(rates, "N*m/rad"), **dict.fromkeys(ratios, "1")}
-        units |= {"elastic_modulus": "GPa", "moment": "N*m", "mass": "g", "energy": "J"}
+        units |= dict.fromkeys(("opening_stress", "stress_range_en"), "MPa")
+        units |= {"surge_frequency": "Hz", "elastic_modulus": "GPa", "moment": "N*m", "mass": "g", "energy": "J"}
         values = {name: getattr(self, name) for name in units}
         numbers = {name: quantity(value, units[name]) for name, value in values.items() if value is not None}
         if math.isfinite(self.safety):
             numbers["safety"] = quantity(self.safety, "1")
+        if math.isfinite(self.allowed_opening_stress):
+            numbers["allowed_opening_stress"] = quantity(self.allowed_opening_stress, "MPa")
         return {
             "material": self.material,
             "count": self.count,
@@ -186,6 +257,10 @@ class SpringDesign:
             "leg_lengths": [quantity(length, "mm") for length in self.leg_lengths],
             **numbers,
             **self._lasting(),
+            "rate_formula": RATE_FORMULA[self.rate_form],
+            "codes": [check.as_json() for check in self.codes],
+            "load_points": [point.as_json() for point in self.load_points],
+            "grade": GRADE,
             "stress_relief": stress_relief(self.material),
             "strength_basis": self.strength_basis,
             "strength_source": self.strength_source,
@@ -240,3 +315,5 @@ class SpringTask:
     convention: Convention = "tangent"
     limits: SpringLimits = field(default_factory=SpringLimits)
     hand: str = "right"
+    rate_form: RateForm = "bending"
+    calibration: Calibration = UNCALIBRATED

@@ -17,13 +17,14 @@ from numba.core.types import WrapperAddressProtocol
 
 from synth.arrays import Array
 from synth.compiling import code_cache
+from synth.swing import chain_source
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.known_torque import for_integrator
 from synth.swing.lane_layout import LANES, MOST_MEMORIES, WORKING, Law, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
-MAX_STEPS = 20_000
+MAX_STEPS = 20_000  # of one trajectory; beyond this it is nan. Three links take about 140 a second
 FIRST_STEP = 1e-3  # s
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
 # Modules that the compiled integrator inlines: a change of one compiles it anew.
@@ -349,10 +350,10 @@ def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
     plain = integrator.replace("\nWHOLE = True\n", "\nWHOLE = False\n")
     called = tuple(map(_file_of, CALLED))
     sources = {
-        "chain": Source(f"chain{n}", code_cache.right_hand_side(layout), files[:1]),
+        "chain": Source(f"chain{n}", chain_source.right_hand_side(layout), files[:1]),
         "plain": Source("plain", plain, called[:1]),
-        "torques": Source("torques", code_cache.extra_torques(layout, imports), files),
-        "bearing": Source(f"bearing{n}", code_cache.bearing_forces(layout), files[:1]),
+        "torques": Source("torques", chain_source.extra_torques(layout, imports), files),
+        "bearing": Source(f"bearing{n}", chain_source.bearing_forces(layout), files[:1]),
         "integrator": Source("integrator", integrator, called),
     }
     return Chain(layout, effects, sources)

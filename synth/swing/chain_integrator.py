@@ -14,9 +14,12 @@ from typing import Any
 import numpy as np
 from numba import float64, int64, njit, types, uint64
 
+from synth.compiling.compiled import compiled
 from synth.swing import turning_events
 from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, Layout
 
+# Tableau and dense output of Dormand & Prince 5(4): Hairer, Norsett & Wanner, Solving ODEs I, table II.5.2 and
+# section II.6.
 _C2, _C3, _C4, _C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
 _A21 = 1 / 5
 _A31, _A32 = 3 / 40, 9 / 40
@@ -32,6 +35,7 @@ _D5, _D6, _D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 /
 # nothing else to call and no event to look for. It is compiled in half the time.
 WHOLE = True
 
+# First places of these blocks in the workspace: alike for every number of links.
 _ROTATION, _RATE, _ACCELERATION, _TORQUE = (
     Layout(1).row(block) * LANES for block in ("rotation", "rate", "acceleration", "extra_torque")
 )
@@ -44,6 +48,7 @@ _K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _A, _SLIDES, 
 _PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
 SAME_TIME = 1e-11  # s, by which a step that ends at a knot of the known torque may miss it
 MANY, PATIENCE = 1 << 40, 10  # steps that pass few knots after one with more was refused; more makes no difference
+# How an integration ended.
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
 
 _chain = types.FunctionType(types.void(float64[::1]))
@@ -246,7 +251,7 @@ def _samples(h, t, S, times, i, out, where):  # type: ignore[no-untyped-def]
     return i
 
 
-@njit(_signature, cache=True, **_called)
+@compiled(_signature, **_called)
 def integrate(  # type: ignore[no-untyped-def]
     chain, extra, bearing, again, Z, flat, n, states, active, known, times, limits, max_steps, out, where, S
 ):

@@ -16,6 +16,7 @@ CURVE_POINTS = 12  # points of a damper's torque-speed curve
 MOST_LINKS = 7  # a leg has at most six; an effect may add one. All ones in binary: masked by it, n cannot be negative
 MOST_MEMORIES = 8 * MOST_LINKS  # of effects that are on at once
 ROOMS = 19  # arrays of a state's size that the integrator works in
+# Doubles of the integrator's own array: states and memories in each of its rooms.
 WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
 _ONE_A_JOINT = (

@@ -12,7 +12,7 @@ from synth.validation.comparison_table import percent
 from synth.validation.thesis_data import JOINTS
 
 NEAR = 0.1  # relative difference that needs no word
-ON_BOUND = 0.005
+ON_BOUND = 0.005  # of the box, nearer than which a rate counts as on its bound
 
 
 def found_rates(result: FitResult) -> Array:

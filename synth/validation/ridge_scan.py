@@ -11,7 +11,7 @@ from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
-from synth.fit.uncertainty import correlation_times, root_mean_square
+from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
 from synth.fit.unknowns import all_of
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import Damper, Spring
@@ -51,7 +51,7 @@ def along(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Se
     locals_ = [Local(trial.rotation, trial.rate, bare.sign * (trial.free_angle - common)) for trial in fit.trials]
     spread = np.array([max(item.free_angle_spread.value, SPREAD) for item in joints])
     predictions = [bare.to_rotation(trial.fitted) for trial in fit.trials]
-    noise = root_mean_square(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
+    noise = clipped_rms(recordings, predictions) * np.sqrt(correlation_times(recordings, predictions))
     weights = Weights(np.tile(np.where(np.isfinite(noise), noise, 1.0), (len(recordings), 1)), spread)
     best = float(np.exp(values[j]))
     found: dict[float, Held] = {}

@@ -20,10 +20,10 @@ from synth.validation.explanations import apart, found_rates, inside, on_bounds
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisWay
 
-SLOWER = 2.0
+SLOWER = 2.0  # the thesis' time scale
 START = np.array([[21.356, 1.936, 0.432], [1.5, 0.08, 0.06]])  # its HandOPTD3_IC
-UPPER = np.array([[35.0, 4.0, 1.0], [3.0, 0.3, 0.2]])
-LOWER = np.array([[1.0, 0.1, 0.01], [0.01, 0.001, 0.001]])
+UPPER = np.array([[35.0, 4.0, 1.0], [3.0, 0.3, 0.2]])  # the thesis' search box: springs N m/rad, dampers N m s/rad
+LOWER = np.array([[1.0, 0.1, 0.01], [0.01, 0.001, 0.001]])  # the thesis' search box
 # Releases that count five times as much at a joint: those of the muscles that move it most.
 STRESSED = {
     HIP: ("IP_5", "GS_1", "ST_1", "BFp_1"),

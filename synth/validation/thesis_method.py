@@ -24,13 +24,14 @@ from synth.fit.methods import search_of
 from synth.fit.rate_search import Search
 from synth.fit.recordings import Recording
 from synth.fit.starts import Start
+from synth.fit.uncertainty import root_mean_square
 from synth.motion.characteristics import Characteristics, characteristics
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, static_torque
 
 GRID = 1e-3  # s, on which the thesis adds squares
 FIRST = 0.2  # s, of the transient
-HIP, KNEE, ANKLE = 0, 1, 2
+HIP, KNEE, ANKLE = 0, 1, 2  # columns of the tables
 
 
 @dataclass(frozen=True)
@@ -126,9 +127,8 @@ class ThesisWay:
         return float(self.search.by_joint(rates[:, :, None]).sum())
 
     def rms(self, rates: Array) -> Array:
-        """(3,) rad, over all trials."""
-        errors = [m - r.rotation for m, r in zip(self.motions(rates), self.recordings, strict=True)]
-        return np.asarray(np.sqrt(np.mean(np.concatenate(errors) ** 2, axis=0)))
+        """(3,) rad, the plain root mean square over all trials' counted samples."""
+        return root_mean_square(self.recordings, self.motions(rates))
 
     def mean_errors(self, rates: Array) -> Array:
         """(n_trial, 3) rad, signed mean of model less recording, in measured angles."""

@@ -26,7 +26,8 @@ from bench import engines
 from bench import thesis_leg as thesis
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say, seconds
 from synth.arrays import Array
-from synth.compiling import code_cache, trigonometry
+from synth.compiling import trigonometry
+from synth.swing import chain_source
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.effects import effect_named
 from synth.swing.lane_layout import Layout
@@ -191,7 +192,7 @@ def work(tolerance: float) -> tuple[float, float]:
     """Steps of a lane group, and floating-point operations a trajectory, counted in the generated text."""
     chain = compiled_chain(3)
     sine = operations(ast.parse(inspect.getsource(trigonometry.sine_cosine.py_func)))
-    each = operations(_lane_loop(code_cache.right_hand_side(Layout(3, chain.layout.laws))), sine)
+    each = operations(_lane_loop(chain_source.right_hand_side(Layout(3, chain.layout.laws))), sine)
     steps = []
 
     def counted(*arguments):  # type: ignore[no-untyped-def]

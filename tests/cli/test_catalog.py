@@ -82,7 +82,7 @@ def test_show_knows_wire_by_its_names(name: str, capsys: pytest.CaptureFixture[s
         (["show"], "takes one part"),
         (["show", "6597k1"], "did you mean 6597K21 or 6597K19 or"),
         (["show", "<script>"], 'no part or wire material "<script>"'),
-        (["check", "nowhere.csv"], "nowhere.csv: cannot be read: No such file"),
+        (["check", "nowhere.csv"], "nowhere.csv: does not exist"),
         ([], "required"),
     ],
 )

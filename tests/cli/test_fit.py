@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from page_reader import Page
 from synth.cli import main
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
@@ -37,6 +40,41 @@ def test_fit_json_has_the_public_form(result: Path) -> None:
         assert set(trial) >= {"rms", "free_angle", "rise_time", "damping_ratio", "damped_frequency"}
     assert (result / "report.html").is_file()
     assert (result / "fitted.leg.yaml").is_file()
+
+
+def test_rms_is_the_plain_one_of_the_written_samples_in_json_and_on_the_page(result: Path) -> None:
+    fit = json.loads((result / "fit.json").read_text())
+    words = re.sub(r"\s+", " ", "".join(Page((result / "report.html").read_text()).words))
+    pooled: dict[str, list[np.ndarray]] = {name: [] for name in fit["joints"]}
+    for trial in fit["trials"]:
+        table = np.genfromtxt(
+            result / "responses" / "source" / Path(trial["file"]).name, delimiter=",", names=True, deletechars=""
+        )
+        for name, rms in trial["rms"].items():
+            off = table[f"{name}_measured_[deg]"] - table[f"{name}_fitted_[deg]"]
+            off = off[np.isfinite(off)]
+            assert rms["value"] == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-4)
+            assert f"{rms['value']:.3g}" in words
+            if not trial["held_out"]:
+                pooled[name].append(off)
+    for name, parts in pooled.items():
+        plain = fit["rms"][name]["value"]
+        assert plain == pytest.approx(np.sqrt(np.mean(np.concatenate(parts) ** 2)), rel=1e-4)
+        assert f"{plain:.3g}" in words
+        assert fit["clipped_rms"][name]["value"] <= plain * (1 + 1e-9)
+
+
+def test_initial_rates_are_in_the_sense_of_the_measured_angle(result: Path) -> None:
+    """Against the difference of the first samples, with which a clockwise joint's own rotation would have its sign."""
+    fit = json.loads((result / "fit.json").read_text())
+    for trial in fit["trials"]:
+        for name, rate in trial["initial_rate"].items():
+            recorded = trial["recorded_initial_rate"][name]
+            low, high = recorded["interval90"]
+            assert low - 2 * (high - low) < rate["value"] < high + 2 * (high - low)
+            assert trial["initial_angle"][name]["value"] == pytest.approx(
+                trial["recorded_initial_angle"][name]["value"], abs=1.0
+            )
 
 
 def test_held_out_trials_are_scored_and_marked(result: Path) -> None:

@@ -17,11 +17,11 @@ import pytest
 
 from diagnosis.made_effect import CUBIC_DRAG
 from diagnosis.made_result import made_result
-from synth import effects
 from synth.cli import main
 from synth.diagnosis.result import GapResult
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial
+from synth.swing import effects
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
 TIME = np.arange(120) * 0.01
@@ -149,7 +149,7 @@ def test_a_dry_run_reads_all_and_writes_nothing(
 def test_an_effect_of_the_user_s_takes_part(
     calls: Calls, project: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(effects, "_from_files", {})
+    monkeypatch.setattr(effects, "from_files", {})
     (tmp_path / "cubic.py").write_text(CUBIC_DRAG)
     path = project()
     command = ["-q", "gap", str(path), "--effect", str(tmp_path / "cubic.py"), "--out", str(tmp_path / "out")]

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from diagnosis.made_effect import CUBIC_DRAG
-from synth import effects
 from synth.cli import main
 from synth.files.leg_file import read_leg, write_leg
+from synth.swing import effects
 from synth.swing.chain import simulate
+from synth.swing.effects.users_own import load_file
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
@@ -165,9 +166,9 @@ def test_an_effect_of_the_user_s_is_found_beside_the_built_in_ones(
     pendulum: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Drag by the cube of speed is found, and known to be one with drag by a free power of speed."""
-    monkeypatch.setattr(effects, "_from_files", {})
+    monkeypatch.setattr(effects, "from_files", {})
     (tmp_path / "cubic.py").write_text(CUBIC_DRAG)
-    effects.load_file(tmp_path / "cubic.py")
+    load_file(tmp_path / "cubic.py")
     drag = {"cubic_drag": {"strength": 0.004}}
     folder = pendulum("own", built=NOMINAL.with_joints(hinge={"effects": drag}))
     command = ["-q", "gap", str(folder / "gap.yaml"), "--effect", str(tmp_path / "cubic.py")]

@@ -87,7 +87,7 @@ def test_the_table_shows_what_the_file_has(capsys: pytest.CaptureFixture[str]) -
 
 def test_no_spring_says_why_and_what_can_be_made(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--rate", "79 N*m/rad", "--travel", "45 deg", "--max-outer-diameter", "60 mm"]
-    assert main(["spring", *words]) == 0
+    assert main(["spring", *words]) == 1
     shown = capsys.readouterr().out
     assert shown.startswith("No single spring of music wire gives 79 N*m/rad over 45 deg")
     content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
@@ -121,7 +121,14 @@ def test_the_folder_holds_solid_and_sheet(capsys: pytest.CaptureFixture[str]) ->
     capsys.readouterr()
     out = Path("out/spring")
     visible = sorted(path.name for path in out.iterdir() if not path.name.startswith("."))
-    assert visible == ["spring.json", "spring.step", "spring.stl", "winding_sheet.html", "winding_sheet.txt"]
+    assert visible == [
+        "request_for_quotation.dxf",
+        "spring.json",
+        "spring.step",
+        "spring.stl",
+        "winding_sheet.html",
+        "winding_sheet.txt",
+    ]
     assert not Path("spring.json").exists()
     made = json.loads((out / "spring.json").read_text(encoding="utf-8"))["make"]
     d, mean = made["wire_diameter"]["value"], made["mean_diameter"]["value"]
@@ -180,7 +187,7 @@ def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
         ([*WISH, "--json", "/proc/spring.json"], "/proc/spring.json: cannot be written"),
         ([*WISH, "--json", "."], ".: exists and is no result"),
         ([*WISH, "--out", "/proc/spring"], "/proc/spring: cannot be written"),
-        ([*WISH, "--catalog", "my.csv"], "my.csv: cannot be read"),
+        ([*WISH, "--catalog", "my.csv"], "my.csv: does not exist"),
         (["--rate", "1 N*m/rad", "--travel", "20 deg", "--included-angle", "359 deg", "--out", "o"], "cannot be drawn"),
         (["--wire-diameter", "2 mm", "--mean-diameter", "1 mm", "--coils", "4", "--travel", "1 deg"], "no coil has"),
         (["--wire-diameter", "9 m", "--mean-diameter", "90 m", "--coils", "4", "--travel", "1 deg"], "no strength"),
@@ -261,3 +268,74 @@ def test_hand_and_sense_that_contradict_each_other(capsys: pytest.CaptureFixture
 )
 def test_what_lasting_may_not_ask(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
     assert any(line.startswith(message) for line in problems(capsys, *WISH, *words))
+
+
+def test_the_handbooks_rate_formula_can_be_chosen() -> None:
+    plain, friction = (spring(*WISH, "--rate-formula", formula)["make"] for formula in ("64", "10.8"))
+    for made, used in ((plain, "rate_bending_form"), (friction, "rate_friction_form")):
+        assert value(made["rate"], "N*m/rad") == pytest.approx(value(made[used], "N*m/rad"))
+    assert friction["rate_formula"] == "10.8"
+
+
+def test_material_names_are_read_in_any_case() -> None:
+    assert spring(*WISH, "--material", "Music Wire")["make"] == spring(*WISH)["make"]
+
+
+def test_a_request_for_quotation_has_what_a_maker_needs(tmp_path: Path) -> None:
+    import ezdxf
+
+    assert main(["spring", "-q", *WISH, "--out", str(tmp_path / "s")]) == 0
+    made = json.loads((tmp_path / "s" / "spring.json").read_text(encoding="utf-8"))["make"]
+    space = ezdxf.readfile(tmp_path / "s" / "request_for_quotation.dxf").modelspace()
+    circles = sorted(2 * item.dxf.radius for item in space.query("CIRCLE"))
+    mean, wire = value(made["mean_diameter"], "mm"), value(made["wire_diameter"], "mm")
+    assert circles == pytest.approx([mean - wire, mean, mean + wire])
+    words = "\n".join(item.dxf.text for item in space.query("TEXT"))
+    assert all(part in words for part in ("REQUEST FOR QUOTATION", "T1:", "T2:", "Rate:", "DIN 2194", "hand"))
+    assert len(space.query("DIMENSION")) == 5
+
+
+def test_wound_samples_correct_mandrel_and_rate(tmp_path: Path) -> None:
+    """Samples that were made with a flow stress of 0.9 of the strength and a rate 4 % under the formula."""
+    from synth.parts.catalogs import Catalogue
+    from synth.parts.coil_rate import rate
+    from synth.spring.winding import mandrel_diameter, turns_on_mandrel
+
+    wire = Catalogue.load().find_material("music")
+    lines = ["mandrel [mm],wire [mm],turns [1],coils [1],rate [N*mm/rad]"]
+    for d, mean, coils in ((2e-3, 20e-3, 5.25), (1.5e-3, 12e-3, 6.25), (2e-3, 15e-3, 4.25)):
+        known = wire.properties(d)
+        mandrel = mandrel_diameter(mean, d, known.elastic_modulus, 0.9 * known.strength.value)
+        turns = turns_on_mandrel(mean, d, coils, mandrel)
+        measured = 0.96 * rate(known.elastic_modulus, d, mean, coils)
+        lines.append(f"{mandrel * 1e3},{d * 1e3},{turns},{coils},{measured * 1e3}")
+    table, found = tmp_path / "samples.csv", tmp_path / "calibration.json"
+    table.write_text("\n".join(lines) + "\n")
+    assert main(["spring", "-q", "calibrate", str(table), "--json", str(found)]) == 0
+    content = json.loads(found.read_text())
+    assert value(content["spring_back"], "1") == pytest.approx(0.9, abs=1e-6)
+    assert value(content["rate"], "1") == pytest.approx(0.96, abs=1e-9)
+    before, after = spring(*WISH)["make"], spring(*WISH, "--calibration", str(found))["make"]
+    d, mean = (value(after[name], "mm") for name in ("wire_diameter", "mean_diameter"))
+    coils = value(after["active_coils"], "1")
+    formula = value(after["elastic_modulus"], "GPa") * 1e3 * d**4 / (64 * mean * coils) * 1e-3
+    assert value(after["rate"], "N*m/rad") == pytest.approx(0.96 * formula)
+    assert value(after["rate"], "N*m/rad") == pytest.approx(value(before["rate"], "N*m/rad"))
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("10,2,5,5.25,abc", "is not a number"),
+        ("10,2,,5.25,", "neither turns"),
+        (",2,5,5.25,", "no mandrel"),
+    ],
+)
+def test_a_sample_that_cannot_be_is_told_with_its_line(
+    line: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = tmp_path / "samples.csv"
+    table.write_text(f"mandrel [mm],wire [mm],turns [1],coils [1],rate [N*mm/rad]\n{line}\n")
+    (message,) = problems(capsys, "calibrate", str(table))
+    assert f"{table}:2" in message
+    assert said in message

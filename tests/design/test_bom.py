@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from synth.design import bom
-from synth.design.bom import defused, write_bom
+from synth.design.bom import write_bom
+from synth.files.text_forms import defused
 
 
 @pytest.mark.parametrize("cell", ["=cmd|' /C calc'!A0", "+1", "-2", "@SUM(A1)", "\t=1", "  =1", "|x", "%x", "\n=1"])

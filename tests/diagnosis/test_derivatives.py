@@ -13,7 +13,7 @@ from synth.diagnosis.candidates import Candidate, candidates, scales
 from synth.diagnosis.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.gap_trials import GapTrial, gap_trial
 from synth.diagnosis.predict import Block, Predictor
-from synth.diagnosis.solve import Fit, Normal, Workbench
+from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.tolerances import Tolerance, Tolerances
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
@@ -101,16 +101,16 @@ def close(found: Array, expected: Array, counts: Array, share: float) -> None:
 @pytest.mark.parametrize("number", range(len(CONDITIONS)))
 def test_tolerances_columns_are_finite_differences_of_simulations(number: int) -> None:
     fit = started()
-    part = BENCH.frame(fit).parts[number]
+    part = BENCH.frame(fit).trials[number]
     for index in range(TOLERANCES.size):
         expected = slope(fit, number, index, 0.02)
-        close(unwhitened(number, part.tolerance[:, index]), expected, TRIALS[number].counts, 0.01)
+        close(unwhitened(number, part.common[:, index]), expected, TRIALS[number].counts, 0.01)
 
 
 @pytest.mark.parametrize("number", range(len(CONDITIONS)))
 def test_states_columns_are_finite_differences_of_simulations(number: int) -> None:
     fit, trial = started(), TRIALS[number]
-    part = BENCH.frame(fit).parts[number]
+    part = BENCH.frame(fit).trials[number]
     columns = part.q @ part.r
     rows = [*trial.free, *[2 + j for j in trial.free]]
     for column, row in enumerate(rows):
@@ -165,7 +165,7 @@ def test_a_trial_left_out_is_as_if_it_had_not_been_there() -> None:
     """The closed form against a fit of the other trials."""
     fit = at_its_best(BENCH)
     assert fit.frame is not None
-    step = Normal.of(BENCH, fit, fit.frame).without(2)
+    step = BENCH.normal(fit).without(2)
     others = [number for number in range(len(TRIALS)) if number != 2]
     less = replace(BENCH, trials=tuple(TRIALS[number] for number in others))
     again = at_its_best(less)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from diagnosis.swung import TWO, off, recorded, with_effects
+from synth.diagnosis import influence
 from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.search import Assessed
+from synth.diagnosis.solve import Workbench
 from synth.files.gap_project import Tolerance
 
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}
@@ -29,3 +34,23 @@ def test_where_all_recordings_say_the_same_none_is_named() -> None:
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), FRICTION), seed=2), Tolerance())
     assert result.verdict == "effect"
     assert not [text for text in result.warnings if "hangs on" in text]
+
+
+def test_only_the_recordings_that_count_for_most_are_left_out_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where each recording seems to turn the verdict, a fit without each would take hours of two hundred."""
+    refits: list[int] = []
+
+    def refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Assessed]:
+        refits.append(out)
+        return list(found)
+
+    monkeypatch.setattr(influence, "_refitted", refitted)
+    monkeypatch.setattr(influence, "_differs", lambda judged, again: True)
+    built = with_effects(off(TWO, 4), FRICTION)
+    trials = [trial for seed in range(3) for trial in recorded(built, seed=seed)]
+    assert len(trials) > 2 * influence.MOST_REFITTED - 1
+    named = [replace(trial, name=f"{k}.csv") for k, trial in enumerate(trials)]
+    result = diagnose(TWO, named, Tolerance())
+    assert len(refits) == influence.MOST_REFITTED
+    (open_,) = [text for text in result.warnings if "may hang on each of" in text]
+    assert all(f"{out}.csv" not in open_.replace(",", " ").split() for out in refits)

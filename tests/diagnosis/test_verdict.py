@@ -126,3 +126,48 @@ def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
     asked = [98.0 + 3.0 * FRICTION.size, 99.5 + 3.0 * OFFSET.size]  # cost with what its unknowns must earn
     odds = [0.25 * np.exp(-(cost - 100.0) / 5.0) for cost in asked]
     assert weights[0] == pytest.approx(0.3 / (0.3 + sum(odds)))
+
+
+def test_weights_are_the_closed_form_of_prior_and_cost() -> None:
+    """Prior times exp(-(cost + price per unknown) / temperature), the prior of singles shared among them."""
+    hypotheses = [NONE, assessed(996.0, 4.9, FRICTION), assessed(999.0, 4.9, OFFSET)]
+    c = CALIBRATED
+    expected = np.array(
+        [
+            c.none * np.exp(-1000.0 / c.temperature + 990.0 / c.temperature),
+            c.single / 2 * np.exp(-(996.0 + FRICTION.size * c.per_parameter - 990.0) / c.temperature),
+            c.single / 2 * np.exp(-(999.0 + OFFSET.size * c.per_parameter - 990.0) / c.temperature),
+        ]
+    )
+    np.testing.assert_allclose(weigh(hypotheses, c), expected / expected.sum())
+
+
+def test_an_unknown_is_as_likely_as_not_at_its_stated_share() -> None:
+    """The best single cause leaves exactly ``left`` of the squared gap: even odds before the least doubt is added."""
+    c = CALIBRATED
+    gap = 4.5
+    none = assessed(1000.0, np.sqrt(1.0 + (gap**2 - c.clean**2) / c.left))
+    judged = judge(Search(none, (assessed(10.0, gap, FRICTION),), ()))
+    assert judged.unknown == pytest.approx(1.0 - 0.5 * (1.0 - c.doubt), abs=0.02)
+    assert judged.verdict == "unknown"
+
+
+@pytest.mark.parametrize("ratio", [1.01, 1.5, 2.5, 4.0, 30.0])
+@pytest.mark.parametrize("second", [0.5, 3.0, 20.0])
+def test_probabilities_are_probabilities(ratio: float, second: float) -> None:
+    """With ``none`` and ``unknown`` the single causes never sum to more than 1, whichever hypothesis is heaviest."""
+    singles = (assessed(100.0, ratio, FRICTION), assessed(100.0 + second, ratio, OFFSET), SINGLES[2])
+    judged = judge(Search(NONE, singles, (assessed(99.0, ratio, FRICTION, DRAG),)))
+    odds = [p for _, p in judged.singles]
+    assert all(0.0 <= p <= 1.0 for p in [*odds, judged.none, judged.unknown])
+    if len(judged.accepted.keys) < 2:
+        assert sum(odds) + judged.none + judged.unknown <= 1.0 + 1e-12
+    assert sum(weight for _, weight in judged.weighed) == pytest.approx(1.0)
+
+
+def test_two_alike_are_a_tie_and_far_ones_are_not() -> None:
+    near = (assessed(100.0, 1.0, FRICTION), assessed(100.0 + 0.5 * CALIBRATED.temperature, 1.0, DRAG))
+    far = (near[0], assessed(100.0 + 9 * CALIBRATED.temperature, 1.0, DRAG))
+    assert DRAG.size == FRICTION.size
+    assert judge(Search(NONE, near, ())).verdict == "tie"
+    assert judge(Search(NONE, far, ())).verdict == "effect"

@@ -19,7 +19,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.errors import UserError
-from synth.files import output
+from synth.files import text_forms
 from synth.files.output import output_folder, sha256_file, write_csv, write_json
 from synth.files.result_values import read_design, read_fit, read_result, value_in_si
 
@@ -94,7 +94,7 @@ def test_the_old_run_comes_back_if_the_rename_fails(tmp_path: Path, monkeypatch:
         return rename(self, to)
 
     monkeypatch.setattr(Path, "rename", failing)
-    with pytest.raises(PermissionError), output_folder(target) as folder:
+    with pytest.raises(UserError, match="denied"), output_folder(target) as folder:
         (folder / "fit.json").write_text("2")
     monkeypatch.undo()
     assert names(tmp_path) == ["out"]
@@ -214,7 +214,7 @@ json_values = st.recursive(
 
 @given(json_values)
 def test_any_json_reads_back_to_ten_digits(value: object) -> None:
-    text = output._json(output._plain(value, ""), 0)
+    text = text_forms.json_text(text_forms.plain(value, ""), 0)
     assert json.loads(text) == _rounded(value)
 
 

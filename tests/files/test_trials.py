@@ -366,3 +366,42 @@ def test_real_recordings() -> None:
     assert len(read_trials(["joint_tests/*.csv"], dog, read_leg(dog / "dog_built.leg.yaml"))) == 36
     first = next(trial for trial in trials if trial.name == "releases/IP_5.csv")
     assert np.degrees(first.angles[0]) == pytest.approx([94.2190, 140.3925, 150.4109])
+
+
+def several(folder: Path, change: Callable[[np.ndarray], np.ndarray]) -> list[Problem]:
+    """What is wrong with four recordings, of which one was changed."""
+    for k in range(4):
+        values = np.column_stack([np.arange(60) * 1e-3, np.full(60, 95.0 + k), np.full(60, 150.0 - 2 * k)])
+        values[:, 1:] += np.linspace(0, 20, 60)[:, None]
+        values = change(values) if k == 1 else values
+        rows = [",".join(f"{cell:.6g}" for cell in row) for row in values]
+        put(folder, csv_text(rows=rows), f"{k}.csv")
+    try:
+        read_trials(["*.csv"], folder, LEG)
+    except UserError as error:
+        return error.problems
+    return []
+
+
+def test_one_recording_in_milliseconds_or_with_exchanged_columns_is_named(tmp_path: Path) -> None:
+    assert several(tmp_path, lambda values: values) == []
+    (slow,) = several(tmp_path, lambda values: values * [1000.0, 1.0, 1.0])
+    assert (slow.file, slow.key) == ("1.csv", "time [s]")
+    (slow,) = several(tmp_path, lambda values: values * [200.0, 1.0, 1.0])
+    assert slow.file == "1.csv"
+    assert "200 times what the other recordings have (0.001 s)" in slow.text
+    (swapped,) = several(tmp_path, lambda values: values[:, [0, 2, 1]])
+    assert swapped.file == "1.csv"
+    assert "the columns of hip and knee look exchanged" in swapped.text
+
+
+def test_angles_that_only_lie_elsewhere_are_no_mistake(tmp_path: Path) -> None:
+    assert several(tmp_path, lambda values: values + np.array([0.0, 30.0, 0.0])) == []
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e-6, 1e3])
+def test_a_clock_that_no_recorder_has_is_refused(tmp_path: Path, factor: float) -> None:
+    rows = [f"{i * 0.01 * factor:.12g},{90 + i},{150 - i}" for i in range(10)]
+    (problem,) = refused(tmp_path, csv_text(rows=rows))
+    assert "Is the time in another unit?" in problem.text
+    assert problem.key == "time [s]"

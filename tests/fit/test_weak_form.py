@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, recorded, releases, robot
+from fit.simulated_legs import DAMPER, RELEASES, SPRING, Rig, bare, recorded, release, releases, robot
 from peers.mujoco_leg import simulate_states
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording
@@ -84,6 +84,20 @@ def test_a_known_torque_is_taken_into_account() -> None:
     assert misses(weak_form(bare(leg), recorded(leg, trials))).max() < 2e-3
     untold = [replace(trial, torques=None) for trial in trials]
     assert misses(weak_form(bare(leg), recorded(leg, untold))).max() > 0.02
+
+
+@pytest.mark.parametrize(
+    ("own_tilt", "tilt", "tip_mass"),
+    [(0.4, 0.0, 0.0), (0.0, -0.5, 0.0), (0.3, 0.2, 0.0), (0.0, 0.0, 0.25), (0.3, -0.6, 0.1)],
+)
+def test_a_tilted_base_and_a_tip_mass_are_taken_into_account(own_tilt: float, tilt: float, tip_mass: float) -> None:
+    """MuJoCo tilts its first body and has the mass in its last link; without them the estimate is far off."""
+    leg = replace(robot(), tilt=own_tilt)
+    generator = np.random.default_rng(0)
+    trials = [release(leg, away, generator, SILENT, tilt=tilt, tip_mass=tip_mass) for away in RELEASES[:4]]
+    assert misses(weak_form(bare(leg), recorded(leg, trials))).max() < 2.5e-3
+    forgotten = [replace(trial, tilt=0.0, tip_mass=0.0) for trial in trials]
+    assert misses(weak_form(bare(replace(leg, tilt=0.0)), recorded(replace(leg, tilt=0.0), forgotten))).max() > 0.05
 
 
 def test_a_hole_in_the_recording_is_left_out_not_bridged() -> None:

@@ -58,6 +58,47 @@ def test_one_steady_speed_cannot_tell(runs: Path, tmp_path: Path, capsys: pytest
     assert "vary the voltage" in capsys.readouterr().err
 
 
+def exchanged(runs: Path, folder: Path, which: list[str]) -> list[str]:
+    """The command that identifies the runs, in some of which voltage and current are exchanged."""
+    for path in sorted(runs.glob("run_*.csv")):
+        values = np.loadtxt(path, delimiter=",", skiprows=1)
+        if path.name in which:
+            values = values[:, [0, 2, 1, 3]]
+        write(folder / path.name, "time [s],voltage [V],current [A],speed [rad/s]", values)
+    (folder / "p.yaml").write_text("kind: hopper-motor\ngear_ratio: 150.58\nruns: [run_*.csv]\n")
+    return ["-q", "hopper", str(folder / "p.yaml"), "--out", str(folder / "o")]
+
+
+@pytest.mark.parametrize("which", ["run_2.csv", "run_4.5.csv"])
+def test_a_run_with_exchanged_columns_is_named(
+    runs: Path, tmp_path: Path, which: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(exchanged(runs, tmp_path, [which])) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"synth: {which}: the constants of the other runs miss")
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "o").exists()
+
+
+def test_runs_that_all_have_exchanged_columns_are_of_no_motor(
+    runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(exchanged(runs, tmp_path, [path.name for path in runs.glob("run_*.csv")])) == 2
+    assert "no motor has back emf -" in capsys.readouterr().err
+
+
+def test_a_clock_in_another_unit_is_refused(runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = exchanged(runs, tmp_path, [])
+    for factor, words in ((1e-9, "the samples are 5e-13 s apart"), (1e3, "its samples are 0.1 s apart, 1e+03 times")):
+        values = np.loadtxt(runs / "run_3.csv", delimiter=",", skiprows=1)
+        values[:, 0] *= factor
+        write(tmp_path / "run_3.csv", "time [s],voltage [V],current [A],speed [rad/s]", values)
+        assert main(command) == 2
+        text = capsys.readouterr().err
+        assert "run_3.csv:1: time" in text
+        assert words in text
+
+
 @pytest.fixture(scope="module")
 def pulls(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("pulls")

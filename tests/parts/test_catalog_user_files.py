@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -128,13 +129,16 @@ def test_files_that_are_no_catalogue(tmp_path: Path) -> None:
     binary.write_bytes(b"part,rate [N*m/rad]\n\xff\xfe\x00,1\n")
     unclosed = _file(tmp_path, 'part,rate [N*m/rad]\n"A1,1\n', "unclosed.csv")
     headers = _file(tmp_path, "part,rate [N*m/rad]\n", "headers.csv")
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
     for path, text in (
         (empty, "is empty"),
         (binary, "not UTF-8"),
         (unclosed, "well-formed"),
         (headers, "no rows"),
-        (tmp_path / "missing.csv", "cannot be read"),
-        (tmp_path, "cannot be read"),
+        (tmp_path / "missing.csv", "does not exist"),
+        (tmp_path, "is a folder"),
+        (pipe, "is not a regular file"),
     ):
         assert text in _problems(path)[0].text, path
 

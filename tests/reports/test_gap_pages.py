@@ -22,6 +22,7 @@ from page_reader import check_words, drawings, page_of
 from reports import quantities, write_gap_report
 from reports.figures import missing_torque
 from reports.figures.missing_torque import Cloud, binned, missing_torque_figure, quantile
+from reports.figures.named_laws import law_of
 from reports.reading import Table
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_where import error_over_time
@@ -147,12 +148,12 @@ def test_the_page_needs_nothing_outside_itself_and_its_words_fit(written: Folder
     html, page = page_of(folder / "report.html")
     assert all(link.startswith("#") and link[1:] in page.ids for link in page.links)
     assert not page.sources
-    assert not re.search(r"url\(|@import|https?://", html)
+    assert not re.search(r"url\(|@import|https?://", re.sub(r"<script>.*?</script>", "", html, flags=re.S))
     found = drawings(html)
     joints = len(effect.leg.joints)
     drawn = joints + joints + joints * 4  # torque a joint, error over time, two trials with their errors
-    # six shares, candidates, errors, menu, nine swatches, the worst joint and its error in the opening
-    assert len(found) == drawn + 6 + 1 + 1 + 1 + 9 + 2
+    # six shares, candidates, errors, menu, ten swatches, the worst joint and its error in the opening
+    assert len(found) == drawn + 6 + 1 + 1 + 1 + 10 + 2
     check_all(html)
 
 
@@ -270,6 +271,61 @@ def test_nothing_is_drawn_outside_the_axes(seed: int, outliers: int, far: float)
     assert x.max() <= missing_torque.WIDTH - missing_torque.RIGHT + 0.1
     assert y.min() >= missing_torque.TOP - 0.1
     assert y.max() <= missing_torque.HEIGHT - missing_torque.BOTTOM + 0.1
+
+
+def test_single_causes_stand_beside_the_trial_switched_off(written: Folder, effect: GapResult) -> None:
+    trials = [
+        replace(t, alone={"coulomb_friction @ knee": t.after, "backlash @ hip": t.before}) if t.scored else t
+        for t in effect.trials
+    ]
+    folder = written(replace(effect, trials=tuple(trials)))
+    columns = columns_of(folder / "alone" / "check_7.csv")
+    np.testing.assert_allclose(
+        columns["knee with coulomb_friction @ knee [deg]"], np.degrees(effect.trials[-1].after[:, 1]), rtol=1e-9
+    )
+    assert sorted(path.name for path in (folder / "alone").iterdir()) == ["check_6.csv", "check_7.csv"]
+    html, page = page_of(folder / "report.html")
+    assert 'data-curve="backlash @ hip" style="display:none"' in html
+    assert "coulomb friction, knee alone (" in page.text
+    check_all(html)
+
+
+@pytest.mark.parametrize(
+    ("effect_name", "parameters", "column", "at", "torque"),
+    [
+        ("coulomb_friction", {"torque": 0.05, "presliding": 0.01}, "speed", -3.0, 0.05),
+        ("stribeck_friction", {"torque": 0.1, "fall": 0.6, "speed": 1.0}, "speed", 1e-6, -0.1),  # breakaway
+        ("stribeck_friction", {"torque": 0.1, "fall": 0.6, "speed": 1.0}, "speed", 50.0, -0.04),
+        ("quadratic_damping", {"coefficient": 0.2, "exponent": 2.0, "speed": 1.0}, "speed", -3.0, 1.8),
+        (
+            "hardening_spring",
+            {"stiffening": 0.4, "exponent": 3.0, "reach": 1.0, "onset": 0.0},
+            "deflection",
+            0.5,
+            -0.05,
+        ),
+    ],
+)
+def test_a_named_law_is_its_effect_s_formula(
+    effect_name: str, parameters: dict[str, float], column: str, at: float, torque: float
+) -> None:
+    law = law_of(effect_name, parameters, column)
+    assert law is not None
+    assert law(at) == pytest.approx(torque, rel=1e-9)
+
+
+def test_an_effect_that_is_no_law_of_speed_has_no_curve() -> None:
+    assert law_of("coulomb_friction", {"torque": 0.05}, "deflection") is None
+    assert law_of("backlash", {"gap": 0.05}, "speed") is None
+    assert law_of("stribeck_friction", {"torque": 0.1}, "speed") is None  # a number is missing
+
+
+def test_the_named_law_lies_on_the_missing_torque(written: Folder, effect: GapResult) -> None:
+    html, page = page_of(written(effect) / "report.html")
+    assert "law of the named effect" in page.text
+    knee = re.search(r"<title>knee: torque that the nominal leg lacks.*?</svg>", html)
+    assert knee
+    assert knee.group(0).count('stroke-dasharray="7 3"') == 1  # against speed; friction is no law of deflection
 
 
 def test_error_over_time_is_a_root_mean_square_over_trials() -> None:

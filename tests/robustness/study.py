@@ -16,7 +16,7 @@ from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_result import Estimate, FitResult
 from synth.fit.recordings import Recording, recordings
-from synth.fit.uncertainty import root_mean_square
+from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
 from synth.motion.release import find_release, free_after
 
@@ -114,7 +114,7 @@ def _over_truth(case: Case, result: FitResult, made: list[Recording]) -> float:
     ours = [
         np.where(r.counts, case.leg.to_rotation(t.fitted), r.rotation) for r, t in zip(made, result.trials, strict=True)
     ]
-    own, true = (np.log(root_mean_square(made, predictions)) for predictions in (ours, truth))
+    own, true = (np.log(clipped_rms(made, predictions)) for predictions in (ours, truth))
     return round(float(np.mean(own - true)), 5)
 
 

@@ -56,7 +56,7 @@ class TestFatigue:
         assert often.life is not None
         assert once.life.factor_1e6 < 1.0 <= often.life.factor_1e6
         assert often.wire_diameter > once.wire_diameter
-        assert "may break before" in " ".join(once.warnings)
+        assert once.life.factor_1e5 >= 1.0  # what a spring is designed for where nothing is asked
         assert often.warnings == ()
 
     def test_the_binding_limit_is_named_and_a_smaller_travel_that_lasts(self, catalogue: Catalogue) -> None:

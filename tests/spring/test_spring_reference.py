@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import active_coils, energy, rate
-from synth.spring import arms, fatigue, space, stress
+from synth.spring import arms, codes, fatigue, space, stress
 
 INCH = 0.0254
 PSI = 6894.757293168
@@ -267,3 +268,35 @@ class TestStandard:
         length = load_radius - mean / 2
         cantilever = length**3 / (3.0 * load_radius**2) / (math.pi * mean * coils)
         assert arms.flexibility_radial(load_radius, mean, coils) == pytest.approx(cantilever, rel=1e-12)
+
+
+def test_the_coils_own_frequency_is_that_of_a_chain_of_turning_pieces() -> None:
+    """The wire as 400 pieces that turn about the coil's axis against bending springs, both ends held."""
+    d, mean, coils, modulus, density = 2e-3, 20e-3, 5.0, 196.5e9, 7850.0
+    n, length = 400, math.pi * mean * coils
+    piece = length / n
+    stiffness = modulus * math.pi * d**4 / 64.0 / piece
+    inertia = density * math.pi * d**2 / 4.0 * piece * (mean / 2.0) ** 2
+    matrix = stiffness / inertia * (2 * np.eye(n - 1) - np.eye(n - 1, k=1) - np.eye(n - 1, k=-1))
+    lowest = math.sqrt(np.linalg.eigvalsh(matrix)[0]) / math.tau
+    assert codes.surge_frequency(d, mean, coils, modulus, density) == pytest.approx(lowest, rel=1e-4)
+    # The handbooks' form for steel, 1260 d / (pi D^2 N) in metres, has sqrt(E / rho) = 5040 m/s.
+    assert codes.surge_frequency(d, mean, coils, 5040.0**2 * density, density) == pytest.approx(
+        1260.0 * d / (math.pi * mean**2 * coils)
+    )
+
+
+def test_codes_hold_each_stress_against_its_own_allowance() -> None:
+    """Shigley example 10-8's coil: Ki 1.1146; handbook (4C-1)/(4C-4); EN none. q of EN 13906-3 at w = 10: 1.0886."""
+    d, mean = 1.829e-3, 13.252e-3
+    wire = Catalogue.load().find_material("music").properties(d)
+    found = {check.code: check for check in codes.code_checks(wire.allowables, 0.85, d, mean)}
+    plain = 32 * 0.85 / (math.pi * d**3)
+    index = mean / d
+    assert found["Shigley"].stress / plain == pytest.approx(1.114562, rel=1e-4)
+    assert found["spring makers' handbook"].stress / plain == pytest.approx((4 * index - 1) / (4 * index - 4))
+    assert found["EN 13906-3"].stress == pytest.approx(plain)
+    # EN 10270-1 SH at 1.829 mm: 2220 - 820 log10(1.829) = 2005 MPa, of it 70 %
+    assert found["EN 13906-3"].allowed == pytest.approx(0.7 * (2220 - 820 * math.log10(1.829)) * 1e6, rel=1e-6)
+    assert codes.dynamic_factor(10.0) == pytest.approx(10.07 / 9.25)
+    assert pytest.approx(70.0 / 85.0) == codes.OPENING

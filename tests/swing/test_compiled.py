@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import linecache
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numba import njit
 
+from synth.cache import cache_folder
 from synth.compiling import code_cache
+from synth.compiling.compiled import KeptCode
 from synth.compiling.trigonometry import sine_cosine
+from synth.errors import UserError
 from synth.swing.lane_layout import MOST_LINKS, Law, Layout
 
 
@@ -45,19 +51,16 @@ print(float(simulate(leg, [0.01], [0.0], [0.0, 3.141592653589793], tolerance=1e-
     environment = os.environ | {"SYNTH_CACHE": str(tmp_path / "new" / "cache")}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     assert float(done.stdout) == pytest.approx(-0.01, abs=1e-6)  # half a period of 2 pi s
-    written = list((tmp_path / "new" / "cache").iterdir())
-    sources = sorted(path.name.split("_")[1] for path in written if path.suffix == ".py")
-    assert sources == ["chain1", "plain"]  # a leg without effects needs no more
-    compiled = [path for path in (tmp_path / "new" / "cache" / "__pycache__").iterdir() if path.suffix == ".nbc"]
-    assert len(compiled) == 2
+    kept = sorted(path.name.split("_")[1] for path in (tmp_path / "new" / "cache" / "code").iterdir())
+    assert kept == ["chain1", "plain"]  # a leg without effects needs no more
 
 
 def test_cache_folder_is_the_named_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYNTH_CACHE", str(tmp_path / "a"))
-    assert code_cache.cache_folder() == tmp_path / "a"
+    assert cache_folder() == tmp_path / "a"
     monkeypatch.delenv("SYNTH_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "b"))
-    assert code_cache.cache_folder() == tmp_path / "b" / "synth"
+    assert cache_folder() == tmp_path / "b" / "synth"
 
 
 @pytest.fixture
@@ -71,20 +74,17 @@ def unwritable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_an_unwritable_cache_falls_back_to_a_private_folder(unwritable: Path) -> None:
-    folder = code_cache.cache_folder()
+    folder = cache_folder()
     assert folder.parent == unwritable
     assert folder.stat().st_mode & 0o077 == 0
-    module = code_cache.load("probe", "answer = 42\n")
-    assert module.answer == 42
-    assert Path(str(module.__file__)).parent == folder
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no user numbers on this system")
 def test_a_fallback_of_another_user_is_not_trusted(unwritable: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stranger = os.getuid() + 1
     monkeypatch.setattr(os, "getuid", lambda: stranger)
-    with pytest.raises(PermissionError, match="SYNTH_CACHE"):
-        code_cache.cache_folder()
+    with pytest.raises(UserError, match="SYNTH_CACHE"):
+        cache_folder()
 
 
 def test_code_is_loaded_once_and_anew_when_text_or_dependency_change(
@@ -100,12 +100,81 @@ def test_code_is_loaded_once_and_anew_when_text_or_dependency_change(
     assert code_cache.load("probe", "answer = 1\n", (needed,)) is not first
 
 
-def test_a_broken_file_in_the_cache_is_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+PROBE = """
+from synth.compiling.compiled import compiled
+
+@compiled("float64(float64)")
+def twice(x):
+    return 2.0 * x
+"""
+
+
+def compiled_probe(folder: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch) -> float:
+    """The probe's answer from a module loaded anew; each compilation is counted."""
+    monkeypatch.setenv("SYNTH_CACHE", str(folder))
+    kept = KeptCode.save_overload
+
+    def counting(self: KeptCode, sig: object, cres: object) -> None:
+        counted.append(self._name)
+        kept(self, sig, cres)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(KeptCode, "save_overload", counting)
+        module = code_cache.load("probe", PROBE)
+        del sys.modules[module.__name__]
+    return float(module.twice(21.0))
+
+
+def replaced(path: Path, data: bytes) -> None:
+    path.unlink()
+    path.write_bytes(data)
+    path.chmod(0o600)
+
+
+DAMAGE: dict[str, Callable[[Path], object]] = {
+    "cut": lambda path: replaced(path, path.read_bytes()[:100]),
+    "emptied": lambda path: replaced(path, b""),
+    "a bit turned": lambda path: replaced(path, path.read_bytes()[:-9] + b"\0" + path.read_bytes()[-8:]),
+    "no seal": lambda path: replaced(path, pickle.dumps(print)),
+    "a link": lambda path: (path.rename(path.parent.parent / "moved"), path.symlink_to("../moved")),
+    "a pipe": lambda path: (path.unlink(), os.mkfifo(path)),
+    "a folder": lambda path: (path.unlink(), path.mkdir()),
+    "written by others": lambda path: path.chmod(0o666),
+    "an open folder": lambda path: path.parent.chmod(0o777),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_damaged_code_is_compiled_again_without_a_word(
+    damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counted: list[str] = []
+    assert compiled_probe(tmp_path / "cache", counted, monkeypatch) == 42.0
+    assert compiled_probe(tmp_path / "cache", counted, monkeypatch) == 42.0
+    assert len(counted) == 1  # the second came from disk
+    (path,) = (tmp_path / "cache" / "code").iterdir()
+    DAMAGE[damage](path)
+    assert compiled_probe(tmp_path / "cache", counted, monkeypatch) == 42.0
+    assert len(counted) == 2
+    if damage in ("cut", "emptied", "a bit turned", "no seal", "a link", "a pipe", "written by others"):
+        compiled_probe(tmp_path / "cache", counted, monkeypatch)
+        assert len(counted) == 2  # what was made again is kept
+
+
+def test_a_full_disk_only_keeps_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*arguments: object, **more: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(tempfile, "mkstemp", full)
+    assert compiled_probe(tmp_path / "cache", [], monkeypatch) == 42.0
+    assert not list((tmp_path / "cache" / "code").iterdir())
+
+
+def test_generated_text_is_never_read_from_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SYNTH_CACHE", str(tmp_path))
-    path = Path(str(code_cache.load("probe", "answer = 3\n").__file__))
-    path.write_text("answer = 4")
-    monkeypatch.delitem(sys.modules, path.stem)
-    assert code_cache.load("probe", "answer = 3\n").answer == 3
+    module = code_cache.load("probe", "answer = 3\n")
+    assert not list(tmp_path.rglob("*.py*"))
+    assert linecache.getlines(f"<{module.__name__}>") == ["answer = 3\n"]  # for a traceback
 
 
 @pytest.mark.parametrize("n", [1, 2, 7])

@@ -9,9 +9,9 @@ from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.jumps.jump_data import Jump
+from synth.estimation.parameters import Parameter
 from synth.jump.effects import MotorEffect, motor_effects
 from synth.jump.jump_lanes import JumpLanes
-from synth.swing.effects import Parameter
 
 
 @dataclass(frozen=True)

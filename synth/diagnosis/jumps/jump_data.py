@@ -21,8 +21,8 @@ from synth.parts.catalogs import Catalogue
 EFFECTIVE = 50.0  # samples of a trial and channel that count as independent
 DENSE = 1e-3  # s; finer recordings are averaged
 AFTER = 0.01  # s past the push that still count
-STOP_MARGIN = np.radians(2.5)
-LEAST_MOTION = np.radians(2.0)
+STOP_MARGIN = np.radians(2.5)  # a pull-up that begins nearer to the stop may rest on it
+LEAST_MOTION = np.radians(2.0)  # of the upper link; less is no jump
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
 # What is measured beside noise: the share of a channel's largest value that no model of ours claims to get right.
 CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}

@@ -15,7 +15,7 @@ from synth.diagnosis.jumps.jump_figures import JumpGaps, measured_gaps
 from synth.diagnosis.jumps.jump_predict import JumpPredictor
 from synth.diagnosis.jumps.jump_result import JumpGapResult
 from synth.diagnosis.jumps.jump_search import search
-from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit, Normal
+from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit
 from synth.diagnosis.jumps.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
 from synth.diagnosis.jumps.jump_verdict import judge_jumps
 from synth.diagnosis.jumps.jump_where import missing, where
@@ -97,8 +97,7 @@ def _causes(bench: JumpBench, fit: JumpFit) -> tuple[Cause, ...]:
     """The causes of a fit with their parameters and what the trials leave open of each."""
     if not fit.hypothesis:
         return ()
-    covariance = np.linalg.inv(Normal.of(fit, len(fit.unknowns)).matrix)
-    deviation = np.sqrt(np.diag(covariance))
+    deviation = np.sqrt(np.diag(bench.normal(fit).covariance))
     made, first = [], bench.n_tolerance
     for candidate in fit.hypothesis:
         part = slice(first, first + candidate.size)

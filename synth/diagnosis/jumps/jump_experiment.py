@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.diagnosis.information import expected_information, rivals_of, would_tell
 from synth.diagnosis.jumps.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
 from synth.diagnosis.jumps.jump_predict import N_OWN
-from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit, Normal
+from synth.diagnosis.jumps.jump_solve import JumpBench, JumpFit
 from synth.diagnosis.result import Experiment
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.hopper.motors import motor_of
@@ -26,7 +26,7 @@ from synth.units import write
 
 PULL, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
 NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of sensors that were not there yet
-LEAN = np.radians(10.0)
+LEAN = np.radians(10.0)  # of a suggested leaning jump
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def next_experiment(
     if len(rivals) < 2 or not choices:
         return None
     kept, weights = rivals_of(rivals)
-    covariances: list[Array] = [np.asarray(np.linalg.inv(Normal.of(fit, len(fit.unknowns)).matrix)) for fit in kept]
+    covariances = [bench.normal(fit).covariance for fit in kept]
 
     def information(index: int) -> float:
         trial = choices[index].jump

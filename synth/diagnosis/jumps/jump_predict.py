@@ -20,7 +20,7 @@ from synth.jump.planar_jump import planar_record
 from synth.jump.recorder import record
 
 TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a hundredfold finer run
-PLANAR_TOLERANCE = 1e-4
+PLANAR_TOLERANCE = 1e-4  # of the integrator
 N_OWN = 2  # unknowns of each trial's own: start angle and switching on, or a pull-up's first angle and rate
 START_ANGLE, START_RATE = np.radians(0.5), 0.5  # rad, rad/s: how well a pull-up's first samples tell its start
 LOST = 30.0  # whitened miss of a sample that a simulation does not reach

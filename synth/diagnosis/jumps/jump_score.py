@@ -10,10 +10,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.jumps.jump_data import Jump
 from synth.diagnosis.jumps.jump_predict import N_OWN
-from synth.diagnosis.jumps.jump_solve import STEP, JumpBench, JumpFit, Normal
+from synth.diagnosis.jumps.jump_solve import STEP, JumpBench, JumpFit
 from synth.threads import in_parallel
 
-ROUNDS = 6
+ROUNDS = 6  # steps for the trial's own unknowns
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ def score_in_turn(bench: JumpBench, fit: JumpFit) -> tuple[Scored, ...]:
     """Each trial to learn from, predicted by the others: the fit moved by what it owes to the trial."""
     if len(bench.trials) == 1:
         return score(bench, fit, bench.trials)
-    normal = Normal.of(fit, len(fit.unknowns))
+    normal = bench.normal(fit)
     low, high = bench.bounds(fit.hypothesis)
     made: list[Scored] = []
     for index, trial in enumerate(bench.trials):
-        moved = np.clip(fit.unknowns + normal.without(index, fit), low, high)
+        moved = np.clip(fit.unknowns + normal.without(index), low, high)
         made += score(bench, replace(fit, unknowns=moved), [trial])
     return tuple(made)
 

@@ -72,7 +72,7 @@ def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[J
             point = np.clip(start + np.log2(factor) if shapes.all() else start * factor, low, high)
             if not any(np.array_equal(point, known) for known in rungs):
                 rungs.append(point)
-    left = bench.left((candidate,), np.array(rungs).T, base)
+    left = bench.prospects((candidate,), np.array(rungs).T, base)
     order = np.argsort(left, kind="stable")[:TRIED].tolist()
     chosen = [k for k in order if left[k] <= NEAR * left[order[0]]]
     return [JumpFit((candidate,), np.concatenate([base.unknowns, rungs[k]]), base.own) for k in chosen]

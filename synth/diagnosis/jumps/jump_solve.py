@@ -1,4 +1,4 @@
-"""Unknowns that fit the trials best: Levenberg and Marquardt, each trial's own unknowns eliminated.
+"""Hypotheses fitted to jumps, by ``synth.estimation``; each trial's own unknowns are eliminated.
 
 Derivatives are differences between lanes that share every step of the integration. A leaning trial's, but those by what
 only a lean shows, are taken upright: the planar form takes a hundred times as long as a lane.
@@ -15,15 +15,19 @@ from synth.arrays import Array
 from synth.diagnosis.jumps.jump_candidates import JumpCandidate
 from synth.diagnosis.jumps.jump_data import Jump
 from synth.diagnosis.jumps.jump_predict import N_OWN, JumpPredictor
+from synth.estimation.levenberg_marquardt import Factors, Iterate, Problem, minimise
+from synth.estimation.normal_equations import ReducedNormal, Step, StepLimits, TrialNormal
 from synth.threads import in_parallel
 
 STEP = 0.05  # whitened, of differences
-ROUNDS, CONVERGED, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
+ROUNDS, CONVERGED_BY, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
 HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share that a step must gain there
 WITHIN = 2.5  # deviations: what lies further off is not within tolerances, however much it would explain
 FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
 SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
-SOFT_ROUNDS = 6
+SOFT_ROUNDS = 6  # steps, see ``solve``
+# As Marquardt's: a tenth after a success, tenfold after a failure; beyond 1e6 no step lowers the cost.
+RULE = Factors(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +121,23 @@ class JumpBench:
         residual = self.predictor.residual(jump, self.predictor.predict(jump, fit.hypothesis, x, mine))
         return residual[:, 0], (residual[:, 1:] - residual[:, :1]) / steps[moved]
 
-    def left(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
-        """(n_point,) cost that the causes at these points (size, n_point) promise, all else linear about ``base``."""
+    def normal(self, fit: JumpFit, count: int | None = None) -> ReducedNormal:
+        """Normal equations of an evaluated fit, by its first ``count`` unknowns (all) and each trial's own."""
+        return self.normal_at(fit, fit.residuals, len(fit.unknowns) if count is None else count)
+
+    def normal_at(self, fit: JumpFit, residuals: Sequence[Array], count: int) -> ReducedNormal:
+        """As ``normal``, with the derivatives of a fit and other residuals (M,) a trial."""
+        trials = []
+        for slopes, residual, own in zip(fit.slopes, residuals, fit.own, strict=True):
+            a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_OWN :]
+            trials.append(TrialNormal(a.T @ a, a.T @ b, b.T @ b + np.eye(N_OWN), a.T @ residual, b.T @ residual + own))
+        return ReducedNormal.of(trials, np.eye(count), fit.unknowns[:count])
+
+    def prospects(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
+        """(n_point,) cost with the causes at these points (size, n_point) after one undamped step of all else.
+
+        The derivatives by all else are those of ``base``.
+        """
         x = np.repeat(base.unknowns[:, None], points.shape[1], axis=1)
         x = np.concatenate([x[: self.n_tolerance], points])
 
@@ -127,15 +146,16 @@ class JumpBench:
             return self.predictor.residual(self.trials[i], self.predictor.predict(self.trials[i], hypothesis, x, own))
 
         residuals = in_parallel(missed, len(self.trials))
-        normal = Normal.of(replace(base, residuals=()), self.n_tolerance)
+        free = (np.full(self.n_tolerance, -np.inf), np.full(self.n_tolerance, np.inf))
         costs = np.empty(points.shape[1])
         for k in range(points.shape[1]):
-            step = normal.step([r[:, k] for r in residuals], base, 0.0)
-            squares = sum(
-                float(np.sum((r[:, k] + s @ d) ** 2)) for r, s, d in zip(residuals, base.slopes, step, strict=True)
-            )
-            costs[k] = 0.5 * squares + 0.5 * float(np.sum((base.unknowns + step[0][: len(base.unknowns)]) ** 2))
-            costs[k] += 0.5 * float(points[:, k] @ points[:, k])
+            here = [r[:, k] for r in residuals]
+            normal = self.normal_at(base, here, self.n_tolerance)
+            (step,) = normal.steps(base.unknowns, np.zeros(1), normal.scale, free, StepLimits())
+            moves = [np.concatenate([step.common, own]) for own in step.own]
+            left = [r + s @ d for r, s, d in zip(here, base.slopes, moves, strict=True)]
+            costs[k] = 0.5 * sum(float(r @ r) for r in left) + 0.5 * float(points[:, k] @ points[:, k])
+            costs[k] += 0.5 * float(np.sum((base.unknowns + step.common) ** 2))
         return costs
 
     def solve_softly(self, fit: JumpFit, best: float = np.inf) -> JumpFit:
@@ -161,95 +181,40 @@ class JumpBench:
 
         ``best`` : cost of another hypothesis; one far above it need not be brought to its last decimal.
         """
-        current = fit if fit.residuals else self.evaluate(fit)
-        low, high = self.bounds(fit.hypothesis)
-        damping = 1e-3
-        for _ in range(rounds):
-            normal = Normal.of(current, len(current.unknowns))
-            step = self._shortened(normal.step(current.residuals, current, damping, (low, high)))
-            count = len(current.unknowns)
-            tried = self.evaluate(
-                replace(
-                    current,
-                    unknowns=np.clip(current.unknowns + step[0][:count], low, high),
-                    own=current.own + np.array([s[count:] for s in step]),
-                )
-            )
-            gain = current.cost - tried.cost
-            if gain > 0.0:
-                current, damping = tried, max(damping / 10.0, 1e-7)
-                hopeless = current.cost > HOPELESS * best
-                if gain < max(CONVERGED, (LAZY if hopeless else SHARE) * current.cost):
-                    break
-            else:
-                damping = max(10.0 * damping, 1e-2)
-                if damping > 1e6:
-                    break
-        return current
-
-    def _shortened(self, step: list[Array]) -> list[Array]:
-        """The steps, all alike shorter where one goes too far."""
-        p, largest = self.n_tolerance, 0.0
-        for one in step:
-            largest = max(largest, float(np.abs(one[:p]).max()), float(np.abs(one[-N_OWN:]).max()))
-        share = min(1.0, FARTHEST / max(largest, 1e-12))
-        return [share * one for one in step]
+        start = fit if fit.residuals else self.evaluate(fit)
+        (end,) = minimise(_Hypothesis(self, best), [Iterate(start)], RULE, rounds)
+        return end.point
 
 
-@dataclass(frozen=True, eq=False)
-class Normal:
-    """Normal equations: ``matrix`` (n, n) with each trial's own unknowns eliminated, and the parts that they need."""
+@dataclass(frozen=True)
+class _Hypothesis(Problem[JumpFit]):
+    """A hypothesis as a least-squares problem; ``best`` : cost of the best one so far."""
 
-    matrix: Array
-    parts: tuple[tuple[Array, Array, Array], ...]  # a trial: (n, n), (n, 2), (2, 2) of its squares
+    bench: JumpBench
+    best: float
 
-    @classmethod
-    def of(cls, fit: JumpFit, count: int) -> Normal:
-        """From a fit's derivatives, those of the first ``count`` unknowns and of each trial's own."""
-        parts, matrix = [], np.eye(count)
-        for slopes in fit.slopes:
-            a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_OWN :]
-            part = (a.T @ a, a.T @ b, b.T @ b + np.eye(N_OWN))
-            matrix += part[0] - part[1] @ np.linalg.solve(part[2], part[1].T)
-            parts.append(part)
-        return cls(matrix, tuple(parts))
+    def evaluate(self, points: Sequence[JumpFit]) -> list[JumpFit]:
+        """Residuals, derivatives and costs."""
+        return [self.bench.evaluate(point) for point in points]
 
-    def gradients(self, residuals: Sequence[Array], fit: JumpFit) -> list[tuple[Array, Array]]:
-        """A trial: reduced gradient (n,) of its part, and that of its own unknowns (2,)."""
-        count = len(self.matrix)
-        found = []
-        for residual, slopes, own, (_, b, c) in zip(residuals, fit.slopes, fit.own, self.parts, strict=True):
-            mine = slopes[:, slopes.shape[1] - N_OWN :].T @ residual + own
-            found.append((slopes[:, :count].T @ residual - b @ np.linalg.solve(c, mine), mine))
-        return found
+    def normal(self, point: JumpFit) -> ReducedNormal:
+        """By all unknowns."""
+        return self.bench.normal(point)
 
-    def step(
-        self, residuals: Sequence[Array], fit: JumpFit, damping: float, bounds: tuple[Array, Array] | None = None
-    ) -> list[Array]:
-        """A trial: the step (n + 2,) of all unknowns and its own; what would leave the bounds stays on them."""
-        count = len(self.matrix)
-        gradients = self.gradients(residuals, fit)
-        total = sum((g for g, _ in gradients), fit.unknowns[:count].copy())
-        matrix = self.matrix + damping * np.diag(np.diag(self.matrix))
-        shared = -np.linalg.solve(matrix, total)
-        if bounds is not None:
-            there = fit.unknowns[:count]
-            held = np.zeros(count, dtype=bool)
-            for _ in range(3):
-                reached = there + shared
-                held |= (reached < bounds[0]) & (there <= bounds[0]) | (reached > bounds[1]) & (there >= bounds[1])
-                free = ~held
-                shared = np.zeros(count)
-                shared[free] = -np.linalg.solve(matrix[np.ix_(free, free)], total[free])
-        return [
-            np.concatenate([shared, -np.linalg.solve(c + damping * np.diag(np.diag(c)), mine + b.T @ shared)])
-            for (_, mine), (_, b, c) in zip(gradients, self.parts, strict=True)
-        ]
+    def bounds(self, point: JumpFit) -> tuple[Array, Array]:
+        """Of tolerances and causes."""
+        return self.bench.bounds(point.hypothesis)
 
-    def without(self, index: int, fit: JumpFit) -> Array:
-        """(n,) how the unknowns move when one trial takes no part, to first order."""
-        a, b, c = self.parts[index]
-        gradients = self.gradients(fit.residuals, fit)
-        matrix = self.matrix - (a - b @ np.linalg.solve(c, b.T))
-        total = sum((g for k, (g, _) in enumerate(gradients) if k != index), fit.unknowns.copy())
-        return np.asarray(-np.linalg.solve(matrix, total))
+    def limits(self, point: JumpFit) -> StepLimits:
+        """Tolerances and a trial's own go ``FARTHEST`` at most; causes have their bounds."""
+        p = self.bench.n_tolerance
+        return StepLimits(np.r_[np.full(p, FARTHEST), np.full(len(point.unknowns) - p, np.inf)], FARTHEST)
+
+    def moved(self, point: JumpFit, step: Step) -> JumpFit:
+        """After a step, not evaluated."""
+        own = point.own + np.array(step.own)
+        return replace(point, unknowns=point.unknowns + step.common, own=own, cost=np.inf)
+
+    def least_gain(self, cost: float) -> float:
+        """A share of the cost, larger far above the best: such a fit need not be brought to its last decimal."""
+        return max(CONVERGED_BY, (LAZY if cost > HOPELESS * self.best else SHARE) * cost)

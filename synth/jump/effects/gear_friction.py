@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from synth.estimation.parameters import Parameter, Prior, Shape, size
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Prior, Shape, size
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -26,7 +26,6 @@ EFFECT = MotorEffect(
     formula="-torque sign(omega) at the rotor; of what the gear passes on, (1 - loss)",
     source="Knaup & Aukes, equation 4 (f_0, the same for all their gearboxes); loss: Shigley, Mechanical Engineering "
     "Design, ch. 13",
-    way="leg",
     place="hip",
     parameters=(
         Parameter("torque", "N*m", 0.0, size(0.15), meaning="dry friction at the rotor"),

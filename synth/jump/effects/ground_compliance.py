@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from synth.estimation.parameters import Parameter, Prior, Shape
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Prior, Shape
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -29,7 +29,6 @@ EFFECT = MotorEffect(
     phrase="gives under the foot",
     formula="1/k = 1/k_contact + 1/stiffness",
     source="springs in series",
-    way="leg",
     place="base",
     parameters=(Parameter("stiffness", "N/m", 0.0, SOFT, meaning="of what gives beside the contact"),),
     strengths=("stiffness",),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from synth.estimation.parameters import Parameter, Shape, positive
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Shape, positive
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -23,7 +23,6 @@ EFFECT = MotorEffect(
     phrase="lets the foot slide",
     formula="F = -friction N v / sqrt(v^2 + v_s^2)",
     source="Coulomb's law, regularised",
-    way="leg",
     place="base",
     leaning=True,
     parameters=(

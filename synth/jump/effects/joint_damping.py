@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from synth.estimation.parameters import Parameter, Shape, size
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Shape, size
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -23,7 +23,6 @@ EFFECT = MotorEffect(
     phrase="have more damping than the design",
     formula="-damping times each joint's own rate",
     source="Knaup & Aukes, Simulation D and Experiment C",
-    way="leg",
     place="all",
     parameters=(Parameter("damping", "N*m*s/rad", prior=size(0.05), meaning="of each of the five joints"),),
     strengths=("damping",),

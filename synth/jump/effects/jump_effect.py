@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from synth.swing.effects.definition import Effect
+from synth.estimation.parameters import PlantEffect
 
 Place = Literal["hip", "all", "base"]
 
 
 @dataclass(frozen=True)
-class MotorEffect(Effect):
+class MotorEffect(PlantEffect):
     """An effect of the jumping leg.
 
     ``place`` : where the files say that it sits: the hips, whose motors it is about, all joints, or the ground (base).

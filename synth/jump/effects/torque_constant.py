@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from synth.estimation.parameters import Parameter, Prior, Shape
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Prior, Shape
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -23,7 +23,6 @@ EFFECT = MotorEffect(
     phrase="have another torque constant than the design",
     formula="K_t (1 + share), K_e (1 + share)",
     source="K_t = K_e in SI by conservation of energy; magnets lose strength with heat",
-    way="leg",
     place="hip",
     parameters=(
         Parameter("share", "1", prior=Prior(0.0, 0.15, lower=-0.6, upper=1.0), meaning="by which the constant is off"),

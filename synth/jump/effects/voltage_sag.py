@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from synth.estimation.parameters import Parameter, Shape, size
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Shape, size
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -23,7 +23,6 @@ EFFECT = MotorEffect(
     phrase="are starved by a supply that sags",
     formula="V = V_supply - resistance (i_1 + i_2)",
     source="Thevenin's equivalent of the supply",
-    way="leg",
     place="hip",
     parameters=(Parameter("resistance", "ohm", prior=size(0.15), meaning="of supply and leads, seen by both motors"),),
     strengths=("resistance",),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from synth.estimation.parameters import Parameter, Shape, size
 from synth.jump.effects.jump_effect import MotorEffect
-from synth.swing.effects.definition import Parameter, Shape, size
 
 if TYPE_CHECKING:
     from synth.arrays import Array
@@ -23,7 +23,6 @@ EFFECT = MotorEffect(
     phrase="have windings that are slow to take current",
     formula="(L + inductance) di/dt = V - i R - K_e G omega",
     source="Knaup & Aukes, equation 3; any text on DC motors",
-    way="leg",
     place="hip",
     parameters=(Parameter("inductance", "H", prior=size(1.0), meaning="beyond the design's"),),
     strengths=("inductance",),

@@ -11,7 +11,7 @@ from synth.errors import Problem, UserError
 from synth.motion.smoothing import lost_samples
 from synth.swing.leg_model import Leg
 
-TURN = 2.0 * np.pi
+TURN = 2.0 * np.pi  # rad
 OUTSIDE = np.radians(5.0)  # beyond a joint's range, that is worth saying
 UNEVEN = 1.5  # median steps: a longer one is a hole in the recording
 SHORTEST = 12  # samples, that a fit can use

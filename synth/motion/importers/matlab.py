@@ -21,7 +21,7 @@ from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
 from synth.motion.importers.source import Channels, listed
 
-SIZE_LIMIT = 500_000_000
+SIZE_LIMIT = 500_000_000  # bytes; the whole file is read into memory
 _EXPRESSION = re.compile(r"\s*([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)\s*(?:\(\s*(:|\d{1,6})\s*,\s*(:|\d{1,6})\s*\))?\s*")
 STRUCT = "a struct"
 _NAMES, _KINDS = "/names", "/kinds"  # no variable has a slash in its name

@@ -15,7 +15,7 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.source import Channels
 
-SIZE_LIMIT = 200_000_000
+SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 HEADER_LIMIT = 500  # lines
 
 

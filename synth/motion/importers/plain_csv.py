@@ -17,7 +17,7 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.source import Channels
 
-SIZE_LIMIT = 200_000_000
+SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 COMMENTS = ("#", "%", "//")
 _TITLE = re.compile(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")

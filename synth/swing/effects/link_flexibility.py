@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from synth.swing.leg_lanes import LegLanes
 
 HUB = 0.1  # of the link's inertia about its joint stays with the joint where the coupling bends
-DAMPING_RATIO = 0.1
+DAMPING_RATIO = 0.1  # of a bending link where none is stated; assumed, of the order of printed plastics
 
 
 def extend(legs: LegLanes, joint: int, stiffness: Array, place: Array) -> LegLanes:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from synth.swing.effects.definition import Effect, Parameter, Shape, positive, size
 from synth.swing.effects.inlined import inlined, power
 
-NEVER = 1e9
+NEVER = 1e9  # s, a relaxation time without end
 
 
 @inlined

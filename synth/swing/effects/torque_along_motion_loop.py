@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 
+from synth.compiling.compiled import compiled
 from synth.swing.lane_layout import LANES
 
 NEAR = 1e-6  # rad
@@ -14,7 +15,7 @@ _signature = types.void(
 )  # fmt: skip
 
 
-@njit(_signature, error_model="numpy", nogil=True, cache=True)
+@compiled(_signature, error_model="numpy", nogil=True)
 def along(  # type: ignore[no-untyped-def]
     extra, Z, flat, active, rows, torque, memory, change, bound, gap, time, inputs, steps, out
 ):

@@ -6,12 +6,15 @@ field is looked at, and every function is called once, on two legs of two joints
 
 from __future__ import annotations
 
+import hashlib
 import keyword
 import math
 import stat
+import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
+from synth.swing import effects
 from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Parameter, Prior, Shape
 
 SIZE_LIMIT = 1_000_000  # bytes: thousands of times what an effect takes
@@ -47,6 +51,52 @@ def source_of(path: Path, name: str) -> bytes:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise UserError(Problem(f"cannot be read: {reason}", file=name)) from None
+
+
+def load_file(path: str | Path) -> Effect:
+    """Take part of a user's own effect: a Python file with an ``EFFECT``, run because its user named it.
+
+    Loading the same file again replaces what it held before.
+
+    Raises
+    ------
+    UserError : no such file, it cannot be run, it holds no EFFECT that works, or its name is taken.
+    """
+    given, path = Path(path), Path(path).resolve()
+    text = source_of(path, str(given))
+    name = f"synth_user_effect_{hashlib.sha256(text).hexdigest()[:16]}"  # the same text is compiled once
+    module = ModuleType(name)
+    module.__file__ = str(path)
+    sys.modules[name] = module
+    try:
+        exec(compile(text, str(path), "exec"), module.__dict__)
+        effect = getattr(module, "EFFECT", None)
+        if not isinstance(effect, Effect):
+            raise UserError(Problem("holds no EFFECT = Effect(...) (from synth.effects)", file=str(given)))
+        _require_free_name(effect, path)
+        require(effect, module)
+    except WrongEffect as error:
+        raise UserError(Problem(str(error), file=str(given), key=str(getattr(effect, "name", "")))) from error
+    except SystemExit as error:
+        text_ = "calls exit; an effect's file only defines it"
+        raise UserError(Problem(text_, file=str(given), line=line_of(error, path))) from error
+    except UserError:
+        raise
+    except Exception as error:
+        said = f"cannot be run: {said_by(error)}"
+        raise UserError(Problem(said, file=str(given), line=line_of(error, path))) from error
+    effects.from_files[effect.name] = replace(effect, module=name)
+    return effects.from_files[effect.name]
+
+
+def _require_free_name(effect: Effect, path: Path) -> None:
+    """Refuse the name of another effect."""
+    if effect.name in effects.installed():
+        raise WrongEffect("is the name of a built-in effect; choose another")
+    if effect.name in effects.from_files:
+        other = sys.modules[effects.from_files[effect.name].module].__file__
+        if other != str(path):
+            raise WrongEffect(f"is the name of an effect in {other}; choose another")
 
 
 def require(effect: Effect, module: ModuleType) -> None:

@@ -18,8 +18,8 @@ from swing.effects.test_mirror import GIVEN
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.swing.chain import compiled_chain, is_compiled, simulate
-from synth.swing.effects import effect_named, load_file, registered
-from synth.swing.effects.users_own import blamed_on
+from synth.swing.effects import effect_named, registered
+from synth.swing.effects.users_own import blamed_on, load_file
 
 MAGNET = '''
 """Torque of a magnet at the joint: cogging with a number of poles."""
@@ -51,7 +51,7 @@ EFFECT = Effect(
 @pytest.fixture
 def magnet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The user's file, in a process that forgets it afterwards."""
-    monkeypatch.setattr(synth.swing.effects, "_from_files", {})
+    monkeypatch.setattr(synth.swing.effects, "from_files", {})
     path = tmp_path / "my magnet-1.py"
     path.write_text(MAGNET)
     return path
@@ -130,7 +130,7 @@ def test_what_is_wrong_with_a_file_is_said(magnet: Path, change: tuple[str, str]
     assert problem.file == str(magnet)
     assert "\n" not in problem.text
     if "cannot be run" in words:
-        assert problem.line == (4 if "ImportError" in words else 12)
+        assert problem.line == (4 if "ImportError" in words else 10)
     assert "cogging" not in [effect.name for effect in registered()]
 
 
@@ -217,17 +217,18 @@ def test_an_installed_package_adds_its_effect(magnet: Path, tmp_path: Path, monk
     monkeypatch.syspath_prepend(tmp_path)
     point = EntryPoint("cogging", "magnets_from_a_package", "synth.effects")
     monkeypatch.setattr(synth.swing.effects, "entry_points", lambda group: [point] if group == "synth.effects" else [])
-    synth.swing.effects._installed.cache_clear()
+    synth.swing.effects.installed.cache_clear()
     try:
         assert effect_named("cogging").module == "magnets_from_a_package"
         assert "backlash" in [effect.name for effect in registered()]
     finally:
-        synth.swing.effects._installed.cache_clear()
+        synth.swing.effects.installed.cache_clear()
         sys.modules.pop("magnets_from_a_package", None)
 
 
 def test_switching_an_effect_on_compiles_nothing() -> None:
     chain = compiled_chain(1)
+    chain.load()
     assert is_compiled(1)
     functions = (chain.right_hand_side, chain.extra_torques, chain.bearing_forces, chain.integrate)
     before = [(len(function.signatures), sum(function.stats.cache_misses.values())) for function in functions]
@@ -243,7 +244,7 @@ def test_switching_an_effect_on_compiles_nothing() -> None:
 
 def test_a_second_process_compiles_nothing_for_a_users_effect(magnet: Path, tmp_path: Path) -> None:
     program = f"""
-from synth.swing.effects import load_file
+from synth.swing.effects.users_own import load_file
 from synth.swing.chain import compiled_chain, is_compiled
 load_file({str(magnet)!r})
 there = is_compiled(1)

@@ -1,0 +1,109 @@
+"""What the leg's page needs to turn the leg and to swap its parts, from ``page.json`` and ``leg.glb``."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.quantities import text
+from reports.reading import Json, Result, value_of
+from reports.scripts import data_block
+from reports.section import mapping, sequence
+
+GLB, PAGE = "parts/leg.glb", "page.json"
+_MAGIC = b"glTF"
+
+
+def live_data(result: Result) -> Json | None:
+    """The content of ``page.json`` with the stops and parts of the design; None where it is not in the folder."""
+    path = result.path(PAGE)
+    if path is None:
+        return None
+    try:
+        page = json.loads(path.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError):
+        return None
+    if not isinstance(page, dict) or page.get("format") != "synth/page/1":
+        return None
+    design = mapping(result.content, "joints")
+    for joint in sequence(page, "leg", "joints"):
+        stops = [value_of(end) for end in sequence(design, str(joint.get("name")), "stops")]
+        joint["stops"] = stops if len(stops) == 2 and None not in stops else joint.get("range")
+        joint["fit"] = {
+            key: mapping(design, str(joint.get("name")), "wanted").get(key)
+            for key in ("spring_rate", "damper_rate", "free_angle")
+        }
+    page["parts"] = _parts(result)
+    page["within"] = value_of(mapping(result.content, "response", "forecast").get("within"))
+    page["has_solids"] = glb_text(result) != ""
+    return page
+
+
+def glb_text(result: Result) -> str:
+    """The whole leg's GLB, deflated, in base 64; empty where there is none."""
+    path = result.path(GLB)
+    if path is None:
+        return ""
+    data = path.read_bytes()
+    if data[:4] != _MAGIC:
+        return ""
+    return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+
+
+def block(name: str, content: Any) -> Markup:
+    """Data for the page's scripts, under an id of ours."""
+    return Markup('<script type="application/json" id="{}">{}</script>').format(name, data_block(content))
+
+
+def _parts(result: Result) -> list[Json]:
+    """Every drawn part: whose it is, what it moves with, its file, mass and line of the bill of materials."""
+    listed = {str(item.get("path")): item for item in sequence(result.content, "files") if isinstance(item, Mapping)}
+    lines = _bill(result)
+    found = []
+    for part in sequence(result.content, "solids", "parts"):
+        if not isinstance(part, Mapping):
+            continue
+        name = str(part.get("part"))
+        files = [f"parts/{name}.{ending}" for ending in ("step", "stl") if f"parts/{name}.{ending}" in listed]
+        moves = next((listed[file].get("moves_with") for file in files if listed[file].get("moves_with")), None)
+        mass = part.get("mass")
+        family = str(part.get("family")).replace("_", " ")
+        found.append(
+            {
+                "name": name,
+                "joint": str(part.get("joint")),
+                "family": str(part.get("family")),
+                "moves_with": moves or part.get("moves_with"),
+                "files": files,
+                "material": str(part.get("material") or part.get("made") or ""),
+                "mass": text(mass) if value_of(mass) is not None else "",
+                "bill": _line(lines, str(part.get("joint")), name, family),
+            }
+        )
+    return found
+
+
+def _bill(result: Result) -> list[dict[str, str]]:
+    path = result.path("bom.csv")
+    if path is None:
+        return []
+    with path.open(encoding="utf-8", newline="") as stream:
+        return [{key or "": value or "" for key, value in row.items() if isinstance(value, str)}
+                for row in csv.DictReader(stream)]  # fmt: skip
+
+
+def _line(lines: list[dict[str, str]], joint: str, name: str, family: str) -> str:
+    """The part's line: by its own name, else what the joint needs of its kind."""
+    words = {"spring": ("wire", "spring"), "damper": ("damper",), "arm shaft": ("dowel",)}.get(family, (family,))
+    own = [row for row in lines if row.get("part") == name]
+    kind = [row for row in lines if row.get("joint") == joint and any(word in row.get("item", "") for word in words)]
+    for row in (*own, *kind):
+        pieces = [f"{row.get('quantity')} ×", row.get("item", ""), row.get("vendor", ""), row.get("part", "")]
+        return ", ".join(piece for piece in pieces[1:] if piece) + f" ({row.get('quantity')} in the bill)"
+    return ""

@@ -1,0 +1,66 @@
+"""Parts to swap and to tune in the page: the plots that its script fills, and what stands there without it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from reports.figures.legend import legend
+from reports.figures.palette import BUILT, GREEN, WANTED, Line
+from reports.figures.trials import Curve, Limits, Panel, trial_figure
+from reports.reading import Json, Result
+from reports.section import Missing, Section, sequence
+from reports.sections.live_leg import live_data
+
+TRIED = Line(GREEN, 2.0, "2 3")
+ROOM = 0.15  # of a joint's range of wanted angles, above and below, for what a worse part does
+
+
+def content(result: Result) -> dict[str, Any] | Missing:
+    """Panels of the first release: wanted now, chosen and tried once the script has reckoned them."""
+    page = live_data(result)
+    if page is None:
+        return Missing("page.json is not in the folder")
+    replay = page.get("replay") or {}
+    unsupported = [str(name).replace("_", " ") for name in sequence(replay, "unsupported")]
+    if unsupported:
+        return Missing(f"the page's own integrator does not know {', '.join(unsupported)}")
+    releases = [release for release in sequence(replay, "releases") if isinstance(release, dict)]
+    joints = [str(joint.get("name")) for joint in sequence(page, "leg", "joints")]
+    if not releases or not joints:
+        return Missing("page.json holds no release")
+    limits = _limits(joints, releases)
+    panels = [_panel(name, releases[0], j) for j, name in enumerate(joints)]
+    entries = [(WANTED, "wanted"), (BUILT, "chosen"), (TRIED, "tried")]
+    return {
+        "legend": legend(entries),
+        "figure": trial_figure("wanted, chosen and tried", panels, limits, "swapped"),
+        "joints": joints,
+        "releases": [str(release.get("name")) for release in releases],
+        "total": replay.get("of"),
+    }
+
+
+def _limits(joints: list[str], releases: list[Json]) -> Limits:
+    end = max(float(release["time"][-1]) for release in releases)
+    angle = {}
+    for j, name in enumerate(joints):
+        values = [float(value) for release in releases for value in release["wanted"][j]]
+        low, high = min(values), max(values)
+        room = ROOM * max(high - low, 4.0)
+        angle[name] = (low - room, high + room)
+    return Limits((0.0, end), angle)
+
+
+def _panel(name: str, release: Json, j: int) -> Panel:
+    times = [float(time) for time in release["time"]]
+    nothing = [math.nan] * len(times)
+    curves = [
+        Curve([float(value) for value in release["wanted"][j]], WANTED, "wanted"),
+        Curve(nothing, BUILT, "chosen"),
+        Curve(nothing, TRIED, "tried"),
+    ]
+    return Panel(name, "deg", times, curves, "")
+
+
+SECTION = Section("swap", "Swap and tune parts", content)

@@ -1,0 +1,158 @@
+"""Fit with the chosen dampers' curves and choose again, round by round, until the parts stay."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.design.choose_dampers import DamperChoiceMade
+from synth.design.choose_springs import SpringSource, travels
+from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.response import WantedResponse
+from synth.design.stages import Motion, with_held_out
+from synth.design.target_effects import Target
+from synth.errors import UserError
+from synth.files.leg_project import LegProject
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult
+from synth.fit.methods import fit_by
+from synth.parts.catalogs import Catalogue
+from synth.swing.leg_model import Leg
+
+Stage = Callable[[str], AbstractContextManager[object]]
+Labels = tuple[str, ...]
+
+MOST_ROUNDS = 4  # fits with chosen dampers; the lab's project needs 1 to 3
+
+
+@dataclass(frozen=True)
+class Task:
+    """What stays from round to round.
+
+    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` how to fit.
+    """
+
+    project: LegProject
+    catalogue: Catalogue
+    into: Target
+    motion: Motion
+    options: FitOptions
+    target: FitResult
+    wanted: WantedResponse
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round: the dampers that were fitted with, that fit, and the sets chosen for it."""
+
+    dampers: DamperChoiceMade
+    refit: FitResult
+    sets: SetsMade
+
+    @property
+    def expected(self) -> float:
+        """Expected error of the chosen set, rad."""
+        return self.sets.chosen.ready.expected
+
+
+def choose_in_rounds(task: Task, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
+    """The best set of all rounds, and the fit with its dampers.
+
+    Every round's set is judged against the same wanted motion on the same draws, so that a later round cannot lose what
+    an earlier one had found. The rounds end when the chosen dampers have been fitted with before. Dampers with which
+    the fit cannot follow the motion (one far too strong for its link) are barred.
+
+    Raises
+    ------
+    UserError : a joint has no part that meets its constraints, or no leg with any of the dampers can be fitted.
+    """
+    rounds: dict[Labels, Round] = {}
+    barred: set[Labels] = set()
+    now = dampers
+    fitted: tuple[DamperChoiceMade, FitResult] | None = None
+    while now.labels not in rounds and len(rounds) < MOST_ROUNDS:
+        try:
+            with stage("fitting springs again with the dampers' curves"):
+                fitted = now, refitted(task, now)
+        except UserError as error:
+            barred.add(now.labels)
+            if fitted is None:
+                now = _next_best(dampers, barred, error)
+                continue
+        with stage("choosing springs and dampers together"):
+            last = Round(*fitted, _chosen(task, *fitted, frozenset(barred)))
+        rounds[last.dampers.labels] = last
+        # The ranking of each joint's dampers by themselves stays: what takes part does not hang on the round.
+        now = replace(dampers, chosen=last.sets.dampers.chosen, leg=last.sets.leg)
+    # The last round's dampers were not fitted with where the rounds ran out; an earlier round's then stand.
+    best = min((r for r in rounds.values() if r.sets.dampers.labels in rounds), key=lambda done: done.expected)
+    return best.sets, rounds[best.sets.dampers.labels].refit
+
+
+def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError) -> DamperChoiceMade:
+    """The best set of dampers that is not barred; the error where none is left."""
+    for item in dampers.sets:
+        if tuple(option.label for option in item.options) not in barred:
+            return replace(dampers, chosen=item.options, leg=item.leg)
+    raise error
+
+
+def _chosen(task: Task, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
+    project = task.project
+    leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
+    return choose_sets(task.wanted, leg, dampers, sources, project.parts, barred=barred, seed=project.fit.seed)
+
+
+def refitted(task: Task, dampers: DamperChoiceMade) -> FitResult:
+    """The robot's links fitted to the motion with the dampers' curves, from the springs that suit these dampers.
+
+    Raises
+    ------
+    UserError : no motion with these dampers can be followed.
+    """
+    leg = task.into.real
+    curves = {
+        joint.name: option.damper.curve
+        for joint, option in zip(leg.joints, dampers.chosen, strict=True)
+        if option.damper.curve is not None
+    }
+    options = replace(task.options, curves=curves, near=_started(task.target, dampers.leg))
+    try:
+        again = fit_by(leg, task.motion.fitted_scaled, options, task.project.fit)
+    except UserError as error:
+        parts = ", ".join(dampers.labels)
+        raise UserError(f"with the dampers {parts} the leg cannot be fitted to the motion: {error}") from error
+    return with_held_out(again, task.motion.held_out_scaled)
+
+
+def _sources(task: Task, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:
+    """Where each joint's springs come from, for the travel that the fitted springs have."""
+    project, leg = task.project, _with_dampers(refit.leg, dampers)
+    return [
+        SpringSource(joint.name, project.joints[joint.name].spring, turn, task.catalogue, project.cad, project.parts)
+        for joint, turn in zip(leg.joints, travels(leg, task.wanted.motions), strict=True)
+    ]
+
+
+def _started(result: FitResult, leg: Leg) -> FitResult:
+    """The result to start the next fit from: its trials' shifts, about the leg's spring rates and free angles."""
+    joints, moved = {}, []
+    for joint in leg.joints:
+        assert joint.spring is not None
+        found = result.joints[joint.name]
+        moved.append(joint.spring.free_angle - found.free_angle.value)
+        joints[joint.name] = replace(
+            found,
+            spring_rate=replace(found.spring_rate, value=joint.spring.rate),
+            free_angle=replace(found.free_angle, value=joint.spring.free_angle),
+        )
+    trials = tuple(replace(trial, free_angle=trial.free_angle + np.array(moved)) for trial in result.trials)
+    return replace(result, joints=joints, trials=trials)
+
+
+def _with_dampers(leg: Leg, dampers: DamperChoiceMade) -> Leg:
+    joints = (replace(j, damper=option.damper) for j, option in zip(leg.joints, dampers.chosen, strict=True))
+    return replace(leg, joints=tuple(joints))

@@ -1,0 +1,176 @@
+"""What the leg's page needs to move the leg and to swap its parts: ``page.json``.
+
+The page has a small integrator of its own. It takes the chain's inertia and gravity coefficients, as they stand in
+``synth.swing.mechanics``, the releases, and for each joint what may act there; all in SI, rotations in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+import synth
+from synth.arrays import Array
+from synth.design.choose_dampers import DamperOption
+from synth.design.choose_springs import SpringOption
+from synth.design.leg_design import LegDesign
+from synth.design.response import Release, WantedResponse
+from synth.files.output import stems
+from synth.spring.stress import bending_stress
+from synth.swing.damper_curves import clamps, thin
+from synth.swing.leg_model import Damper, Leg
+from synth.swing.mechanics import coefficients, rest_pose, static_torque
+
+FORMAT = "synth/page/1"
+MOST_RELEASES = 12  # in the page: its size grows with each
+MOST_SAMPLES = 250  # of a release's wanted motion
+MOST_CHOICES = 8  # of a joint's springs, and of its dampers
+
+
+def page_json(design: LegDesign) -> dict[str, Any]:
+    """The content of ``page.json``."""
+    leg = design.built
+    fitted = [trial for trial in design.target.trials if not trial.held_out]
+    pose = rest_pose(design.wanted.leg)
+    torque = static_torque(coefficients(leg), pose, leg.tilt)
+    return {
+        "format": FORMAT,
+        "versions": {"synth": synth.__version__},
+        "leg": leg_json(leg),
+        "replay": replay_json(leg, design.wanted, stems([trial.name for trial in fitted])),
+        "joints": {
+            joint.name: {
+                "holding": {"rotation": _number(pose[j]), "torque": _number(torque[j])},
+                "springs": _springs(design, j),
+                "dampers": _dampers(design, j),
+            }
+            for j, joint in enumerate(leg.joints)
+        },
+    }
+
+
+def leg_json(leg: Leg) -> dict[str, Any]:
+    """The leg's geometry and what acts at its joints; angles in degrees as they are measured."""
+    rest = np.degrees(leg.to_measured(rest_pose(leg)))
+    joints = []
+    for joint, angle in zip(leg.joints, rest, strict=True):
+        assert joint.spring is not None
+        joints.append(
+            {
+                "name": joint.name,
+                "zero": _number(math.degrees(joint.zero)),
+                "sign": joint.sign,
+                "length": _number(joint.link.length),
+                "rest": _number(angle),
+                "range": None if joint.range is None else [_number(math.degrees(end)) for end in joint.range],
+                "rate": _number(joint.spring.rate),
+                "rotation": _number(joint.rest),
+                "damper": damper_json(joint.damper),
+            }
+        )
+    return {"tilt": _number(math.degrees(leg.tilt)), "joints": joints}
+
+
+def replay_json(leg: Leg, wanted: WantedResponse, names: Sequence[str]) -> dict[str, Any]:
+    """The releases of the wanted motion: what the leg weighs in each, where it starts, what it should do.
+
+    ``unsupported`` names what of this leg the page's integrator does not know; then the page does not replay.
+    """
+    every = max(1, math.ceil(len(wanted.releases) / MOST_RELEASES))
+    found = [
+        _release(leg, release, motion, name)
+        for release, motion, name in list(zip(wanted.releases, wanted.motions, names, strict=True))[::every]
+    ]
+    effects = [f"{name} of the {joint.name}" for joint in leg.joints for name in joint.effects]
+    return {"unsupported": [*effects, *leg.effects], "releases": found, "of": len(wanted.releases)}
+
+
+def _release(leg: Leg, release: Release, motion: Array, name: str) -> dict[str, Any]:
+    coefficient = coefficients(leg, release.conditions.tip_mass)
+    every = max(1, math.ceil(len(release.time) / MOST_SAMPLES))
+    measured = np.degrees(leg.to_measured(motion))[::every]
+    return {
+        "name": name,
+        "time": [_number(time) for time in release.time[::every]],
+        "rotation": [_number(value, 12) for value in release.rotation],
+        "rate": [_number(value, 12) for value in release.rate],
+        "locked": list(release.conditions.locked),
+        "tilt": _number(leg.tilt + release.conditions.tilt, 12),
+        "inertia": [[_number(value, 12) for value in row] for row in coefficient.inertia],
+        "gravity": [_number(value, 12) for value in coefficient.gravity],
+        "wanted": [[round(float(value), 4) for value in column] for column in measured.T],
+    }
+
+
+def damper_json(damper: Damper | None) -> dict[str, Any]:
+    """A linear rate, or clamp speeds and slopes whose clamped sum is the curve."""
+    if damper is None:
+        return {"rate": 0.0}
+    if damper.curve is None:
+        return {"rate": _number(damper.rate or 0.0)}
+    speed, slope = clamps(thin(damper.curve))
+    return {"speed": [_number(value) for value in speed], "slope": [_number(value) for value in slope]}
+
+
+def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
+    """The chosen spring, then what may stand in for it, best first."""
+    chosen = design.springs.chosen[j]
+    others = [option for option in design.springs.ranked[j] if option is not chosen]
+    return [_spring(option) for option in (chosen, *others[:MOST_CHOICES])]
+
+
+def _spring(option: SpringOption) -> dict[str, Any]:
+    row, made = option.row, option.design
+    count = option.count if made is None else made.count
+    if row is not None:
+        wire, mean, outer = row.wire_diameter, row.mean_diameter, row.outer_diameter
+    else:
+        assert made is not None
+        wire, mean, outer = made.wire_diameter, made.mean_diameter, made.outer_diameter
+    per_torque = None
+    if wire is not None and mean is not None and mean > wire:
+        per_torque = _number(bending_stress(1.0 / count, wire, mean) * 1e-6)
+    return {
+        "part": option.label,
+        "vendor": row.vendor if row is not None else "to wind",
+        "rate": _number(option.rate),
+        "error": _number(math.degrees(option.error)),
+        "within_tolerance": not option.outside,
+        "outer_mm": None if outer is None else _number(outer * 1e3),
+        "stress_per_torque": per_torque,  # MPa a N m, inner fibre
+        "allowed_mpa": None if made is None else _number(made.allowed_stress * 1e-6),
+        "choice": f"{{part: {row.part}}}" if row is not None else "{make: true}",
+    }
+
+
+def _dampers(design: LegDesign, j: int) -> list[dict[str, Any]]:
+    """The chosen damper, then what may stand in for it; ``spring_rate``: of the spring wound to suit the other."""
+    chosen, spring = design.dampers.chosen[j], design.springs.chosen[j]
+    others = [option for option in design.dampers.ranked[j] if option is not chosen]
+    found = []
+    for option in (chosen, *others[:MOST_CHOICES]):
+        suits = option.spring if option is not chosen and spring.row is None else None
+        found.append(_damper(option, None if suits is None else suits.rate))
+    return found
+
+
+def _damper(option: DamperOption, spring_rate: float | None) -> dict[str, Any]:
+    row = option.row
+    return {
+        "part": option.label,
+        "vendor": row.vendor if row is not None else "",
+        "law": option.law,
+        "error": _number(math.degrees(option.error)),
+        "spring_rate": None if spring_rate is None else _number(spring_rate),
+        "outer_mm": None if row is None or row.outer_diameter is None else _number(row.outer_diameter * 1e3),
+        "choice": f"{{part: {row.part}}}" if row is not None else "",
+        **damper_json(option.damper),
+    }
+
+
+def _number(value: float, digits: int = 8) -> float:
+    """So many digits: the same bytes on any machine, and a page that is not heavy."""
+    return float(f"{float(value):.{digits}g}")

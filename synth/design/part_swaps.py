@@ -1,0 +1,166 @@
+"""What could be had in the place of one part, and what it costs; a choice that such an exchange would better takes it.
+
+An exchange changes one joint: another spring beside the chosen damper, or another damper with the spring that goes best
+with it among those that meet the joint's constraints for that damper. Every exchange is judged as the set is, with
+nominal parts and with their tolerances on the same draws. So a choice never loses to the table that stands beside it:
+where an exchange has the lesser expected error it is made, and the table is drawn up again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from synth.design.choose_dampers import DamperOption
+from synth.design.choose_springs import SpringOption, SpringSource, other_springs, spring_to_wind
+from synth.design.judged_sets import Judge, Pair, Pairs
+from synth.errors import UserError
+
+MOST_SWAPS = 8  # exchanges that are made before the choice stands, each to a lesser expected error
+WORTH = np.radians(0.002)  # by which an exchange must be better to be made: draws and engine are off by less
+FACTORS = (0.7, 0.85, 0.94, 0.98, 1.02, 1.06, 1.18, 1.43)  # of a wound spring's rate that are tried beside it
+SAME_RATE = 0.005  # relative: a spring wound for a rate this near is the same
+
+
+@dataclass(frozen=True)
+class JointParts:
+    """What a joint may have.
+
+    ``rate`` N m/rad is the one that was fitted with the damper chosen first. ``springs``: by a damper's label those
+    that meet the constraints for it. ``pairs`` are all of these together.
+    """
+
+    source: SpringSource
+    rate: float
+    dampers: tuple[DamperOption, ...]
+    springs: Mapping[str, tuple[SpringOption, ...]]
+    pairs: tuple[Pair, ...]
+    left_out: Mapping[str, int]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Swap:
+    """One exchange at one joint: the pair instead, its nominal and expected error (rad) of the whole leg."""
+
+    pair: Pair
+    error: float
+    expected: float
+
+    @property
+    def allowed(self) -> bool:
+        """Whether the joint's constraints allow it; a spring of another rate is listed to compare."""
+        return not (self.pair.spring.outside or self.pair.spring.compared)
+
+
+@dataclass(frozen=True)
+class Swaps:
+    """For each joint the exchanges of its spring and of its damper, least expected error first."""
+
+    springs: tuple[tuple[Swap, ...], ...]
+    dampers: tuple[tuple[Swap, ...], ...]
+    chosen: float = field(default=float("nan"))  # rad, expected error of the set as it stands, on the same draws
+
+
+def without_better_swap(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> tuple[Pairs, Swaps]:
+    """The set after every exchange that betters it, and the exchanges that are left."""
+    for _ in range(MOST_SWAPS):
+        chosen = _wound_to_suit(judge, chosen, joints)
+        table = swaps(judge, chosen, joints)
+        better = [
+            (swap.expected, j, swap.pair)
+            for j in range(len(joints))
+            for swap in (*table.springs[j], *table.dampers[j])
+            if swap.allowed and swap.expected < table.chosen - WORTH and judge.allows(_changed(chosen, j, swap.pair))
+        ]
+        if not better:
+            break
+        _, joint, pair = min(better, key=lambda item: item[:2])
+        chosen = _changed(chosen, joint, pair)
+    return chosen, table
+
+
+def swaps(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Swaps:
+    """Every exchange of one spring or one damper of a set."""
+    springs = tuple(
+        _judged(judge, chosen, j, [_suited(judge, chosen, j, pair, p.source) for pair in _instead(chosen[j], p)])
+        for j, p in enumerate(joints)
+    )
+    dampers = tuple(_judged(judge, chosen, j, _with_other_dampers(judge, chosen, j, p)) for j, p in enumerate(joints))
+    return Swaps(springs, dampers, judge.ready(chosen).expected)
+
+
+def _changed(pairs: Pairs, joint: int, pair: Pair) -> Pairs:
+    return (*pairs[:joint], pair, *pairs[joint + 1 :])
+
+
+def _judged(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> tuple[Swap, ...]:
+    sets = [_changed(chosen, joint, pair) for pair in pairs]
+    found = [
+        Swap(pair, float(error), judge.ready(one).expected)
+        for pair, error, one in zip(pairs, judge.errors(sets), sets, strict=True)
+    ]
+    return tuple(sorted(found, key=lambda swap: swap.expected))
+
+
+def _instead(pair: Pair, parts: JointParts) -> list[Pair]:
+    """Other springs for the chosen damper: those that meet its constraints, then others to compare."""
+    known = [s for s in parts.springs[pair.damper.label] if s is not pair.spring and not _same(s, pair.spring)]
+    others = other_springs(parts.source, pair.spring.asked, [pair.spring, *known])
+    return [Pair(spring, pair.damper) for spring in (*known, *others)]
+
+
+def _same(one: SpringOption, other: SpringOption) -> bool:
+    """Whether two springs are to be wound alike, but for their rate."""
+    return one.row is None and other.row is None and one.design is not None
+
+
+def _with_other_dampers(judge: Judge, chosen: Pairs, joint: int, parts: JointParts) -> list[Pair]:
+    """Each other damper with the spring that goes best with it."""
+    pair, found = chosen[joint], []
+    for damper in parts.dampers:
+        if damper.label == pair.damper.label:
+            continue
+        options = [Pair(spring, damper) for spring in parts.springs.get(damper.label, ())]
+        if options:
+            errors = judge.errors([_changed(chosen, joint, option) for option in options])
+            found.append(_suited(judge, chosen, joint, options[int(np.argmin(errors))], parts.source))
+    return found
+
+
+def _suited(judge: Judge, chosen: Pairs, joint: int, pair: Pair, source: SpringSource) -> Pair:
+    """The pair with its spring, where it is wound, wound for the rate that suits the set with this pair in it."""
+    spring = pair.spring
+    if spring.row is not None:
+        return pair
+    rates = [spring.rate, *(spring.rate * factor for factor in FACTORS)]
+    tried = [_changed(chosen, joint, replace(pair, spring=replace(spring, rate=rate))) for rate in rates]
+    best = int(np.argmin(judge.errors(tried)))
+    wound = _wound(source, rates[best]) if best > 0 else None
+    return pair if wound is None else replace(pair, spring=replace(wound, asked=spring.asked, compared=spring.compared))
+
+
+def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Pairs:
+    """The set with its wound springs wound for the rates with which the whole leg moves most nearly as wanted.
+
+    One joint after the other; a rate is taken where it can be wound and lessens the expected error.
+    """
+    for j, parts in enumerate(joints):
+        pair = _suited(judge, chosen, j, chosen[j], parts.source)
+        if pair is not chosen[j]:
+            other = _changed(chosen, j, pair)
+            if judge.ready(other).expected < judge.ready(chosen).expected - WORTH:
+                chosen = other
+    return chosen
+
+
+def _wound(source: SpringSource, rate: float) -> SpringOption | None:
+    """A spring wound for this rate as it is asked for; None where only another can be made."""
+    try:
+        option, _ = spring_to_wind(source, rate)
+    except UserError:
+        return None
+    made_as_asked = option.result is not None and option.result.best is not None
+    return option if made_as_asked and abs(option.rate / rate - 1.0) < SAME_RATE else None

@@ -1,0 +1,1 @@
+"""Estimation that knows no leg: priors, normal equations, Levenberg-Marquardt, information."""

@@ -1,0 +1,214 @@
+"""Levenberg-Marquardt for one problem or for many side by side, with one damping tried at a step or several.
+
+A problem says how its cost is evaluated, what its normal equations are and how a step moves a point; rules say how the
+damping changes. Points of many problems are evaluated in one call, so that a simulator can pack them together.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.estimation.normal_equations import NormalEquations, Scale, Step, StepLimits
+
+CONVERGED = "converged"
+AT_THE_LIMIT = "the iteration limit was reached"
+DIVERGED = "the simulation diverges at the start"
+
+
+class Point(Protocol):
+    """A point of a problem, evaluated or not."""
+
+    @property
+    def cost(self) -> float:
+        """Negative log-likelihood; inf where the simulation diverges or the point is not evaluated."""
+
+    @property
+    def unknowns(self) -> Array:
+        """(p,) common unknowns."""
+
+
+P = TypeVar("P", bound=Point)
+
+
+class Problem(ABC, Generic[P]):
+    """What is minimised."""
+
+    @abstractmethod
+    def evaluate(self, points: Sequence[P]) -> Sequence[P]:
+        """The points with their costs and what the normal equations need."""
+
+    @abstractmethod
+    def normal(self, point: P) -> NormalEquations:
+        """Normal equations at an evaluated point."""
+
+    @abstractmethod
+    def bounds(self, point: P) -> tuple[Array, Array]:
+        """Least and greatest common unknowns (p,); equal ones hold an unknown where it is."""
+
+    @abstractmethod
+    def moved(self, point: P, step: Step) -> P:
+        """The point after a step, not evaluated."""
+
+    @abstractmethod
+    def least_gain(self, cost: float) -> float:
+        """Fall of the cost to ``cost`` from which on a step is the last."""
+
+    def limits(self, point: P) -> StepLimits:
+        """How far a step may go; without limits unless a problem has some."""
+        return StepLimits()
+
+    def factors(self, point: P) -> Sequence[float]:
+        """Factors on the damping that are tried side by side; the best is taken."""
+        return (1.0,)
+
+
+@dataclass(frozen=True)
+class DampingRule(ABC):
+    """How the damping changes from step to step.
+
+    ``least`` : the damping falls no further. ``most`` : beyond it no step lowers the cost any more. ``memory`` : share
+    of the last step's scale that the next one keeps at least. ``settled`` : share of the least gain; where a step with
+    a damping of at most ``hardly_damped`` predicts less, the iteration has converged. 0: every step is tried.
+    """
+
+    least: float
+    most: float
+    memory: float = 0.0
+    settled: float = 0.0
+    hardly_damped: float = 0.0
+
+    @abstractmethod
+    def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
+        """Next damping and growth after a step of damping ``iterate.damping`` that lowered the cost by ``gain``."""
+
+    @abstractmethod
+    def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
+        """Next damping and growth after a step, or several, that did not."""
+
+
+@dataclass(frozen=True)
+class Nielsen(DampingRule):
+    """Damping by how well the linearisation predicted the gain (Nielsen 1999, IMM-REP-1999-05)."""
+
+    def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
+        """Lower by up to a third where the prediction held; equation 2.21 there, the ratio cut off at 1.5."""
+        ratio = gain / max(predicted, 1e-300)
+        factor = max(1 / 3, 1 - (2 * min(ratio, 1.5) - 1) ** 3)
+        return max(iterate.damping * factor, self.least), 2.0
+
+    def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
+        """Higher by 2, 4, 8 ... with each failure in turn."""
+        return iterate.damping * iterate.growth, 2.0 * iterate.growth
+
+
+@dataclass(frozen=True)
+class Factors(DampingRule):
+    """Damping divided by ``down`` after a success and multiplied by ``up`` after a failure (Marquardt 1963).
+
+    ``least_after_failure`` : the damping after a failure is at least this.
+    """
+
+    down: float = 10.0
+    up: float = 10.0
+    least_after_failure: float = 0.0
+
+    def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
+        """Lower."""
+        return max(iterate.damping / self.down, self.least), iterate.growth
+
+    def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
+        """Higher."""
+        return max(self.up * iterate.damping, self.least_after_failure), iterate.growth
+
+
+@dataclass(frozen=True)
+class Iterate(Generic[P]):
+    """Where an iteration stands: an evaluated point, the next damping, and why it ended, if it has.
+
+    ``growth`` : of the damping at the next failure. ``count`` : steps so far. ``scale`` : of the last step.
+    """
+
+    point: P
+    damping: float = 1e-3
+    reason: str = ""
+    count: int = 0
+    growth: float = 2.0
+    scale: Scale | None = None
+
+
+@dataclass(frozen=True)
+class _Proposal(Generic[P]):
+    """Steps that are tried from an iterate."""
+
+    points: list[P]
+    steps: list[Step]
+    dampings: list[float]
+    normal: NormalEquations | None
+
+
+def minimise(problem: Problem[P], start: Sequence[Iterate[P]], rule: DampingRule, rounds: int) -> list[Iterate[P]]:
+    """Improve evaluated points side by side by at most ``rounds`` steps each.
+
+    Returns
+    -------
+    list : an iterate each, in order; ``reason`` says why it ended, or that the limit was reached.
+    """
+    current = [
+        it if it.reason or np.isfinite(it.point.cost) else replace(it, count=it.count + 1, reason=DIVERGED)
+        for it in start
+    ]
+    for _ in range(rounds):
+        proposals: list[tuple[int, _Proposal[P]]] = []
+        for index, iterate in enumerate(current):
+            if not iterate.reason:
+                current[index], proposal = _proposed(problem, replace(iterate, count=iterate.count + 1), rule)
+                proposals.append((index, proposal))
+        if not proposals:
+            break
+        tried = problem.evaluate([point for _, proposal in proposals for point in proposal.points])
+        first = 0
+        for index, proposal in proposals:
+            points = tried[first : first + len(proposal.points)]
+            first += len(points)
+            if points:
+                current[index] = _judged(problem, current[index], proposal, points, rule)
+    return [it if it.reason else replace(it, reason=AT_THE_LIMIT) for it in current]
+
+
+def _proposed(problem: Problem[P], iterate: Iterate[P], rule: DampingRule) -> tuple[Iterate[P], _Proposal[P]]:
+    """The steps that are tried next; none, and the iterate ended, where they predict next to nothing."""
+    point = iterate.point
+    normal = problem.normal(point)
+    iterate = replace(iterate, scale=normal.scale.remembering(iterate.scale, rule.memory))
+    assert iterate.scale is not None
+    dampings = iterate.damping * np.array(problem.factors(point))
+    steps = normal.steps(point.unknowns, dampings, iterate.scale, problem.bounds(point), problem.limits(point))
+    if rule.settled > 0.0 and iterate.damping <= rule.hardly_damped:
+        least = rule.settled * problem.least_gain(point.cost)
+        if all(normal.predicted_fall(step) <= least for step in steps):
+            return replace(iterate, reason=CONVERGED), _Proposal([], [], [], None)
+    return iterate, _Proposal([problem.moved(point, step) for step in steps], steps, dampings.tolist(), normal)
+
+
+def _judged(
+    problem: Problem[P], iterate: Iterate[P], proposal: _Proposal[P], tried: Sequence[P], rule: DampingRule
+) -> Iterate[P]:
+    """The iterate after its best step, or where it was with more damping."""
+    best = min(range(len(tried)), key=lambda k: tried[k].cost)
+    point, here = tried[best], iterate.point.cost
+    if np.isfinite(point.cost) and point.cost <= here:
+        gain = here - point.cost
+        assert proposal.normal is not None
+        predicted = proposal.normal.predicted_fall(proposal.steps[best])
+        taken = replace(iterate, point=point, damping=proposal.dampings[best])
+        damping, growth = rule.accepted(taken, gain, predicted)
+        reason = CONVERGED if gain <= problem.least_gain(point.cost) else ""
+        return replace(taken, damping=damping, growth=growth, reason=reason)
+    damping, growth = rule.rejected(iterate)
+    return replace(iterate, damping=damping, growth=growth, reason=CONVERGED if damping > rule.most else "")

@@ -1,0 +1,314 @@
+"""Normal equations of arrow shape: unknowns that all trials share, and each trial's own, which are eliminated.
+
+The Hessian of a fit to many trials couples a trial's own unknowns (its initial state) to the common ones and to nothing
+else. Eliminating them trial by trial makes a step linear in the number of trials (Triggs et al. 2000, "Bundle
+adjustment", section 6). A damped step of the common unknowns comes from one of two matrices:
+
+``ArrowNormal``
+    damps the whole matrix, then eliminates: Levenberg-Marquardt on all unknowns.
+``ReducedNormal``
+    eliminates, then damps: Levenberg-Marquardt on the variable projection (Golub & Pereyra, SIAM J. Numer. Anal. 10
+    (1973) 413). Each trial's share of the reduced matrix stays known, so a fit without that trial is a closed form.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+
+# Relative and absolute damping that every step has: it keeps a matrix with a null direction invertible. The relative
+# one is 500 times the rounding of a double (2e-16), and a tenth of the least damping that a rule uses (1e-12).
+LEAST_DAMPING, LEAST_DIAGONAL = 1e-13, 1e-300
+HELD_ROUNDS = 6  # times that a step is solved anew because another unknown turned out to push against its bound
+
+
+@dataclass(frozen=True)
+class Information:
+    """Arrow-shaped normal matrix: ``common`` (p, p), and a trial's ``cross`` (p, l) and ``own`` (l, l)."""
+
+    common: Array
+    cross: tuple[Array, ...]
+    own: tuple[Array, ...]
+
+    def schur(self) -> Array:
+        """(p, p) information on the common unknowns once every trial's own are estimated too."""
+        reduced = self.common.copy()
+        for cross, own in zip(self.cross, self.own, strict=True):
+            reduced -= cross @ np.linalg.solve(own, cross.T)
+        return 0.5 * (reduced + reduced.T)
+
+
+@dataclass(frozen=True)
+class OwnGroup:
+    """Trials with equally many unknowns of their own, stacked.
+
+    ``trials`` : their indices (t,). ``matrix`` (t, l, l), ``gradient`` (t, l), ``cross`` (t, l, p).
+    """
+
+    trials: Sequence[int]
+    matrix: Array
+    gradient: Array
+    cross: Array
+
+    @property
+    def diagonal(self) -> Array:
+        """(t, l)."""
+        return np.diagonal(self.matrix, axis1=1, axis2=2)
+
+    def steps(self, common: Array, dampings: Array, scale: Array) -> Array:
+        """(n_step, t, l) damped steps that go with the steps ``common`` (n_step, p) of the common unknowns."""
+        right = self.gradient[:, :, None] + self.cross @ common.T
+        added = (dampings[:, None, None] + LEAST_DAMPING) * scale + LEAST_DIAGONAL
+        damped = self.matrix + added[:, :, :, None] * np.eye(self.matrix.shape[1])
+        return np.asarray(-np.linalg.solve(damped, right.transpose(2, 0, 1)[..., None])[..., 0])
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of the ``common`` unknowns (p,) and of each trial's ``own`` (l,)."""
+
+    common: Array
+    own: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What the damping multiplies: ``common`` (p,), and (t, l) a group of trials."""
+
+    common: Array
+    own: tuple[Array, ...]
+
+    def remembering(self, last: Scale | None, memory: float) -> Scale:
+        """At least the share ``memory`` of the last step's scale, so that a scale does not collapse in one step."""
+        if last is None or memory == 0.0:
+            return self
+        own = tuple(np.maximum(memory * a, b) for a, b in zip(last.own, self.own, strict=True))
+        return Scale(np.maximum(memory * last.common, self.common), own)
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """How far a step may go; beyond, the whole step is shortened.
+
+    ``common`` : greatest change of each common unknown, (p,) or one number; ``own`` : of a trial's own. ``follow`` :
+    each trial's own step is the best one for the common step after that was shortened and cut off at the bounds;
+    otherwise it is solved for before, and shortened with the common step.
+    """
+
+    common: Array | float = np.inf
+    own: float = np.inf
+    follow: bool = False
+
+
+@dataclass(frozen=True)
+class NormalEquations(ABC):
+    """``groups`` : the trials' own unknowns. All gradients are of the cost, at the point of linearisation."""
+
+    groups: tuple[OwnGroup, ...]
+
+    @property
+    @abstractmethod
+    def scale(self) -> Scale:
+        """The diagonals of what is damped."""
+
+    @property
+    @abstractmethod
+    def n_common(self) -> int:
+        """Number of common unknowns."""
+
+    @abstractmethod
+    def damped(self, damping: float, scale: Scale) -> tuple[Array, Array]:
+        """Damped matrix (p, p) and gradient (p,) of the common unknowns, the trials' own eliminated."""
+
+    @abstractmethod
+    def predicted_fall(self, step: Step) -> float:
+        """Fall of the cost that the linearisation predicts for a step that was not shortened."""
+
+    def steps(
+        self, at: Array, dampings: Array, scale: Scale, bounds: tuple[Array, Array], limits: StepLimits
+    ) -> list[Step]:
+        """One step for each of ``dampings`` (n_step,) from the common unknowns ``at`` (p,).
+
+        Unknowns that sit on a bound and push outwards are held; so are those whose bounds coincide.
+        """
+        low, high = bounds
+        made = [self._held_step(*self.damped(damping, scale), at, bounds) for damping in dampings.tolist()]
+        common = np.array([step * _share(step, limits.common) for step in made])
+        if limits.follow:
+            common = np.clip(at + common, low, high) - at
+            return self._with_own(common, dampings, scale)
+        steps = self._with_own(np.array(made), dampings, scale)
+        shortened = []
+        for step in steps:
+            longest = max((float(np.max(np.abs(own), initial=0.0)) for own in step.own), default=0.0)
+            share = min(_share(step.common, limits.common), limits.own / max(longest, 1e-300))
+            moved = np.clip(at + share * step.common, low, high) - at
+            shortened.append(Step(moved, tuple(share * own for own in step.own) if share < 1.0 else step.own))
+        return shortened
+
+    @staticmethod
+    def _held_step(matrix: Array, gradient: Array, at: Array, bounds: tuple[Array, Array]) -> Array:
+        """Step (p,) without the unknowns that push against a bound."""
+        low, high = bounds
+        held = low >= high
+        step = np.zeros(len(at))
+        for _ in range(HELD_ROUNDS):
+            moving = ~held
+            step[:] = 0.0
+            if moving.any():
+                step[moving] = -np.linalg.solve(matrix[np.ix_(moving, moving)], gradient[moving])
+            outward = ((at <= low) & (step < 0.0)) | ((at >= high) & (step > 0.0))
+            if not np.any(outward & ~held):
+                break
+            held = held | outward
+        return step
+
+    def _with_own(self, common: Array, dampings: Array, scale: Scale) -> list[Step]:
+        """Steps with each trial's own unknowns, from those of the common ones (n_step, p)."""
+        count = sum(len(group.trials) for group in self.groups)
+        own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
+        for group, width in zip(self.groups, scale.own, strict=True):
+            for made, steps in zip(own, group.steps(common, dampings, width), strict=True):
+                for trial, step in zip(group.trials, steps, strict=True):
+                    made[trial] = step
+        return [Step(one, tuple(made)) for one, made in zip(common, own, strict=True)]
+
+
+def _share(step: Array, longest: Array | float) -> float:
+    """Factor, at most 1, by which no part of a step is longer than allowed."""
+    return float(min(1.0, np.min(longest / np.maximum(np.abs(step), 1e-300), initial=1.0)))
+
+
+@dataclass(frozen=True)
+class ArrowNormal(NormalEquations):
+    """All unknowns' normal matrix and the common ones' gradient; damping comes before the elimination."""
+
+    information: Information
+    gradient: Array
+
+    @classmethod
+    def of(cls, information: Information, gradient: Array, own_gradient: Sequence[Array]) -> ArrowNormal:
+        """From the matrix and gradients, a trial each (l,)."""
+        return cls(grouped(information.own, own_gradient, [c.T for c in information.cross]), information, gradient)
+
+    @property
+    def n_common(self) -> int:
+        """Number of common unknowns."""
+        return len(self.gradient)
+
+    @property
+    def scale(self) -> Scale:
+        """The diagonals."""
+        return Scale(np.diag(self.information.common).copy(), tuple(group.diagonal.copy() for group in self.groups))
+
+    def damped(self, damping: float, scale: Scale) -> tuple[Array, Array]:
+        """Schur complement of the damped matrix."""
+        matrix = self.information.common + np.diag((damping + LEAST_DAMPING) * scale.common + LEAST_DIAGONAL)
+        gradient = self.gradient.copy()
+        for group, width in zip(self.groups, scale.own, strict=True):
+            added = (damping + LEAST_DAMPING) * width + LEAST_DIAGONAL
+            damped = group.matrix + added[:, :, None] * np.eye(group.matrix.shape[1])
+            both = np.linalg.solve(damped, np.concatenate([group.cross, group.gradient[:, :, None]], axis=2))
+            eliminated = np.tensordot(group.cross, both, axes=((0, 1), (0, 1)))
+            matrix -= eliminated[:, :-1]
+            gradient -= eliminated[:, -1]
+        return matrix, gradient
+
+    def predicted_fall(self, step: Step) -> float:
+        """Half the gradient along the step (exact for the undamped one)."""
+        fall = -0.5 * float(self.gradient @ step.common)
+        for group in self.groups:
+            for trial, gradient in zip(group.trials, group.gradient, strict=True):
+                fall -= 0.5 * float(gradient @ step.own[trial])
+        return fall
+
+
+@dataclass(frozen=True)
+class ReducedNormal(NormalEquations):
+    """``matrix`` (p, p) and ``gradient`` (p,) with the trials' own unknowns eliminated; damping comes after.
+
+    ``parts`` : each trial's share of both, as it is in their sums.
+    """
+
+    matrix: Array
+    gradient: Array
+    parts: tuple[tuple[Array, Array], ...]
+
+    @classmethod
+    def of(cls, information: Sequence[TrialNormal], prior: Array, prior_gradient: Array) -> ReducedNormal:
+        """From each trial's normal equations and the prior's information (p, p) and gradient (p,)."""
+        parts = tuple(trial.reduced() for trial in information)
+        groups = grouped(
+            [trial.own for trial in information],
+            [trial.own_gradient for trial in information],
+            [trial.cross.T for trial in information],
+        )
+        matrix = sum((part for part, _ in parts), prior.copy())
+        gradient = sum((part for _, part in parts), prior_gradient.copy())
+        return cls(groups, matrix, gradient, parts)
+
+    @property
+    def n_common(self) -> int:
+        """Number of common unknowns."""
+        return len(self.gradient)
+
+    @property
+    def scale(self) -> Scale:
+        """The diagonals: of the reduced matrix, and of the trials' own."""
+        return Scale(np.diag(self.matrix), tuple(group.diagonal for group in self.groups))
+
+    @property
+    def covariance(self) -> Array:
+        """(p, p) of the common unknowns: the inverse of the information that trials and priors give."""
+        return np.asarray(np.linalg.inv(self.matrix))
+
+    def damped(self, damping: float, scale: Scale) -> tuple[Array, Array]:
+        """The reduced matrix with its damping."""
+        added = (damping + LEAST_DAMPING) * scale.common + LEAST_DIAGONAL
+        return self.matrix + np.diag(added), self.gradient
+
+    def predicted_fall(self, step: Step) -> float:
+        """Half the gradient along the common step; the trials' own are at their best for it already."""
+        return -0.5 * float(self.gradient @ step.common)
+
+    def without(self, trial: int) -> Array:
+        """(p,) Gauss-Newton step to the fit of all trials but one, in closed form."""
+        matrix, gradient = self.parts[trial]
+        return -np.asarray(np.linalg.solve(self.matrix - matrix, self.gradient - gradient))
+
+
+@dataclass(frozen=True)
+class TrialNormal:
+    """One trial's normal equations: ``common`` (p, p), ``cross`` (p, l), ``own`` (l, l), and both gradients."""
+
+    common: Array
+    cross: Array
+    own: Array
+    gradient: Array
+    own_gradient: Array
+
+    def reduced(self) -> tuple[Array, Array]:
+        """Matrix (p, p) and gradient (p,) with the trial's own unknowns eliminated."""
+        both = np.linalg.solve(self.own, np.column_stack([self.cross.T, self.own_gradient]))
+        return self.common - self.cross @ both[:, :-1], self.gradient - self.cross @ both[:, -1]
+
+
+def grouped(own: Sequence[Array], gradient: Sequence[Array], cross: Sequence[Array]) -> tuple[OwnGroup, ...]:
+    """Trials with equally many own unknowns stacked; ``cross`` (l, p) a trial."""
+    trials: dict[int, list[int]] = {}
+    for index, matrix in enumerate(own):
+        trials.setdefault(len(matrix), []).append(index)
+    return tuple(
+        OwnGroup(
+            group,
+            np.array([own[i] for i in group]),
+            np.array([gradient[i] for i in group]),
+            np.array([cross[i] for i in group]),
+        )
+        for group in trials.values()
+    )

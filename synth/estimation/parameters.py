@@ -1,0 +1,157 @@
+"""Parameters of an effect: their units, what is believed of them before any trial, and where a search for them begins.
+
+An effect of any plant is a set of parameters that are zero where it is switched off. A diagnosis works with whitened
+unknowns, whose prior is the unit normal; ``Prior`` turns one into the other.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType
+from typing import Any, Literal
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is held possible of a parameter before any trial, in units of the joint's natural size of its dimension.
+
+    Normal about ``centre`` with standard deviation ``width``, or with ``log`` log-normal about the median ``centre``
+    with ``width`` in natural logarithm; with ``inverse`` its reciprocal is normal about ``1 / centre`` (0 for an
+    infinite centre) with deviation ``width``: a compliance, whose effect is linear where it is small. Cut off at
+    ``lower`` and ``upper``.
+    """
+
+    centre: float
+    width: float
+    log: bool = False
+    lower: float = -np.inf
+    upper: float = np.inf
+    inverse: bool = False
+
+    def value(self, coordinate: Any) -> Any:
+        """Natural value at a whitened coordinate (0 the centre, 1 one standard deviation above), cut off."""
+        scaled = self.width * np.asarray(coordinate, dtype=float)
+        if self.inverse:
+            value = 1.0 / np.maximum(1.0 / self.centre + scaled, 1.0 / self.upper)
+        elif self.log:
+            value = self.centre * np.exp(np.minimum(np.maximum(scaled, -40.0), 40.0))
+        else:
+            value = self.centre + scaled
+        # one call each, and only where there is a bound: np.clip takes five times as long
+        value = value if self.lower == -np.inf else np.maximum(value, self.lower)
+        return value if self.upper == np.inf else np.minimum(value, self.upper)
+
+    def coordinate(self, value: Any) -> Any:
+        """The inverse of ``value``."""
+        value = np.asarray(value, dtype=float)
+        if self.inverse:
+            return (1.0 / value - 1.0 / self.centre) / self.width
+        return np.log(value / self.centre) / self.width if self.log else (value - self.centre) / self.width
+
+    def span(self, most: float) -> tuple[float, float]:
+        """Least and greatest whitened coordinate, at most ``most`` deviations off, between the bounds."""
+        ends = []
+        for bound, open_end in ((self.lower, -np.inf), (self.upper, np.inf)):
+            closed = np.isfinite(bound) and not ((self.log or self.inverse) and bound <= 0.0)
+            ends.append(float(self.coordinate(bound)) if closed else open_end)
+        if self.inverse:
+            ends.reverse()
+        return max(ends[0], -most), min(ends[1], most)
+
+
+def stiff(usual: float, upper: float) -> Prior:
+    """A stiffness that would be infinite in the nominal leg: half-normal in its reciprocal, up to ``upper``."""
+    return Prior(np.inf, 1.0 / usual, lower=0.5, upper=upper, inverse=True)
+
+
+def size(width: float) -> Prior:
+    """A strength: half-normal, not negative."""
+    return Prior(0.0, width, lower=0.0)
+
+
+def signed(width: float, most: float = np.inf) -> Prior:
+    """A strength of either sign."""
+    return Prior(0.0, width, lower=-most, upper=most)
+
+
+def positive(median: float, width: float, lower: float = 0.0, upper: float = np.inf) -> Prior:
+    """A shape: log-normal."""
+    return Prior(median, width, log=True, lower=lower, upper=upper)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    ``default``: the value where a file gives none; None: it must. ``off``: the value with which a joint without the
+    effect is computed. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
+    unit; else in the joint's natural size (see ``diagnosis.candidates``). ``anchor`` "middle": its prior counts from
+    the middle of the joint's motion, in half its range.
+    """
+
+    name: str
+    unit: str
+    default: float | None = None
+    prior: Prior | None = None
+    off: float = 0.0
+    natural: bool = True
+    anchor: Literal["", "middle"] = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
+
+    ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> value; what is
+    left out starts small. Both in units of the natural size, as ``Prior.centre``.
+    """
+
+    free: tuple[str, ...]
+    held: Mapping[str, float]
+    starts: tuple[Mapping[str, float], ...] = ({},)
+
+
+@dataclass(frozen=True)
+class PlantEffect:
+    """An effect of some plant: what it is, and its parameters in the order of its function.
+
+    ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the ways in which a diagnosis
+    tries it. ``phrase`` : what a diagnosis says of the place that has it, "lacks dry friction". ``module`` : where its
+    functions are.
+    """
+
+    name: str
+    meaning: str
+    formula: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    strengths: tuple[str, ...]
+    shapes: tuple[Shape, ...]
+    phrase: str = ""
+    module: str = ""
+
+    @cached_property
+    def defaults(self) -> dict[str, float]:
+        """Parameter -> value where a file gives none; what must be given counts as off."""
+        return {p.name: p.off if p.default is None else p.default for p in self.parameters}
+
+    def function(self, name: str) -> Callable[..., Any]:
+        """A function of its module."""
+        found: Callable[..., Any] = getattr(self.loaded, name)
+        return found
+
+    @property
+    def loaded(self) -> ModuleType:
+        """Its module."""
+        return sys.modules.get(self.module) or importlib.import_module(self.module)
+
+    def index(self, parameter: str) -> int:
+        """Place of a parameter."""
+        return [p.name for p in self.parameters].index(parameter)

@@ -1,0 +1,95 @@
+"""Recordings of one project beside each other: one whose clock or columns are another's is refused by name.
+
+On its own such a file is well-formed, and a fit of all would be wrong by much with an interval that says nothing of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from math import degrees, radians
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem
+
+SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual time from sample to sample; 1 Hz is the slowest motion sought
+ANOTHER_CLOCK = 100.0  # times the others' step: more than from a camera to the fastest encoder
+LEAST = 3  # recordings among which one can stand out
+FAR, NEARER = radians(15.0), 3.0  # from the others' usual angles; times nearer with two columns exchanged
+
+
+def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | None:
+    """What is wrong with a recording's clock (n,) s on its own: steps that no recording of a limb has."""
+    step = float(np.median(np.diff(time)))
+    if SHORTEST_STEP <= step <= LONGEST_STEP:
+        return None
+    text = f"the samples are {step:.2g} s apart; a limb is recorded every {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s. "
+    return Problem(f"{text}Is the time in another unit? Then say so in the header, such as time [ms]", name, 1, title)
+
+
+def check_together(
+    names: Sequence[str], times: Sequence[Array], angles: Sequence[Array], joints: Sequence[str]
+) -> list[Problem]:
+    """Recordings whose clock, or whose columns, cannot be of one project with the others.
+
+    Parameters
+    ----------
+    times : (n,) s of each; angles : (n, n_joint) rad of each, nan where missing.
+    """
+    return [*clocks_together(names, times), *_exchanged(names, angles, joints)]
+
+
+def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Problem]:
+    """Recordings whose step is a hundred times the others', or a hundredth."""
+    steps = np.array([float(np.median(np.diff(time))) for time in times])
+    if len(steps) < 2:
+        return []
+    usual = float(np.median(steps)) if len(steps) >= LEAST else float(steps.min())
+    problems = []
+    for name, step in zip(names, steps.tolist(), strict=True):
+        if max(step / usual, usual / step) >= ANOTHER_CLOCK:
+            times_as = f"{step / usual:.3g} times" if step > usual else f"1/{usual / step:.3g} of"
+            text = f"its samples are {step:.3g} s apart, {times_as} what the other recordings have ({usual:.3g} s); is "
+            text += "its time in another unit? Then say so in the header, such as time [ms]"
+            problems.append(Problem(text, name, 1, "time"))
+    return problems
+
+
+def _exchanged(names: Sequence[str], angles: Sequence[Array], joints: Sequence[str]) -> list[Problem]:
+    """Recordings whose usual angles are the others' with two columns exchanged."""
+    if len(names) < LEAST:
+        return []
+    with np.errstate(all="ignore"):
+        own = np.array([[_median(one[:, j]) for j in range(one.shape[1])] for one in angles])
+    usual = np.nanmedian(own, axis=0)
+    problems = []
+    for name, one in zip(names, own, strict=True):
+        away = _apart(one, usual)
+        if away < FAR:
+            continue
+        pairs = list(combinations(range(len(joints)), 2))
+        swapped = [_apart(_with_exchange(one, pair), usual) for pair in pairs]
+        if swapped and min(swapped) < away / NEARER:
+            first, second = (joints[j] for j in pairs[int(np.argmin(swapped))])
+            text = f"the columns of {first} and {second} look exchanged: its angles lie {degrees(away):.0f} deg from "
+            text += f"those of the other recordings, and {degrees(min(swapped)):.0f} deg with the two exchanged"
+            problems.append(Problem(text, name, 1))
+    return problems
+
+
+def _median(values: Array) -> float:
+    good = values[np.isfinite(values)]
+    return float(np.median(good)) if len(good) else np.nan
+
+
+def _apart(one: Array, usual: Array) -> float:
+    """Largest distance of any joint, rad."""
+    return float(np.nanmax(np.abs(one - usual)))
+
+
+def _with_exchange(one: Array, pair: tuple[int, int]) -> Array:
+    swapped = one.copy()
+    swapped[list(pair)] = one[list(pair[::-1])]
+    return swapped

@@ -1,0 +1,94 @@
+"""Numbers and words as JSON and CSV hold them: the same on every machine, and nothing that a spreadsheet would run."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+DIGITS = 10  # significant; below what any two machines' arithmetic agrees on, above what anyone needs
+_FORMULA = tuple("=+-@\t\r\n|%")  # what makes a spreadsheet reckon with a cell
+
+
+def plain(value: Any, key: str) -> Any:
+    """Mappings, lists and rounded numbers only."""
+    if isinstance(value, Mapping):
+        for name in value:
+            if not isinstance(name, str):
+                raise TypeError(f"{key or 'the result'} has the key {name!r}, which is no text")
+        return {name: plain(item, f"{key}.{name}" if key else name) for name, item in value.items()}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(item, f"{key}[{index}]") for index, item in enumerate(value)]
+    if value is None or isinstance(value, (str, bool)):
+        return value
+    if isinstance(value, np.bool_):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        if not math.isfinite(value):
+            raise ValueError(f"{key or 'the result'} is {value}: such a number must not reach a result file")
+        return _rounded(float(value))
+    raise TypeError(f"{key or 'the result'} is a {type(value).__name__}, which has no JSON form")
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}") + 0.0  # + 0.0: no minus zero
+
+
+def json_text(value: Any, depth: int) -> str:
+    """Indented JSON with lists and mappings of plain numbers and words kept on one line."""
+    if not isinstance(value, (dict, list)) or not value:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    items = list(value.values()) if isinstance(value, dict) else value
+    flat = all(not isinstance(item, (dict, list)) for item in items)
+    quantity = isinstance(value, dict) and "value" in value and "unit" in value
+    if (flat and isinstance(value, list)) or quantity:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    pad = "  " * (depth + 1)
+    if isinstance(value, dict):
+        parts = [
+            f"{json.dumps(name, ensure_ascii=False)}: {json_text(item, depth + 1)}" for name, item in value.items()
+        ]
+    else:
+        parts = [json_text(item, depth + 1) for item in value]
+    left, right = "{}" if isinstance(value, dict) else "[]"
+    return f"{left}\n{pad}" + f",\n{pad}".join(parts) + f"\n{'  ' * depth}{right}"
+
+
+def cells(column: Sequence[Any] | np.ndarray[Any, Any]) -> list[str]:
+    """A column's cells; those of an array of numbers, most of what is written, without asking of each what it is."""
+    if not (isinstance(column, np.ndarray) and column.dtype == np.float64 and column.ndim == 1):
+        return [_cell(value) for value in column]
+    if np.any(np.isinf(column)):
+        _cell(column[np.isinf(column)][0])
+    # + 0.0: no minus zero; nan alone differs from itself
+    return [f"{value:.{DIGITS}g}" if value == value else "" for value in (column + 0.0).tolist()]
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (float, np.floating)):
+        if math.isinf(value):
+            raise ValueError(f"a cell is {value}: such a number must not reach a result file")
+        return "" if math.isnan(value) else f"{_rounded(float(value)):.{DIGITS}g}"
+    return defused(str(value))
+
+
+def defused(text: str) -> str:
+    """The text of a cell, which a spreadsheet will not take for a formula: an apostrophe makes it show as text."""
+    return text if text.lstrip(" ")[:1] not in _FORMULA or not text else f"'{text}"
+
+
+def csv_text(words: str) -> str:
+    """A CSV cell of words, quoted where it must be, for writers of their own lines."""
+    safe = defused(words)
+    return f'"{safe.replace(chr(34), chr(34) * 2)}"' if any(c in safe for c in ',"\n\r') else safe

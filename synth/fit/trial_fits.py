@@ -1,0 +1,104 @@
+"""Each trial beside its fit: residuals, start, characteristics of the recorded motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.fit_result import JointFit, StartFit, TrialFit
+from synth.fit.recordings import Recording
+from synth.fit.trajectories import Local
+from synth.fit.uncertainty import residuals
+from synth.fit.unknowns import NORMAL90
+from synth.motion.characteristics import characteristics
+from synth.motion.first_state import FirstState
+from synth.swing.leg_model import Leg
+
+LEAST_START = (1.5, 60.0)  # deg and deg/s off the first samples, that are worth a word
+
+
+def trial_fits(
+    leg: Leg,
+    joints: Mapping[str, JointFit],
+    recordings: Sequence[Recording],
+    locals_: Sequence[Local],
+    predictions: Sequence[Array],
+    *,
+    held_out: bool = False,
+) -> tuple[TrialFit, ...]:
+    """Each recording beside its prediction, in measured angles, with the characteristics of the predicted motion.
+
+    Characteristics are taken from the smoothed recording, not from the model: they describe the data.
+    """
+    common = np.array([joint.free_angle.value for joint in joints.values()])
+    fits = []
+    for recording, local, prediction in zip(recordings, locals_, predictions, strict=True):
+        residual = residuals(recording, prediction)
+        counted = np.asarray(recording.counts.any(axis=0))
+        rms = np.full(len(counted), np.nan)
+        rms[counted] = np.sqrt(np.nanmean(residual[:, counted] ** 2, axis=0))
+        smoothed = recording.smoothed
+        measured = leg.to_measured(smoothed.angle)
+        found = {
+            leg.joint_names[j]: characteristics(smoothed.time, measured[:, j], float(smoothed.noise[j]))
+            for j in recording.free
+        }
+        rotation = np.where(recording.counts, recording.rotation, np.nan)
+        fits.append(
+            TrialFit(
+                recording.name,
+                recording.time,
+                leg.to_measured(rotation),
+                leg.to_measured(prediction),
+                rms,
+                common + leg.sign * local.shift,
+                local.rotation,
+                local.rate,
+                _start(leg, recording, local),
+                found,
+                held_out,
+            )
+        )
+    return tuple(fits)
+
+
+def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:
+    """Fitted and recorded first state in measured angles; nan for locked joints."""
+    held = ~recording.counts.any(axis=0)
+    seen = recording.start
+
+    def told(values: Array) -> Array:
+        return np.where(held, np.nan, values)
+
+    recorded = FirstState(
+        told(leg.to_measured(seen.angle)),
+        told(leg.sign * seen.rate),
+        told(seen.angle_deviation),
+        told(seen.rate_deviation),
+    )
+    return StartFit(told(leg.to_measured(local.rotation)), told(leg.sign * local.rate), recorded)
+
+
+def away_from_their_starts(names: Sequence[str], trials: Sequence[TrialFit]) -> list[str]:
+    """A sentence on trials whose fitted motion starts elsewhere than their first samples do."""
+    away = []
+    for trial in trials:
+        start = trial.start
+        degrees = np.abs(np.degrees(start.angle - start.recorded.angle))
+        turning = np.abs(np.degrees(start.rate - start.recorded.rate))
+        off = ((degrees > LEAST_START[0]) | (turning > LEAST_START[1])) & (start.misfit() > NORMAL90).any(axis=0)
+        for j in map(int, np.flatnonzero(off)):
+            away.append((float(start.misfit()[:, j].max()), trial, j))
+    if not away:
+        return []
+    _, trial, j = max(away, key=lambda item: item[0])
+    start, count = trial.start, len({item[1].name for item in away})
+    return [
+        f"release: in {count} of {len(trials)} trials the fitted motion starts elsewhere than the first samples do. "
+        f"Most so in {trial.name}, {names[j]}: fitted {np.degrees(start.angle[j]):.1f} deg and "
+        f"{np.degrees(start.rate[j]):.0f} deg/s, recorded {np.degrees(start.recorded.angle[j]):.1f} deg and "
+        f"{np.degrees(start.recorded.rate[j]):.0f} deg/s. Something acts there that the model does not hold: a hand, a "
+        "muscle, a latch. Give a later start, or cut the recording with synth import"
+    ]

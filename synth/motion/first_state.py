@@ -1,0 +1,65 @@
+"""What the first samples of a recording say of its state there: angle and rate, each with its uncertainty.
+
+A local polynomial through noisy samples of a curved motion is off by noise and by bias. The noise follows from the
+polynomial's weights; the bias is told from how far polynomials of other degrees and widths disagree (the idea of
+Lepski's rule, Theory Probab. Appl. 35 (1990) 454).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.smoothing import Mask
+
+WIDTH = 0.03  # s, support of the narrowest polynomial, as of ``smooth``
+LEAST = 5  # samples of a polynomial
+OTHERS = ((2, 1.0), (2, 1.5), (3, 1.5))  # degree and share of the support of the polynomials beside the cubic
+NOISE_FACTOR = 3.0  # standard deviations: the samples take part in the fit too, and must hardly count twice
+
+
+@dataclass(frozen=True)
+class FirstState:
+    """``angle`` and ``rate`` (n,) rad and rad/s at the first sample, with deviations that hold noise and bias."""
+
+    angle: Array
+    rate: Array
+    angle_deviation: Array
+    rate_deviation: Array
+
+
+def first_state(time: Array, angle: Array, counts: Mask, scatter: Array) -> FirstState:
+    """The state at ``time[0]``.
+
+    Parameters
+    ----------
+    time : (m,) s; angle : (m, n) rad; counts : (m, n) True where a sample may be used.
+    scatter : (n,) rad, what one sample scatters by; at least what the encoder's counts make.
+    """
+    n = angle.shape[1]
+    found = np.zeros((4, n))
+    fewest = max(LEAST, round(WIDTH / float(np.median(np.diff(time)))) // 2 * 2 + 1)
+    for j in range(n):
+        good = np.flatnonzero(counts[:, j])[: 2 * fewest]
+        if len(good) < LEAST:
+            found[2:, j] = np.inf
+            continue
+        since, value = time[good] - time[0], angle[good, j]
+        weights = _weights(since[:fewest], 3)
+        middle = weights @ value[:fewest]
+        noise = NOISE_FACTOR * scatter[j] * np.sqrt((weights**2).sum(axis=1))
+        bias = np.zeros(2)
+        for degree, share in OTHERS:
+            points = round(share * fewest)
+            bias = np.maximum(bias, np.abs(_weights(since[:points], degree) @ value[:points] - middle))
+        found[:, j] = *middle, *np.hypot(noise, bias)
+    return FirstState(*found)
+
+
+def _weights(since: Array, degree: int) -> Array:
+    """(2, points): what samples at ``since`` (points,) s are weighed with for value and slope at nought."""
+    scale = float(since[-1]) or 1.0
+    inverse = np.linalg.pinv(np.vander(since / scale, degree + 1, increasing=True))
+    return np.asarray(np.stack([inverse[0], inverse[1] / scale]))

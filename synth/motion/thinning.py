@@ -1,0 +1,136 @@
+"""Recordings sampled far faster than the motion: neighbouring samples are averaged in groups, so that nothing is lost.
+
+The mean of a group of k samples has the noise of one over the root of k, and says of a motion that is a line over the
+group all that the samples say. What a group's length T bends is x'' T^2 / 24: an amplitude smaller by (w T)^2 / 24 at a
+frequency w, the same in every sample, which an initial state takes up; frequency and decay stay. A group may be as long
+as that is below the noise of its mean.
+
+A channel whose counts are coarser than its noise is not averaged, since the mean of counts is no count and looks surer
+than it is (see ``fit.rounding``): there the middle sample stands for the group, which is so short that the joint turns
+by less than a count in it, so that no count is skipped.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb, sqrt
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.smoothing import Mask
+
+LONG = 6_000  # samples, up to which a recording is left as it is
+FEWEST = 2_500  # samples that are kept at least
+BENT = 0.5  # of a mean's noise, by which a group may bend the fastest samples but 2 %
+FASTEST = 98.0  # percentile of a stretch of the recording
+STRETCHES = 20  # the hardest counts: a long rest does not hide the swing before it
+DIFFERENCE = 6  # order of the differences that leave noise alone, as in ``gap.data``
+COARSE = 0.6  # noise over count below which a channel's counts are coarse, as in ``fit.rounding``
+ON_GRID = 0.98  # share of the readings that must lie on the counts
+FEW = 0.7  # share of a group's samples that must be good
+HOLE = 1.5  # times its usual length, from which on a group has a hole in it
+
+
+@dataclass(frozen=True)
+class Thinned:
+    """``time`` (m,) s, ``angle`` (m, n) rad and ``lost`` (m, n); ``group`` samples were taken together of ``rows``."""
+
+    time: Array
+    angle: Array
+    lost: Mask
+    group: int
+    rows: int
+
+    @property
+    def sentence(self) -> str:
+        """What was done, empty where nothing was."""
+        if self.group == 1:
+            return ""
+        step = float(np.median(np.diff(self.time)))
+        return (
+            f"{self.rows} samples over {self.time[-1] - self.time[0]:.3g} s are more than the motion needs: "
+            f"{self.group} each are averaged to one, {len(self.time)} in all, {1e3 * step:.3g} ms apart"
+        )
+
+
+def thinned(time: Array, angle: Array, lost: Mask) -> Thinned:
+    """A recording with as many samples as its motion needs.
+
+    Parameters
+    ----------
+    time : (n,) s, rising; angle : (n, n_joint) rad; lost : (n, n_joint), from ``lost_samples``.
+    """
+    rows = len(time)
+    if rows <= LONG:
+        return Thinned(time, angle, lost, 1, rows)
+    bridged = np.empty_like(angle)
+    for j in range(angle.shape[1]):
+        good = ~lost[:, j]
+        bridged[:, j] = np.interp(time, time[good], angle[good, j]) if good.any() else 0.0
+    noise = white_noise(bridged)
+    counts = np.array([_coarse_count(angle[~lost[:, j], j], float(noise[j])) for j in range(angle.shape[1])])
+    group = _odd(rows // FEWEST)
+    while group > 1 and not _straight(bridged, noise, counts, group):
+        group = _odd(group // 2)
+    if group < 3:
+        return Thinned(time, angle, lost, 1, rows)
+    return _grouped(time, bridged, lost, group, counts)
+
+
+def _odd(group: int) -> int:
+    """At most ``group``, with a middle sample."""
+    return max(group - (1 - group % 2), 1)
+
+
+def white_noise(angle: Array) -> Array:
+    """(n_joint,) rad, noise that is white from sample to sample: by differences of the sixth order."""
+    norm = sqrt(sum(comb(DIFFERENCE, k) ** 2 for k in range(DIFFERENCE + 1)))
+    return np.asarray(1.4826 * np.median(np.abs(np.diff(angle, DIFFERENCE, axis=0)), axis=0) / norm)
+
+
+def _coarse_count(reading: Array, noise: float) -> float:
+    """The count rad of readings (m,) whose counts are coarse against the noise, 0 where they are not."""
+    gaps = np.diff(np.unique(reading))
+    gaps = gaps[gaps > 1e-7]
+    if not len(gaps):
+        return 0.0
+    count = float(gaps.min())
+    apart = (reading - reading[0]) / count
+    on_grid = np.mean(np.abs(apart - np.round(apart)) < 0.02 + 1e-5 * np.abs(apart)) > ON_GRID
+    return count if on_grid and noise < COARSE * count else 0.0
+
+
+def _straight(angle: Array, noise: Array, counts: Array, group: int) -> bool:
+    """Whether the motion bends too little over a group to show above the noise of its mean.
+
+    Second differences of the means are x'' T^2, and their own noise. With coarse counts: whether it turns by less than
+    one.
+    """
+    means = _means(angle, group)
+    bend = _hardest(np.diff(means, 2, axis=0)) / 24.0 <= BENT * noise / sqrt(group) + 1e-9
+    turn = _hardest(np.diff(angle[group // 2 :: group], axis=0)) <= 1.001 * counts
+    return bool(np.all(np.where(counts > 0.0, turn, bend)))
+
+
+def _hardest(change: Array) -> Array:
+    """(n,) the ``FASTEST`` percentile of the sizes of changes (m, n) in the stretch where it is largest."""
+    stretches = np.array_split(np.abs(change), STRETCHES)
+    return np.asarray(np.max([np.percentile(part, FASTEST, axis=0) for part in stretches], axis=0))
+
+
+def _means(values: Array, group: int) -> Array:
+    """(m, ...) means of whole groups; what is left over at the end is left out."""
+    count = len(values) // group
+    return np.asarray(values[: count * group].reshape(count, group, *values.shape[1:]).mean(axis=1))
+
+
+def _grouped(time: Array, angle: Array, lost: Mask, group: int, counts: Array) -> Thinned:
+    count = len(time) // group
+    middle = group // 2 + group * np.arange(count)
+    mean, few = _means(angle, group), _means(lost.astype(float), group) > 1.0 - FEW
+    for j in np.flatnonzero(counts > 0.0):
+        mean[:, j], few[:, j] = angle[middle, j], lost[middle, j]
+    length = time[group - 1 + group * np.arange(count)] - time[group * np.arange(count)]
+    few |= (length > HOLE * np.median(length))[:, None]
+    return Thinned(_means(time, group), mean, few, group, len(time))

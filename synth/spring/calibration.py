@@ -1,0 +1,97 @@
+"""What wound samples say of a wire and a winder: spring-back and rate, as factors on what the formulas give.
+
+A sample is a coil that was wound on a mandrel, let go, and measured. Its mean diameter D (measured, or from the turns
+wound n and the coils left N, since the wire's length stays: ``D = (D_mandrel + d) n / N``) tells at which stress the
+wire flowed, by the same rod that ``winding`` bends; its rate tells how far the formula is off for this wire and coil.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from synth.parts.coil_rate import RateForm, active_coils, rate
+from synth.spring.winding import mandrel_diameter
+
+FLOW_RANGE = (0.2, 2.0)  # of the tensile strength: beyond it the sample was not measured right
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One wound coil: sizes m, ``turns`` wound on the mandrel, ``coils`` left when free, ``rate`` N m/rad.
+
+    ``mean`` is the free coil's mean diameter; None where only turns and coils were counted. ``legs`` to the load, m.
+    """
+
+    mandrel: float
+    wire: float
+    coils: float
+    turns: float | None = None
+    mean: float | None = None
+    rate: float | None = None
+    legs: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def free_mean(self) -> float | None:
+        """Mean diameter of the free coil, m: as measured, else from the turns that became coils."""
+        if self.mean is not None:
+            return self.mean
+        return None if self.turns is None else (self.mandrel + self.wire) * self.turns / self.coils
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Factors on the wire's flow stress (its tensile strength) and on the rate; ``spread`` one SD of the latter.
+
+    ``n_back`` and ``n_rate`` samples told them.
+    """
+
+    spring_back: float = 1.0
+    rate: float = 1.0
+    spread: float | None = None
+    n_back: int = 0
+    n_rate: int = 0
+
+
+UNCALIBRATED = Calibration()
+
+
+def flow_factor(sample: Sample, modulus: float, strength: float) -> float | None:
+    """Flow stress over ``strength`` with which the sample's mandrel gives its free coil; None where none does.
+
+    By bisection: the harder the wire flows, the more it springs back and the thinner the mandrel for the same coil.
+    """
+    mean = sample.free_mean
+    if mean is None or mean <= sample.mandrel + sample.wire:
+        return None
+    low, high = FLOW_RANGE
+    if not (
+        mandrel_diameter(mean, sample.wire, modulus, high * strength)
+        <= sample.mandrel
+        <= mandrel_diameter(mean, sample.wire, modulus, low * strength)
+    ):
+        return None
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        thicker = mandrel_diameter(mean, sample.wire, modulus, middle * strength) > sample.mandrel
+        low, high = (middle, high) if thicker else (low, middle)
+    return 0.5 * (low + high)
+
+
+def rate_factor(sample: Sample, modulus: float, form: RateForm = "bending") -> float | None:
+    """Measured rate over the formula's; None where rate or diameter were not measured."""
+    mean = sample.free_mean
+    if sample.rate is None or mean is None:
+        return None
+    active = active_coils(sample.coils, mean, sample.legs)
+    return sample.rate / rate(modulus, sample.wire, mean, active, form)
+
+
+def calibrated(flows: Sequence[float], rates: Sequence[float]) -> Calibration:
+    """Geometric means of the samples' factors; 1 where no sample tells one."""
+    logs = [math.log(value) for value in rates]
+    middle = sum(logs) / len(logs) if logs else 0.0
+    spread = math.sqrt(sum((x - middle) ** 2 for x in logs) / (len(logs) - 1)) if len(logs) > 1 else None
+    back = math.exp(sum(math.log(value) for value in flows) / len(flows)) if flows else 1.0
+    return Calibration(back, math.exp(middle), spread, len(flows), len(rates))

@@ -1,0 +1,184 @@
+"""Source text of the compiled chain: straight-line code for a given number of links, one lane loop round it.
+
+Loops over links inside the lane loop keep numba from vectorising it, so the loops are unrolled here, when the text
+is written. ``synth.compiling.code_cache`` makes a module of the text.
+"""
+
+from __future__ import annotations
+
+from synth.compiling.elimination import factorise, substitute
+from synth.swing.lane_layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
+
+HEADER = '''"""Written by synth.swing.chain_source."""
+from math import sqrt
+
+from synth.compiling.compiled import compiled
+from synth.compiling.trigonometry import sine_cosine
+'''
+DECORATOR = "@compiled('{signature}', fastmath=True, error_model='numpy', nogil=True)"
+
+
+def right_hand_side(layout: Layout) -> str:
+    """Source of ``right_hand_side(workspace)``: joint accelerations of a chain of ``layout.n`` links.
+
+    Absolute rotations give mass matrix and velocity terms in closed form; suffix sums turn them into joint
+    coordinates, where a locked joint is a row and column of the identity; LDL^T solves (Golub & Van Loan,
+    *Matrix Computations*, 4th ed., algorithm 4.1.2). The workspace is taken as one row (n_row * 16,): every place in
+    it is then a constant, and no loop has to ask whether what it stores overlaps what it loads.
+    """
+    return HEADER + _lane_loop("right_hand_side", _accelerations(layout))
+
+
+def _lane_loop(name: str, lines: list[str]) -> str:
+    """A function of the workspace that runs these lines for each lane ``l``."""
+    decorator = DECORATOR.format(signature="void(float64[::1])")
+    body = "\n".join(f"        {line}" for line in lines)
+    return f"\n\n{decorator}\ndef {name}(Z):\n    for l in range({LANES}):\n{body}\n"
+
+
+def _at(row: int) -> str:
+    return f"Z[{row * LANES} + l]"
+
+
+def _accelerations(layout: Layout) -> list[str]:
+    """Lines of ``right_hand_side``."""
+    n, at = layout.n, _at
+    lines: list[str] = []
+    put = lines.append
+    for i in range(n):
+        put(f"q{i} = {at(layout.row('rotation', i))}")
+        put(f"w{i} = {at(layout.row('rate', i))}")
+        put(f"phi{i} = {at(layout.row('tilt'))} + q0" if i == 0 else f"phi{i} = phi{i - 1} + q{i}")
+        put("omega0 = w0" if i == 0 else f"omega{i} = omega{i - 1} + w{i}")
+        put(f"s{i}, c{i} = sine_cosine(phi{i})")
+        put(f"square{i} = omega{i} * omega{i}")
+    for i in range(n):
+        put(f"m{i}{i} = {at(layout.inertia_row(i, i))}")
+        for j in range(i + 1, n):
+            put(f"a = {at(layout.inertia_row(i, j))}")
+            put(f"m{i}{j} = a * (c{i} * c{j} + s{i} * s{j})")
+            put(f"h{i}{j} = a * (s{i} * c{j} - c{i} * s{j})")
+    for i in range(n):
+        terms = [f"{at(layout.row('gravity', i))} * s{i}"]
+        terms += [f"h{i}{j} * square{j}" for j in range(i + 1, n)]
+        put(f"bias{i} = {' + '.join(terms)}" + "".join(f" - h{j}{i} * square{j}" for j in range(i)))
+    lines += _joint_coordinates(n)
+    for i in range(n):
+        spring = f"{at(layout.row('spring_rate', i))} * (q{i} - {at(layout.row('rest', i))})"
+        damper = f"{at(layout.row('damper_rate', i))} * w{i}"
+        put(f"free{i} = {at(layout.row('free', i))}")
+        put(f"known{i} = {spring} + {damper} + bias{i}")
+        put(f"r{i} = free{i} * ({at(layout.row('extra_torque', i))} - known{i})")
+    for i in range(n):
+        for j in range(i, n):
+            masked = f"J{i}{i} * free{i} + (1.0 - free{i})" if i == j else f"J{i}{j} * free{i} * free{j}"
+            put(f"J{i}{j} = {masked}")
+    lines += factorise(n) + substitute(n, "x", [f"r{i}" for i in range(n)])
+    lines += [f"{at(layout.row('acceleration', i))} = x{i}" for i in range(n)]
+    return lines
+
+
+def _joint_coordinates(n: int) -> list[str]:
+    """Sums over outboard links: bias_i += bias_{i+1}; J = T' M T with T the lower triangle of ones."""
+    lines = [f"bias{i} = bias{i} + bias{i + 1}" for i in range(n - 2, -1, -1)]
+    for j in range(n - 1, -1, -1):
+        for i in range(n):
+            entry = f"m{i}{j}" if i <= j else f"m{j}{i}"
+            lines.append(f"B{i}{j} = {entry}" if j == n - 1 else f"B{i}{j} = B{i}{j + 1} + {entry}")
+    for j in range(n):
+        for i in range(n - 1, -1, -1):
+            lines.append(f"J{i}{j} = B{i}{j}" if i == n - 1 else f"J{i}{j} = J{i + 1}{j} + B{i}{j}")
+    return lines
+
+
+def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
+    """Source of ``extra_torques(workspace, n, active)``: damper curves and effects, a lane loop each.
+
+    ``active``: (1 + n_law,) int64, curves first, then ``layout.laws``; zero skips the loop, so what is off costs
+    nothing; a negative first entry: the dampers' torques are given in their rows.
+    ``imports`` : law's name -> module that holds its compiled ``torque(rotation, rate, deflection,
+    spring_rate, damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and
+    the memory's rate of change. The block is generic in n at run time, so one compilation serves every leg.
+    """
+
+    def at(block: str, parameter: int = 0) -> str:
+        return f"Z[{layout.row(block, parameter * MOST_LINKS) * LANES} + e]"
+
+    header = HEADER + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
+    each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # masked, so that no place can be negative
+    lines = [
+        each,
+        f"    {at('extra_torque')} = 0.0",
+        "if active[0] >= 0:",
+        f"    {each}",
+        f"        {at('damper_torque')} = {at('damper_rate')} * {at('rate')}",
+        "if active[0] > 0:",
+        f"    for j in range(n & {MOST_LINKS}):",
+        f"        for m in range({CURVE_POINTS}):",
+        f"            for l in range({LANES}):",
+        f"                e = j * {LANES} + l",
+        f"                c = (j * {CURVE_POINTS} + m) * {LANES} + l",
+        f"                most = Z[{layout.row('curve_speed') * LANES} + c]",
+        f"                slope = Z[{layout.row('curve_slope') * LANES} + c]",
+        f"                resisting = slope * max(-most, min(most, {at('rate')}))",
+        f"                {at('extra_torque')} -= resisting",
+        f"                {at('damper_torque')} += resisting",
+    ]
+    for index, law in enumerate(layout.laws):
+        given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
+        given += [at(block) for block in ("spring_rate", "damper_rate", "damper_torque", "bearing_force")]
+        given += [at(f"{law.name} memory") if law.memory else "0.0"]
+        given += [at(law.name, p) for p in range(law.n_parameter)]
+        lines += [
+            f"if active[{index + 1}] != 0:",
+            f"    {each}",
+            f"        value, change = {law.name}({', '.join(given)})",
+            f"        {at('extra_torque')} += value",
+        ]
+        if law.memory:
+            lines += [f"        {at(f'{law.name} memory rate')} = change"]
+    decorator = DECORATOR.format(signature="void(float64[::1], int64, int64[::1])")
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"{header}\n\n{decorator}\ndef extra_torques(Z, n, active):\n{body}\n"
+
+
+def bearing_forces(layout: Layout) -> str:
+    """Source of ``bearing_forces(workspace)`` and of ``again(workspace)``.
+
+    The first does what the right-hand side does, and finds the force (N) that each hinge carries, from the
+    accelerations there; the second gives the accelerations for other extra torques at the same place, with what the
+    first has factorised.
+
+    Newton's second law for all that hangs from a joint. With ``p_k = (cos phi_k ddphi_k - sin phi_k dphi_k^2,
+    sin phi_k ddphi_k + cos phi_k dphi_k^2)`` the acceleration that link k adds a unit of length, the force on joint j
+    is ``sum_{k<j} length_k carried_j p_k + sum_{k>=j} moment_k p_k + carried_j g (0, 1)``.
+    """
+    n, row = layout.n, layout.row
+    first = _accelerations(layout)
+    kept = [f"known{i}" for i in range(n)] + [f"inverse{i}" for i in range(n)]
+    kept += [f"l{j}{i}" for i in range(n) for j in range(i + 1, n)]
+    places = {name: _at(row("factors", k)) for k, name in enumerate(kept)}
+    first += [f"{place} = {name}" for name, place in places.items()]
+    for i in range(n):
+        first += [
+            f"alpha{i} = x{i}" + (f" + alpha{i - 1}" if i else ""),
+            f"px{i} = c{i} * alpha{i} - s{i} * square{i}",
+            f"pz{i} = s{i} * alpha{i} + c{i} * square{i}",
+        ]
+    for i in range(n - 1, -1, -1):  # what hangs from the joint, and gravity
+        moment = _at(row("first_moment", i))
+        first += [f"out{d}{i} = {moment} * p{d}{i}" + (f" + out{d}{i + 1}" if i < n - 1 else "") for d in "xz"]
+    first += ["inx = 0.0", f"inz = {_at(row('weight'))}"]  # what the links before it do
+    for i in range(n):
+        first += [
+            f"carried = {_at(row('carried_mass', i))}",
+            f"fx = carried * inx + outx{i}",
+            f"fz = carried * inz + outz{i}",
+            f"{_at(row('bearing_force', i))} = sqrt(fx * fx + fz * fz)",
+        ]
+        first += [f"in{d} = in{d} + {_at(row('length', i))} * p{d}{i}" for d in "xz"]
+    second = [f"{name} = {place}" for name, place in places.items()]
+    torque = [f"{_at(row('free', i))} * ({_at(row('extra_torque', i))} - known{i})" for i in range(n)]
+    second += substitute(n, "x", torque)
+    second += [f"{_at(row('acceleration', i))} = x{i}" for i in range(n)]
+    return HEADER + _lane_loop("bearing_forces", first) + _lane_loop("again", second)

@@ -1,0 +1,73 @@
+"""The shrink against its closed form: ``1 - after/before`` of RMS errors above the noise floor."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from synth.diagnosis.prediction_error import BLOCKS, Misses, label, shrink_of_best
+
+SAMPLES = 50.0  # in each block of each trial
+
+
+def misses(before: float, after: float, floor: float, trials: int = 3) -> Misses:
+    """Every block of every trial has the same RMS error (rad), so resampling changes nothing."""
+    counts = np.full((trials, BLOCKS), SAMPLES)
+    squares = {"as_designed": 4 * before**2 * counts, "before": before**2 * counts, "after": after**2 * counts}
+    return Misses(squares, counts, floor**2 * counts, seed=0)
+
+
+def test_it_is_a_ratio_of_angles_not_of_squares() -> None:
+    # floor 0.3: before sqrt(0.09 + 9) -> 3 above the floor, after sqrt(0.09 + 1) -> 1 above it
+    found = misses(math.sqrt(0.09 + 9.0), math.sqrt(0.09 + 1.0), 0.3).shrink()
+    assert found.value == pytest.approx(1.0 - 1.0 / 3.0)
+    assert (found.low, found.high) == pytest.approx((2.0 / 3.0, 2.0 / 3.0))
+
+
+def test_an_error_at_the_floor_shrinks_wholly_and_a_larger_one_is_negative() -> None:
+    assert misses(0.5, 0.1, 0.1).shrink().value == pytest.approx(1.0)
+    assert misses(0.5, 0.05, 0.1).shrink().value == pytest.approx(1.0)  # below the floor is not more than all
+    assert misses(1.0, 2.0, 0.0).shrink().value == pytest.approx(-1.0)
+
+
+def test_no_gap_shrinks_by_nothing() -> None:
+    assert misses(0.1, 0.05, 0.1).shrink().value == 0.0
+
+
+def test_rms_figures_are_over_samples_not_over_blocks() -> None:
+    found = misses(0.02, 0.01, 0.005)
+    assert (found.figure("before").value, found.figure("before").unit) == (
+        pytest.approx(0.02),
+        "deg",
+    )  # rad, shown in deg
+    assert found.floor.value == pytest.approx(0.005)
+    assert found.best_possible.value == pytest.approx(0.01)
+    # a block with three times the samples counts three times
+    counts = np.array([[30.0, 10.0, 10.0, 10.0]])
+    squares = {"before": np.array([[30.0 * 4.0, 10.0, 10.0, 10.0]])}
+    uneven = Misses(squares, counts, np.zeros_like(counts), seed=0).figure("before")
+    assert uneven.value == pytest.approx(math.sqrt(150.0 / 60.0))
+
+
+def test_the_interval_is_that_of_cells_drawn_with_replacement() -> None:
+    """Two kinds of cells, k of n large: the mean square of a resample is binomial."""
+    counts = np.ones((25, BLOCKS))
+    squares = np.ones_like(counts)
+    squares.ravel()[:30] = 4.0
+    found = Misses({"before": squares}, counts, np.zeros_like(counts), seed=1).figure("before")
+    share = np.random.default_rng(2).binomial(100, 0.3, 200_000) / 100
+    low, high = np.sqrt(1.0 + 3.0 * np.quantile(share, [0.05, 0.95]))
+    assert (found.low, found.high) == pytest.approx((low, high), rel=0.03)
+
+
+def test_share_of_the_best_that_the_library_reaches() -> None:
+    above = [math.sqrt(0.01 + square) for square in (9.0, 4.0, 1.0)]
+    assert shrink_of_best(*above, floor=0.1) == pytest.approx((3.0 - 2.0) / (3.0 - 1.0))
+    assert shrink_of_best(1.0, 0.5, 1.0, floor=0.1) is None
+
+
+def test_labels_do_not_depend_on_the_order_of_causes() -> None:
+    keys = [("latency", "hip"), ("backlash", "knee")]
+    assert label(keys) == label(keys[::-1]) == "backlash @ knee + latency @ hip"

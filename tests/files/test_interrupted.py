@@ -1,0 +1,269 @@
+"""Runs that are killed, hung up, doubled, or written to disks and folders that refuse them: nothing half, no litter."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.batch.folder import Kept
+from synth.errors import UserError
+from synth.files import output
+from synth.files.leftovers import PARTIAL, REPLACED, held_folder
+from synth.files.output import output_folder, write_bytes_whole, write_csv
+from synth.hopper.checkpoint import MANIFEST, Checkpoint
+
+WAITING = """
+    import sys, time
+    from synth.files.output import output_folder
+    with output_folder(sys.argv[1]) as folder:
+        (folder / "half").write_text("x")
+        print("ready", flush=True)
+        time.sleep(float(sys.argv[2]))
+"""
+
+
+@contextmanager
+def running(target: Path, seconds: float = 60.0, *before: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that has begun to write the result, and is killed at the end."""
+    words = [*before, sys.executable, "-c", textwrap.dedent(WAITING), str(target), str(seconds)]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    assert process.stdout is not None
+    with process.stdout:
+        assert process.stdout.readline() == b"ready\n"
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.wait()
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def run(target: Path, text: str = "1") -> None:
+    with output_folder(target) as folder:
+        (folder / "fit.json").write_text(text)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no such signal here")
+def test_a_run_that_is_hung_up_leaves_nothing_and_nohup_is_heeded(tmp_path: Path) -> None:
+    with running(tmp_path / "out") as process:
+        process.send_signal(signal.SIGHUP)
+        assert process.wait(timeout=20) == 128 + signal.SIGHUP
+    assert names(tmp_path) == []
+    with running(tmp_path / "out", 1.0, "nohup") as process:
+        process.send_signal(signal.SIGHUP)
+        assert process.wait(timeout=20) == 0
+    assert names(tmp_path) == ["out"]
+
+
+def test_what_a_killed_run_left_goes_with_the_next_and_what_a_living_one_writes_stays(tmp_path: Path) -> None:
+    with running(tmp_path / "out") as process:
+        process.kill()
+        process.wait()
+    assert [name.startswith(".out.partial-") for name in names(tmp_path)] == [True]
+    (tmp_path / ".out.replaced-dead" / "old").mkdir(parents=True)
+    (tmp_path / ".outer.partial-dead").mkdir()  # another result's
+    with running(tmp_path / "other") as process:
+        run(tmp_path / "out")
+        left = names(tmp_path)
+    assert [name for name in left if not name.startswith(".other.partial-")] == [".outer.partial-dead", "out"]
+    assert len(left) == 3
+
+
+def test_a_result_that_a_killed_run_had_moved_aside_comes_back(tmp_path: Path) -> None:
+    run(tmp_path / "out", "1")
+    (tmp_path / ".out.replaced-dead").mkdir()
+    (tmp_path / "out").rename(tmp_path / ".out.replaced-dead" / "old")
+    with pytest.raises(RuntimeError), output_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert names(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "fit.json").read_text() == "1"
+
+
+def test_two_runs_into_one_folder_the_second_is_refused(tmp_path: Path) -> None:
+    with running(tmp_path / "out"):
+        with pytest.raises(UserError, match="being written by another run"):
+            run(tmp_path / "out")
+        assert len(names(tmp_path)) == 1
+    run(tmp_path / "out")
+
+
+def test_a_folder_that_is_seen_before_it_is_locked_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, made = output.tempfile.mkdtemp, []
+
+    def overtaken(**words: str) -> str:
+        made.append(make(**words))
+        if len(made) == 1:
+            Path(made[0]).rmdir()  # as another run's cleaning would
+        return made[-1]
+
+    monkeypatch.setattr(output.tempfile, "mkdtemp", overtaken)
+    path, handle = held_folder(tmp_path, PARTIAL.format("x"))
+    assert path == Path(made[-1])
+    assert path.is_dir()
+    if handle is not None:
+        os.close(handle)
+
+
+def test_files_are_on_the_disk_before_the_rename(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flushed: list[str] = []
+    monkeypatch.setattr(output, "_flush", lambda path: flushed.append(path.name))
+    rename = Path.rename
+
+    def renamed(self: Path, to: Path) -> Path:
+        flushed.append("renamed")
+        return rename(self, to)
+
+    monkeypatch.setattr(Path, "rename", renamed)
+    run(tmp_path / "out")
+    before = flushed[: flushed.index("renamed")]
+    assert {"fit.json", ".synth-output"} < set(before)
+    assert any(name.startswith(".out.partial-") for name in before)
+    assert flushed[-1] == tmp_path.name
+
+
+def test_an_earlier_result_without_write_permission_is_refused_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(tmp_path / "out", "1")
+    (tmp_path / "out").chmod(0o555)
+    access = os.access
+    # root may write everywhere, so that this stands in for a plain user's answer
+    monkeypatch.setattr(os, "access", lambda path, mode: access(path, mode) and bool(Path(path).stat().st_mode & 0o200))
+    with pytest.raises(UserError, match=r"may not be written \(chmod u\+w\)"), output_folder(tmp_path / "out"):
+        raise AssertionError("the run began")
+    (tmp_path / "out").chmod(0o755)
+    (tmp_path / "out" / "fit.json").chmod(0o444)
+    run(tmp_path / "out", "2")
+    assert names(tmp_path) == ["out"]
+
+
+def test_a_full_disk_elsewhere_is_told_by_its_own_name(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"^/cache/x: cannot be written: No space"), output_folder(tmp_path / "out"):
+        raise OSError(28, "No space left on device", "/cache/x")
+    with pytest.raises(UserError, match="out: cannot be written: No space"), output_folder(tmp_path / "out"):
+        raise OSError(28, "No space left on device")
+
+
+IDENTITY = {"project file": "a"}
+CHUNK = np.arange(12.0).reshape(3, 4)
+
+
+def test_a_sweep_goes_on_after_a_disk_that_was_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(UserError, match="No space left"):
+            Checkpoint(tmp_path / "out", IDENTITY)
+    assert names(tmp_path) == []  # nothing was kept, so nothing is left
+    checkpoint = Checkpoint(tmp_path / "out", IDENTITY)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(OSError, match="No space left"):
+            checkpoint.save(0, CHUNK)
+    assert names(checkpoint.folder) == [MANIFEST]
+    (checkpoint.folder / ".chunk_000000.npy.x.partial").write_bytes(b"cut by a kill")
+    (checkpoint.folder / MANIFEST).write_text('{"cut')
+    checkpoint = Checkpoint(tmp_path / "out", IDENTITY)
+    checkpoint.save(0, CHUNK)
+    assert names(checkpoint.folder) == ["chunk_000000.npy", MANIFEST]
+    assert np.array_equal(Checkpoint(tmp_path / "out", IDENTITY).load(0), CHUNK)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("damage", ["cut", "a bit turned", "emptied", "of an older version"])
+def test_a_damaged_chunk_is_dropped(damage: str, tmp_path: Path) -> None:
+    checkpoint = Checkpoint(tmp_path / "out", IDENTITY)
+    checkpoint.save(0, CHUNK)
+    (path,) = checkpoint.folder.glob("chunk_*.npy")
+    data = path.read_bytes()
+    changed = {"cut": data[:100], "a bit turned": data[:-40] + bytes([data[-40] ^ 1]) + data[-39:], "emptied": b"",
+               "of an older version": data[:-32]}  # fmt: skip
+    path.write_bytes(changed[damage])
+    assert checkpoint.load(0) is None
+    assert checkpoint.finished == 0
+    checkpoint.save(0, CHUNK)
+    assert np.array_equal(checkpoint.load(0), CHUNK)  # type: ignore[arg-type]
+
+
+def test_chunks_of_another_sweep_and_a_user_s_files_are_left_alone(tmp_path: Path) -> None:
+    checkpoint = Checkpoint(tmp_path / "out", IDENTITY)
+    checkpoint.save(0, CHUNK)
+    with pytest.raises(UserError, match="another project file"):
+        Checkpoint(tmp_path / "out", {"project file": "b"})
+    (checkpoint.folder / "notes.txt").write_text("mine")
+    with pytest.raises(UserError, match=r"no interrupted sweep \(notes.txt\)"):
+        Checkpoint(tmp_path / "out", IDENTITY)
+    assert len(names(checkpoint.folder)) == 3
+
+
+def test_a_kept_fit_that_was_changed_is_made_again(tmp_path: Path) -> None:
+    kept = Kept(tmp_path / "out")
+    kept.save("a", IDENTITY, {"fit.json": b"{}", "responses/x.csv": b"1"})
+    assert kept.has("a", IDENTITY)
+    (kept.files("a") / "fit.json").write_bytes(b"{")
+    assert not kept.has("a", IDENTITY)
+    assert not kept.place("a").exists()
+
+
+def test_a_file_beside_a_result_is_whole_or_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_bytes_whole(tmp_path / "x", b"1")
+
+    def full(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        write_bytes_whole(tmp_path / "x", b"2")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"x": b"1"}
+
+
+def test_no_cell_of_any_table_is_a_formula(tmp_path: Path) -> None:
+    wicked = ["=1+1", "+1", "-x", "@x", "\t=1", "|x", "plain"]
+    write_csv(tmp_path / "x.csv", {"=title": wicked, "number": np.linspace(-1.0, 1.0, 7)})
+    lines = (tmp_path / "x.csv").read_text().splitlines()
+    assert [line.partition(",")[0] for line in lines] == ["'=title", *(f"'{cell}" for cell in wicked[:-1]), "plain"]
+    assert lines[1].endswith(",-1")
+
+
+STREAMS = {
+    "full": (">/dev/full", 2),
+    "closed": (">&-", 0),
+    "errors full": ("2>/dev/full", 0),
+    "all closed": (">&- 2>&- <&-", 0),
+}
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device here")
+@pytest.mark.parametrize("name", STREAMS)
+def test_standard_output_may_be_full_or_closed(name: str, tmp_path: Path) -> None:
+    redirect, status = STREAMS[name]
+    target = tmp_path / "spring.json"
+    words = f"-m synth spring --rate '3 N*m/rad' --travel '30 deg' --json '{target}'"
+    done = subprocess.run(["sh", "-c", f"'{sys.executable}' {words} {redirect}"], capture_output=True, text=True)
+    assert done.returncode == status
+    assert "Traceback" not in done.stderr
+    assert json.loads(target.read_text())["format"].startswith("synth/spring/")
+    if name == "full":
+        said = "synth: standard output: cannot be written: No space left on device; what was asked for is done\n"
+        assert done.stderr.endswith(said)
+
+
+def test_leftovers_are_told_apart_by_the_result_s_whole_name() -> None:
+    assert not PARTIAL.format("a.b").startswith(PARTIAL.format("a"))
+    assert PARTIAL.format("a") != REPLACED.format("a")

@@ -1,0 +1,218 @@
+"""A case in a process of its own, forked from one that has loaded and compiled everything; and what it may leave."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from fuzzing.bases import Base, bases
+from fuzzing.mutations import change
+
+LIMIT = 60.0  # s, of a case
+MEMORY = 3e9  # bytes of address space beyond what the parent has
+FAILURES = ("CRASHED", "HUNG", "DIED", "WROTE", "HALF", "SAID")
+SLOW_RUNS = 0.15  # of the cases whose project runs long, that are run and not only checked
+RESULTS = ("fit.json", "fits.json", "gap.json", "design.json", "hopper.json", "motor.json", "pull-ups.json",
+           "jumps.json", "import.json", "spring.json")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Case:
+    """A seed's project, what was changed in it, and how it ended: ``tag`` DONE, REFUSED or one of ``FAILURES``."""
+
+    seed: int
+    base: str
+    changes: tuple[str, ...]
+    command: tuple[str, ...]
+    tag: str
+    why: str
+    status: int
+    seconds: float
+
+    def as_json(self) -> dict[str, Any]:
+        """For the report."""
+        return asdict(self)
+
+
+def prepared() -> None:
+    """Load what the commands load, so that a fork has it: imports and compiled equations."""
+    os.environ.setdefault("SYNTH_THREADS", "1")
+    import synth.cli
+    import synth.design.leg_design
+    import synth.diagnosis.diagnose
+    import synth.hopper.study
+    import synth.motion.importers.convert  # noqa: F401
+    from synth.swing.chain import compiled_chain
+
+    for links in (1, 2, 3):
+        compiled_chain(links).load()
+    bases()
+
+
+def run_case(seed: int, room: Path, *, undamaged: bool = False, quick: bool = False) -> Case:
+    """Make the case of a seed in a folder of its own under ``room``, run it, judge it, and remove it if it is well.
+
+    ``undamaged`` : the project of that number as it is. ``quick`` : what runs for many seconds is only checked.
+    """
+    generator = random.Random(seed)
+    base = bases()[seed] if undamaged else generator.choice(bases())
+    box = room / f"case-{seed}"
+    shutil.rmtree(box, ignore_errors=True)
+    folder = box / "project"
+    (box / "outside").mkdir(parents=True)
+    folder.mkdir()
+    for name, data in base.files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    command = list(base.command) if undamaged else _command(generator, base, quick)
+    changes = []
+    for _ in range(0 if undamaged else generator.choice([0, 1, 1, 1, 2, 3]) if base.files else 1):
+        names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+        changes.append(change(generator, folder, command, [name for name in names if name.isprintable()]))
+    words = [word.replace("{out}", "out") for word in command]
+    before = _contents(box, folder / "out")
+    began = time.monotonic()
+    status, peak = _forked(words, folder, box)
+    seconds = time.monotonic() - began
+    tag, why = _judged(status, box, folder, before, words, peak)
+    if tag not in FAILURES:
+        shutil.rmtree(box, ignore_errors=True)
+    return Case(seed, base.name, tuple(changes), tuple(words), tag, why, status, round(seconds, 2))
+
+
+def _command(generator: random.Random, base: Base, quick: bool) -> list[str]:
+    command = list(base.command)
+    for option in base.options:
+        if generator.random() < 0.12:
+            command += option
+    checked = generator.random() > SLOW_RUNS or quick
+    if base.slow and checked and ("--dry-run",) in base.options and "--dry-run" not in command:
+        command.append("--dry-run")
+    return command
+
+
+def _contents(box: Path, out: Path) -> dict[str, str]:
+    """Every file of the box but those of the result: what it is, and its bytes."""
+    found = {}
+    for place, folders, files in os.walk(box):
+        if Path(place) == out or out in Path(place).parents:
+            continue
+        for name in (*folders, *files):
+            path = Path(place) / name
+            if path == out or path in (box / "stdout", box / "stderr"):
+                continue
+            if path.is_symlink():
+                what = f"link {path.readlink()}"
+            elif path.is_file() and path.stat().st_size < 50_000_000:
+                what = hashlib.sha256(path.read_bytes()).hexdigest()
+            else:
+                what = str(path.lstat().st_mode)
+            found[os.fsencode(path).decode("utf-8", "backslashreplace")] = what
+    return found
+
+
+def _forked(words: list[str], folder: Path, box: Path) -> tuple[int, float]:
+    """The exit status, negative for a signal, and the most memory in bytes."""
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            os.setsid()
+            os.chdir(folder)
+            for number, name in ((0, os.devnull), (1, box / "stdout"), (2, box / "stderr")):
+                opened = os.open(name, os.O_RDONLY if number == 0 else os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+                os.dup2(opened, number)
+            sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
+            sys.stderr = os.fdopen(2, "w", encoding="utf-8", closefd=False)
+            from synth.cli import main
+
+            status = main(["-q", *words])
+        except BaseException:
+            import traceback
+
+            traceback.print_exc()
+            status = 1
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+            os._exit(status)
+    deadline = time.monotonic() + LIMIT
+    while True:
+        done, status, used = os.wait4(child, os.WNOHANG)
+        if done:
+            code = os.WEXITSTATUS(status) if os.WIFEXITED(status) else -os.WTERMSIG(status)
+            return code, used.ru_maxrss * 1024.0
+        if time.monotonic() > deadline:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return -99, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024.0
+        time.sleep(0.01)
+
+
+def _judged(
+    status: int, box: Path, folder: Path, before: dict[str, str], words: list[str], peak: float
+) -> tuple[str, str]:
+    """The case's tag and why."""
+    said = (box / "stderr").read_text(encoding="utf-8", errors="replace") if (box / "stderr").exists() else ""
+    told = (box / "stdout").read_text(encoding="utf-8", errors="replace") if (box / "stdout").exists() else ""
+    last = said.strip().splitlines()[-1] if said.strip() else ""
+    if status == -99:
+        return "HUNG", f"more than {LIMIT:.0f} s"
+    if status < 0:
+        return "DIED", f"signal {-status}"
+    if status not in (0, 2) or "Traceback" in said + told:
+        return "CRASHED", last
+    after = _contents(box, folder / "out")
+    allowed = {str(folder / "out.json")} if status == 0 else set()
+    allowed |= {str(folder / "spring.json")} if status == 0 else set()
+    new = sorted(name for name in after if before.get(name) != after[name] and name not in allowed)
+    gone = sorted(set(before) - set(after))
+    if (new or gone) and not _told_where(words, status):
+        return "WROTE", ", ".join([*new, *gone])[:300]
+    if peak > MEMORY:
+        return "DIED", f"{peak / 1e9:.1f} GB"
+    return _result(status, folder / "out", said)
+
+
+def _told_where(words: list[str], status: int) -> bool:
+    """Whether the changed command line itself names another place to write."""
+    named = [words[k + 1] for k, word in enumerate(words[:-1]) if word in ("--out", "--json")]
+    named += [word.partition("=")[2] for word in words if word.startswith(("--out=", "--json="))]
+    return status == 0 and (any(name not in ("out", "out.json") for name in named) or words[0] == "init")
+
+
+def _result(status: int, out: Path, said: str) -> tuple[str, str]:
+    """What a refusal says, and what a result holds."""
+    if status == 2:
+        if out.exists() and not (out / "fits.json").exists() and not (out / "catalog").exists():
+            return "HALF", "refused, and a result is there"
+        lines = said.splitlines()
+        strange = [line for line in lines if not line.startswith(("synth: ", "usage: ", " "))]
+        if not lines or strange:
+            return "SAID", strange[0][:300] if strange else "nothing"
+        if max(map(len, lines)) > 3000:
+            return "SAID", f"a line of {max(map(len, lines))} characters"
+        return "REFUSED", lines[0][:200]
+    if said.strip():
+        return "SAID", said.strip().splitlines()[0][:300]
+    for name in RESULTS:
+        if (out / name).is_file():
+            try:
+                json.loads((out / name).read_text(encoding="utf-8"), parse_constant=_no_number)
+            except ValueError as error:
+                return "HALF", f"{name}: {error}"
+    return "DONE", ""
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is no JSON")

@@ -1,0 +1,218 @@
+"""Do the tests notice a wrong formula? Each mutant changes one line of the core; the tests named beside it must fail.
+
+``make mutants`` copies the repository, applies one mutant at a time, and writes ``build/mutants/mutants.csv``. A mutant
+names its text and not its file, so that it follows a formula that moves; a text that is gone or stands twice is an
+error, not a pass. At least ``WANTED`` of them must be caught.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+WANTED = 0.95  # share of the mutants that the tests must catch
+LONGEST = 900.0  # s for the tests of one mutant; longer counts as caught, since a hang is noticed
+COPIED = ("synth", "cad", "reports", "catalogs", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md")
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """``text`` becomes ``changed``, in the one file that holds it; ``tests`` : files below ``tests``, and -k words."""
+
+    name: str
+    text: str
+    changed: str
+    tests: str
+    words: str = ""
+
+
+MUTANTS = (
+    # The chain's mechanics.
+    Mutant("a link's outboard mass has no inertia", "mass[i] * com[i] ** 2 + outboard[i] * length[i] ** 2",
+           "mass[i] * com[i] ** 2", "swing/test_mechanics.py swing/test_chain.py"),
+    Mutant("coupling by the wrong length", "inertia[j, i] = length[i] * first_moment[j]",
+           "inertia[j, i] = length[j] * first_moment[j]", "swing/test_mechanics.py swing/test_chain_against_mujoco.py"),
+    Mutant("gravity pulls up in the weak form", "force -= coefficient.gravity * np.sin(phi)",
+           "force += coefficient.gravity * np.sin(phi)", "fit/test_weak_form.py", "tilted"),
+    Mutant("no spring energy", "0.5 * joint.spring.rate * (rotation[:, index] - joint.rest) ** 2",
+           "0.5 * joint.spring.rate * (rotation[:, index] - joint.rest)",
+           "swing/test_mechanics.py swing/test_chain.py"),
+    Mutant("the free angle's sign", "return self.sign * (self.spring.free_angle - self.zero) if",
+           "return (self.spring.free_angle - self.zero) if", "swing/test_chain_against_mujoco.py files/test_leg.py"),
+    Mutant("Coriolis torque turned round", 'put(f"h{i}{j} = a * (s{i} * c{j} - c{i} * s{j})")',
+           'put(f"h{i}{j} = a * (s{i} * c{j} + c{i} * s{j})")',
+           "swing/test_chain_against_mujoco.py swing/test_chain.py"),
+    Mutant("the damper helps", "'damper_rate', i))} * w{i}", "'damper_rate', i))} * (-w{i})",
+           "swing/test_chain_against_mujoco.py swing/test_chain.py"),
+    # The weak form.
+    Mutant("a trial's tilt forgotten",
+           "smoothed = recording.smoothed\n            tilt = leg.tilt + recording.conditions.tilt",
+           "smoothed = recording.smoothed\n            tilt = leg.tilt",
+           "fit/test_weak_form.py", "tilted"),
+    Mutant("a tip mass forgotten", "found = coefficients(leg, recording.conditions.tip_mass)\n            momentum",
+           "found = coefficients(leg)\n            momentum", "fit/test_weak_form.py", "tilted"),
+    Mutant("a known torque turned round", "force = force + averaged(", "force = force - averaged(",
+           "fit/test_weak_form.py", "torque"),
+    Mutant("the bump's slope halved", "(1.0 - u * u) ** 3, -6.0 * u *", "(1.0 - u * u) ** 3, -3.0 * u *",
+           "fit/test_weak_form.py", "quadrature"),
+    # Estimation.
+    Mutant("trials' own unknowns are not eliminated", "reduced -= cross @ np.linalg.solve(own, cross.T)",
+           "reduced -= 0.5 * cross @ np.linalg.solve(own, cross.T)", "fit/test_trajectories.py fit/test_fit.py"),
+    Mutant("a 95 % interval called 90 %", "NORMAL90 = 1.6448536269514722", "NORMAL90 = 1.96",
+           "fit/test_fit.py fit/test_bootstrap.py"),
+    Mutant("autocorrelation counted once", "1.0 + 2.0 * float(pairs[:stop].sum())",
+           "1.0 + 1.0 * float(pairs[:stop].sum())", "fit/test_fit.py fit/test_trajectories.py"),
+    # Motion.
+    Mutant("decrement of a half cycle", "decrement = 2.0 * float(logs[0] - logs[-1])",
+           "decrement = 1.0 * float(logs[0] - logs[-1])", "motion/test_characteristics.py"),
+    Mutant("frequency doubled", "frequency = float(np.pi * (len(peaks) - 1)",
+           "frequency = float(2 * np.pi * (len(peaks) - 1)",
+           "motion/test_characteristics.py"),
+    Mutant("rise to 80 %", "above = np.flatnonzero(level[:end] >= 0.9)", "above = np.flatnonzero(level[:end] >= 0.8)",
+           "motion/test_characteristics.py"),
+    Mutant("noise under-estimated", "axis=0) / np.sqrt(kept)", "axis=0)", "motion/test_smoothing.py"),
+    # Springs.
+    Mutant("spring rate by the slip of 10.8 a radian", '"friction": 10.8 * 2.0 * math.pi', '"friction": 10.8',
+           "spring"),
+    Mutant("rate by the cube of the wire", '_FORM = {"bending": 64.0', '_FORM = {"bending": 66.0', "spring"),
+    Mutant("stress halved", "mean_diameter, wire_diameter), form)\n    return factor * 32.0 * moment",
+           "mean_diameter, wire_diameter), form)\n    return factor * 16.0 * moment", "spring"),
+    Mutant("curvature on the outside", "(4.0 * index**2 - index - 1.0) / (4.0 * index * (index - 1.0))",
+           "(4.0 * index**2 + index - 1.0) / (4.0 * index * (index + 1.0))", "spring"),
+    Mutant("the coil opens as it winds", "mean_diameter * body_coils / (body_coils + travel / math.tau)",
+           "mean_diameter * body_coils / (body_coils - travel / math.tau)", "spring"),
+    Mutant("Gerber without the mean stress", "return (slope * strength) ** 2 / (2.0 * endurance) * (root - 1.0)",
+           "return endurance", "spring"),
+    Mutant("wire as heavy as its square", "return density * math.pi * wire_diameter**2 / 4.0 * length",
+           "return density * wire_diameter**2 * length", "spring"),
+    # Parts and design.
+    Mutant("a power law of another exponent", "torques = torque * (speeds / speed) ** exponent",
+           "torques = torque * (speeds / speed)", "parts fit/test_damper_laws.py"),
+    Mutant("parallel springs spread as one", "return SpringTolerance(rate / sqrt(count), angle / sqrt(count), said)",
+           "return SpringTolerance(rate, angle, said)", "design/test_forecast.py"),
+    Mutant("the vendors' filter lets all through", "if parts.vendors and row.vendor.casefold() not in",
+           "if parts.vendors and row.vendor.casefold() in", "parts/test_vendor_filter.py"),
+    Mutant("the wanted rest drifts with each trial", "trial.rotation - shift, trial.rate", "trial.rotation, trial.rate",
+           "design"),
+    # The diagnosis.
+    Mutant("the shrink of squares", "1.0 - np.sqrt(np.maximum(after, 0.0) / np.where(some, before, 1.0))",
+           "1.0 - np.maximum(after, 0.0) / np.where(some, before, 1.0)", "diagnosis/test_shrink.py"),
+    Mutant("the noise floor is not subtracted", 'before = _rms(self.squares["before"], self.counts, pick) ** 2 - floor',
+           'before = _rms(self.squares["before"], self.counts, pick) ** 2', "diagnosis/test_shrink.py"),
+    Mutant("priors are not shared among single causes", "together[k] * factorial(k) / singles**k",
+           "together[k] * factorial(k)", "diagnosis/test_verdict.py"),
+    Mutant("an unknown parameter is free", "+ calibration.per_parameter * unknowns", "+ 0.0 * unknowns",
+           "diagnosis/test_verdict.py"),
+    Mutant("never unknown", "if unknown > 0.5:", "if unknown > 1.5:", "diagnosis/test_verdict.py"),
+    Mutant("never a tie", "if w * calibration.tie_odds > weights[heaviest]", "if w > 2.0 * weights[heaviest]",
+           "diagnosis/test_verdict.py"),
+    Mutant("tolerances enter twice", "values *= np.exp(shift[q])", "values *= np.exp(2.0 * shift[q])",
+           "diagnosis/test_derivatives.py diagnosis/test_predict.py diagnosis/test_recovery.py"),
+    # The jumping leg.
+    Mutant("height by v^2 / g", '"clearance": v**2 / (2.0 * leg.gravity)', '"clearance": v**2 / leg.gravity', "hopper"),
+    Mutant("only one side's tolerances", "up = np.sqrt((np.maximum(change, 0.0).max(axis=0) ** 2).sum(axis=1))",
+           "up = np.sqrt((np.minimum(change, 0.0).max(axis=0) ** 2).sum(axis=1))", "hopper"),
+    Mutant("a cantilever twice as stiff", "PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length",
+           "2.0 * PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length", "hopper cad/test_hopper.py"),
+    # Files.
+    Mutant("measured angles mirrored", "return self.zero + self.sign * rotation",
+           "return self.zero - self.sign * rotation",
+           "swing/test_chain_against_mujoco.py files/test_leg.py"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the tests made of a mutant."""
+
+    mutant: Mutant
+    file: str
+    caught: bool
+    seconds: float
+    said: str
+
+
+def file_of(mutant: Mutant, root: Path = ROOT) -> Path:
+    """The one source file that holds the mutant's text.
+
+    Raises
+    ------
+    ValueError : no file holds it, or it stands more than once.
+    """
+    found = [path for tree in ("synth", "cad", "reports") for path in sorted((root / tree).rglob("*.py"))]
+    counts = {path: path.read_text(encoding="utf-8").count(mutant.text) for path in found}
+    holding = {path: count for path, count in counts.items() if count}
+    if sum(holding.values()) != 1:
+        raise ValueError(f"{mutant.name}: its text stands {sum(holding.values())} times in the sources: {mutant.text}")
+    return next(iter(holding))
+
+
+def judge(mutant: Mutant, folder: Path) -> Verdict:
+    """Apply the mutant to a copy of the repository in ``folder``, and run its tests there."""
+    copy = folder / f"mutant-{hash(mutant) & 0xFFFFFFFF:08x}"
+    shutil.rmtree(copy, ignore_errors=True)
+    copy.mkdir(parents=True)
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif source.exists():
+            shutil.copy(source, copy / name)
+    target = file_of(mutant, copy)
+    target.write_text(target.read_text(encoding="utf-8").replace(mutant.text, mutant.changed), encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider"]
+    command += [f"tests/{place}" for place in mutant.tests.split()]
+    command += ["-k", mutant.words] if mutant.words else []
+    environment = {**os.environ, "PYTHONPATH": str(copy), "SYNTH_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+    begun = time.perf_counter()
+    try:
+        ended = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
+        )
+        # 1: tests failed. Anything else than 0 or 1 is a broken run and must not count as caught.
+        if ended.returncode not in (0, 1):
+            raise RuntimeError(f"{mutant.name}: pytest ended with {ended.returncode}\n{ended.stdout[-2000:]}")
+        caught = ended.returncode == 1
+        said = next((line for line in ended.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))), "")
+    except subprocess.TimeoutExpired:
+        caught, said = True, f"longer than {LONGEST:g} s"
+    shutil.rmtree(copy)
+    return Verdict(mutant, str(target.relative_to(copy)), caught, time.perf_counter() - begun, said)
+
+
+def main(words: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--to", type=Path, default=ROOT / "build" / "mutants")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--only", default="", help="names that hold this text")
+    asked = parser.parse_args(words)
+    chosen = [mutant for mutant in MUTANTS if asked.only in mutant.name]
+    for mutant in chosen:
+        file_of(mutant)  # before anything runs
+    asked.to.mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(asked.workers) as pool:
+        verdicts = []
+        for verdict in pool.map(lambda mutant: judge(mutant, asked.to), chosen):
+            verdicts.append(verdict)
+            print(f"{'caught  ' if verdict.caught else 'SURVIVED'} {verdict.seconds:5.0f} s  {verdict.mutant.name}")
+    with (asked.to / "mutants.csv").open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream)
+        table.writerow(["mutant", "file", "caught", "test run time [s]", "first failure"])
+        for v in verdicts:
+            table.writerow([v.mutant.name, v.file, v.caught, round(v.seconds, 1), v.said])
+    share = sum(v.caught for v in verdicts) / len(verdicts)
+    print(f"{sum(v.caught for v in verdicts)} of {len(verdicts)} mutants are caught ({share:.0%}; wanted {WANTED:.0%})")
+    return 0 if share >= WANTED else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""Every command's page from the built-in examples, opened in a real browser; pictures of what it saw.
+
+``make pages``. Results that are there from an earlier run are kept and only their pages are written again, from the
+present templates; ``--fresh`` makes the results anew too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+EXAMPLES = ROOT / "synth" / "examples"
+SPRING = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 deg", "--arbor", "12 mm"]
+
+
+def commands(projects: Path) -> dict[str, list[str]]:
+    """Arguments of ``synth`` by the page's name."""
+    return {
+        "leg": ["leg", str(projects / "leg" / "leg-design.yaml")],
+        "fit": ["fit", str(projects / "fit" / "fit.yaml")],
+        "gap": ["gap", str(projects / "gap" / "gap.yaml")],
+        "hopper": ["hopper", str(projects / "hopper" / "hopper.yaml")],
+        "jump-gap": ["gap", str(projects / "hopper" / "gap.yaml")],
+        "fits": ["fit", str(projects / "many")],
+        "spring": ["spring", *SPRING],
+        "truth": ["hopper", "--truth"],
+    }
+
+
+def writers() -> dict[str, Callable[[Path], Path]]:
+    """What writes each page from its result folder."""
+    import reports
+    from reports import fits, hopper
+
+    return {
+        "leg": reports.write_leg_report,
+        "fit": reports.write_fit_report,
+        "gap": reports.write_gap_report,
+        "hopper": hopper.write_hopper_report,
+        "jump-gap": hopper.write_jump_gap_report,
+        "fits": fits.write_fits_report,
+        "spring": reports.write_winding_sheet,
+        "truth": hopper.write_truth_report,
+    }
+
+
+def make(to: Path, only: list[str], *, fresh: bool) -> None:
+    """Results of every command into ``to/results``, their pages written."""
+    projects, results = to / "projects", to / "results"
+    if fresh:
+        shutil.rmtree(to, ignore_errors=True)
+    results.mkdir(parents=True, exist_ok=True)
+    for example in ("leg", "fit", "gap", "hopper"):
+        shutil.copytree(EXAMPLES / example, projects / example, dirs_exist_ok=True)
+    for name in ("first", "second"):
+        shutil.copytree(EXAMPLES / "fit", projects / "many" / name, dirs_exist_ok=True)
+    for name, arguments in commands(projects).items():
+        if only and name not in only:
+            continue
+        if (results / name).exists():
+            writers()[name](results / name)
+            continue
+        print(f"{name}: synth {' '.join(arguments[:2])} ...", flush=True)
+        command = [sys.executable, "-m", "synth", "-q", *arguments, "--out", str(results / name)]
+        subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+
+
+def main() -> int:
+    """Make the pages and open them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--to", type=Path, default=ROOT / "build" / "pages")
+    parser.add_argument("--only", nargs="*", default=[], metavar="NAME", help=f"of {', '.join(commands(Path()))}")
+    parser.add_argument("--fresh", action="store_true", help="make the results anew too")
+    arguments = parser.parse_args()
+    to = arguments.to.resolve()
+    make(to, arguments.only, fresh=arguments.fresh)
+    where = {"PAGES_FROM": str(to / "results"), "PAGES_PICTURES": str(to)}
+    tests = [sys.executable, "-m", "pytest", "tests/pages", "-n", "0", "-q"]
+    status = subprocess.run(tests, cwd=ROOT, env={**os.environ, **where}, check=False).returncode
+    print(f"pictures: {to}/*.png")
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())
