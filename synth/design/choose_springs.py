@@ -213,9 +213,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
                 found.append((abs(log(row.rate * count / rate)), count, row))
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
     others = [
-        replace(
-            _bought(row, source.turned, source, count, rate), outside=off > log(1 + source.choice.rate_tolerance)
-        )
+        replace(_bought(row, source.turned, source, count, rate), outside=off > log(1 + source.choice.rate_tolerance))
         for off, count, row in found[:NEAREST]
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):

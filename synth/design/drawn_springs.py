@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 ROUNDS = 8
 SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
 HALVINGS = 60
-RATE_FORM = {"bending": 64.0, "friction": 10.8 * 2.0 * pi}  # of rate = E d^4/(x D N), as ``synth.parts`` has them
 SEAT_TRAVEL = 13.0  # deg, either way, as ``cad`` draws it unless told
 LEAST_LEFT = radians(0.1)
 LEAST_PLAY = radians(0.01)  # less is rounding of meshes
@@ -97,8 +96,8 @@ def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
     made, rate = option.design, option.rate / option.design.count
     task = replace(option.result.wish.task, travel=made.travel, opening_travel=made.opening_travel)
     wire, coils = made.wire_diameter, dimensions.spring.drawn_coils
-    # The handbook's 10.8 a turn in place of 64 makes the same wire 6 % softer (``synth.spring``, rate formulas).
-    rigidity = made.elastic_modulus * pi * wire**4 / RATE_FORM[made.rate_form]
+    # Of the wire as designed, whatever formula and calibration its rate was reckoned by: rate = EI/(pi D Na).
+    rigidity = made.rate * pi * made.mean_diameter * made.active_coils
     wanted = rigidity / rate * 1e3  # mm
     low, high = 0.5 * made.mean_diameter * 1e3, 2.0 * made.mean_diameter * 1e3
     for _ in range(HALVINGS):
@@ -124,8 +123,8 @@ def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
     return replace(
         found,
         active_coils=active,
-        rate_bending_form=rate * RATE_FORM[made.rate_form] / RATE_FORM["bending"],
-        rate_friction_form=rate * RATE_FORM[made.rate_form] / RATE_FORM["friction"],
+        rate_bending_form=made.rate_bending_form * rate / made.rate,
+        rate_friction_form=made.rate_friction_form * rate / made.rate,
         body_length=found.body_length + gap * made.body_coils,
         wire_length=length,
         mass=found.mass * length / found.wire_length,

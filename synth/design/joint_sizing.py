@@ -219,11 +219,9 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         )  # fmt: skip
     made = option.design
     assert made is not None
-    rigidity = made.elastic_modulus * pi * made.wire_diameter**4 / 64.0
-    softer = made.rate / made.rate_bending_form  # by the formula that the rate was asked for by
     return cad.SpringDimensions(
         made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle),
-        stiff_length=softer * rigidity / made.rate * 1e3,
+        stiff_length=pi * made.mean_diameter * made.active_coils * 1e3,
     )  # fmt: skip
 
 

@@ -35,6 +35,7 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from cad import LegDimensions
 
+
 @dataclass(frozen=True)
 class Solids:
     """Dimensions of all joints that can be drawn, and a sentence for each thing that was assumed or left out."""
