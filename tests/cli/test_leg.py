@@ -80,7 +80,7 @@ def test_the_arm_offset_is_the_drawn_one(design: dict) -> None:  # type: ignore[
 
 
 def test_what_is_drawn_is_what_is_designed(result: Path, design: dict) -> None:  # type: ignore[type-arg]
-    """No play, stops that are the leg's limits in every file, and one wire in design, sheet, list of parts and solid."""
+    """No play, stops that are the leg's limits in every file, and one wire in design, sheet and solid."""
     for name, joint in design["joints"].items():
         assert joint["play"]["value"] < 0.3
         low, high = (stop["value"] for stop in joint["stops"])
