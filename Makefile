@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps blind-rigs rigs tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -41,6 +41,13 @@ blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED
 blind-jumps: $(READY)  ## the same on jumps of a driven leg: 48 cases of seed SEED, build/blind-jumps
 	PYTHONPATH=tests $(BIN)/python -m blind.jumps --seed $(SEED) --count 48 --to build/blind-jumps --workers $(WORKERS)
 
+blind-rigs: SEED = 4000
+blind-rigs: $(READY)  ## the same on dirty rigs: one main cause, small ones, wrong numbers: COUNT cases of seed SEED
+	PYTHONPATH=tests $(BIN)/python -m blind.rigs --seed $(SEED) --count $(COUNT) --to build/blind-rigs --workers $(WORKERS)
+
+rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half of the recordings: build/rigs
+	PYTHONPATH=tests $(BIN)/python -m real_rigs --to build/rigs
+
 tune: SEED = 1000
 tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied one by one on COUNT cases of seed SEED
 	PYTHONPATH=tests $(BIN)/python -m blind.tune --seed $(SEED) --count $(COUNT) --to build/blind --workers $(WORKERS)
@@ -65,6 +72,7 @@ architecture: $(READY)  ## draw the packages from their imports: docs/architectu
 fuzz-files: COUNT = 2000
 fuzz-files: $(READY)  ## COUNT (2000) damaged projects, tables and command lines of seed SEED, each run in its own process: build/fuzz-files
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seed $(SEED) --count $(COUNT) --workers $(WORKERS) --to build/fuzz-files
+
 kill: COUNT = 40
 kill: SEED = 1
 kill: $(READY)  ## COUNT (40) kills at random moments over gap, leg, folder, sweep and cluster: same bytes, no litter: build/kill

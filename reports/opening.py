@@ -45,6 +45,8 @@ class Opening:
         what to do next, the first first.
     good
         whether the verdict is good news, bad news, or neither (None): its colour, which the words never depend on.
+    wide
+        the figure stands below the table, over the whole width.
     """
 
     verdict: str
@@ -54,6 +56,7 @@ class Opening:
     caption: str = ""
     figures: Figures | None = None
     good: bool | None = None
+    wide: bool = False
 
 
 @dataclass(frozen=True)

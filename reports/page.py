@@ -170,6 +170,7 @@ def write_page(
         style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
         scripts=used,
         blocks=blocks,
+        script_names=scripts,
         policy=Markup(policy(used)),
     )
     target = result.folder / "report.html"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +17,7 @@ from reports.figures.legend import legend
 from reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
 from reports.figures.svg import Point, Svg
 from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
-from reports.reading import Result, Table, value_of
+from reports.reading import Json, Result, Table, value_of
 from reports.scripts import data_block
 from reports.section import Missing, Section, mapping, sequence
 
@@ -73,7 +74,7 @@ class Motion:
 
 def content(result: Result) -> dict[str, Any] | Missing:
     """Stick figures, angles over time and what the import found, a trial each."""
-    stick = _stick(result)
+    stick = _stick(mapping(result.content, "leg"))
     trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
     if not stick.joints or not trials:
         return Missing(f"{result.name} holds no leg or no trial")
@@ -119,8 +120,10 @@ def stick_figure(title: str, stick: Stick, motion: Motion, tracked: Sequence[Seq
         sense = "↺" if joint.sign > 0 else "↻"
         words = f"{joint.name} {first[index]:.0f}° {sense}"
         halo = 'font-size="12" fill="none" stroke="#fff" stroke-width="4" aria-hidden="true"'
+        left = x > SIZE / 2  # words on the side that has the room
+        most, anchor = int((x if left else SIZE - x) / 7.3) - 2, ' text-anchor="end"' if left else ""
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
-            svg.text((x + 10, y - 7), words, style, most=28)
+            svg.text((x - 10 if left else x + 10, y - 7), words, style + anchor, most=min(28, most))
     return svg.markup
 
 
@@ -147,8 +150,30 @@ def _every(stick: Stick, motion: Motion, tracked: Sequence[Sequence[Point]]) -> 
     return [point for pose in (*poses, *tracked) for point in pose]
 
 
-def _stick(result: Result) -> Stick:
-    leg = mapping(result.content, "leg")
+def following(result: Result, trial: str, table: Table, kind: str) -> Markup:
+    """The leg of ``page.json`` in a trial's motion, moving with the cursor of the trial's plots; empty without it."""
+    path = result.path("page.json")
+    if path is None:
+        return Markup("")
+    try:
+        page = json.loads(path.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError):
+        return Markup("")
+    stick = _stick(mapping(page, "leg"))
+    names = [f"{joint.name} {kind}" for joint in stick.joints]
+    if not names or any(name not in table.columns or table.units[name] not in _DEGREES for name in names):
+        return Markup("")
+    columns = [[value * _DEGREES[table.units[name]] for value in table.columns[name]] for name in names]
+    motion = Motion(table.columns.get("time", []), list(zip(*columns, strict=True)))
+    if not motion.seen:
+        return Markup("")
+    drawing = stick_figure(f"{trial}, {kind}", stick, motion)
+    return Markup('<div class="stick-small">{}</div>').format(
+        moving(trial, stick, drawing, _placing(_every(stick, motion, ())))
+    )
+
+
+def _stick(leg: Json) -> Stick:
     joints = [
         Joint(
             str(item.get("name")),

@@ -23,6 +23,7 @@ GATHERED = {
     "synth.cli": "command line",
     "synth.commands": "command line",
     "synth.arrays": "basics",
+    "synth.cache": "basics",
     "synth.errors": "basics",
     "synth.threads": "basics",
     "synth.units": "basics",

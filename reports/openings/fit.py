@@ -37,6 +37,7 @@ def fit_opening(result: Result) -> Opening:
         caption,
         _figures(document),
         False if lacking else True if not unsure and joints else None,
+        wide=True,
     )
 
 

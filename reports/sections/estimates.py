@@ -21,6 +21,8 @@ _STAGES = {
     "": "the recorded leg",
 }
 _RATES = (("spring_rate", "k"), ("damper_rate", "b"))
+NAMED = 3  # numbers of the leg file that are named beside an interval
+LEAST_SHARE = 0.02  # of the variance, that is worth naming
 
 
 def content(result: Result) -> dict[str, Any] | Missing:
@@ -47,8 +49,27 @@ def content(result: Result) -> dict[str, Any] | Missing:
             for point in sequence(fit, "static")
             if isinstance(point, dict)
         ],
+        "sources": [row for stage, fit in fits.items() for row in _sources(stage, fit)],
         "refits": [found for stage, fit in fits.items() if (found := _refits(stage, fit))],
     }
+
+
+def _sources(stage: str, fit: Json) -> list[Json]:
+    """What each interval is made of: the trials' share, and the leg file's numbers that bring most of the rest."""
+    rows = []
+    for source in sequence(fit, "interval_sources"):
+        shares = {name: float(share) for name, share in mapping(source, "shares").items()}
+        trials = shares.pop("trials", 0.0)
+        ranked = sorted(shares.items(), key=lambda item: -item[1])[:NAMED]
+        rows.append({
+            "stage": stage,
+            "joint": mapping(source).get("joint"),
+            "quantity": str(mapping(source).get("quantity")).replace("_", " "),
+            "half": mapping(source).get("half_width90"),
+            "trials": f"{100 * trials:.0f}\u00a0%",
+            "links": ", ".join(f"{name} {100 * share:.0f}\u00a0%" for name, share in ranked if share >= LEAST_SHARE),
+        })  # fmt: skip
+    return rows
 
 
 def _refits(stage: str, fit: Json) -> Json | None:

@@ -17,6 +17,7 @@ from reports.quantities import brief, interval_of, share_text
 from reports.reading import Json, Result, value_of
 from reports.responses import Response, extremes, read_response
 from reports.section import Missing, Section, mapping, sequence
+from reports.stick_figure import following
 
 STEPS = (
     ("as_designed", "as designed", "the nominal leg to the letter"),
@@ -125,7 +126,8 @@ def worst_figure(result: Result) -> tuple[Markup, str] | None:
         upper = trial_figure("measured, before and after", [worst], shared_limits([worst]), _name(trial))
         lower = trial_figure("errors before and after", below, shared_limits(below), _name(trial))
         words = f"{trial.get('file')}, {worst.joint}: the largest error; below, what is left."
-        return legend(MAIN, switched(result)) + upper + lower, words
+        stick = following(result, _name(trial), response.table, "measured")
+        return legend(MAIN, switched(result)) + upper + lower + stick, words
     return None
 
 

@@ -17,7 +17,7 @@ from reports.section import mapping, sequence
 
 JUMP, DESIGNS = "jump.csv", "designs.csv"
 MOST_DESIGNS = 6000  # that the page holds; of more, the map of the chosen family stands alone
-MOST_POSES = 400
+MOST_POSES = 400  # of the jump in the page: its size grows with each
 _NUMBERS = ("clearance [m]", "clearance_low [m]", "clearance_high [m]", "relative_height", "total_height [m]",
             "energy [J]", "peak_gear_torque [N*m]", "peak_current [A]")  # fmt: skip
 _CURVES = (("hip height", "m"), ("foot height", "m"), ("ground force", "N"), ("gear torque", "N*m"), ("current", "A"),

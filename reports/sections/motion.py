@@ -15,6 +15,7 @@ from reports.quantities import brief, number, unit_text
 from reports.reading import Json, Result, value_of
 from reports.responses import MOST_TRIALS, Response, extremes, file_of, read_response
 from reports.section import Missing, Section, fit_key, fit_of, mapping, sequence
+from reports.stick_figure import following
 
 FOLDER = "responses/source"
 _LINES = {"measured": RECORDED, "fitted": FITTED}
@@ -62,9 +63,13 @@ def worst_figure(result: Result) -> tuple[Markup, str] | None:
         name = str(trial.get("file"))
         response = _response(result, name, files)
         found = _figures({name: trial}, {name: response}, list(mapping(fit, "joints"))) if response else []
-        if found:
+        if found and response is not None:
             many = f" of {len(trials)}" if len(trials) > 1 else ""
-            return LEGEND + Markup(found[0]["svg"]), f"{name}: the trial{many} that fits worst."
+            stem = PurePosixPath(name).stem
+            stick = (
+                following(result, stem, response.table, "measured") if "stages" not in result.content else Markup("")
+            )
+            return LEGEND + Markup(found[0]["svg"]) + stick, f"{name}: the trial{many} that fits worst."
     return None
 
 

@@ -261,7 +261,7 @@
       const put = () => { path += `${path ? "L" : "M"}${(stick.at[0] + stick.scale * x).toFixed(1)} ${(stick.at[1] - stick.scale * z).toFixed(1)}`; };
       put();
       for (const joint of stick.joints) {
-        const plot = own.find((p) => p.data.joint === joint.name);
+        const plot = own.find((p) => p.data.joint === joint.name && p.data.what !== "error");
         const angle = plot ? plot.data.curves[0].values[nearest(plot.data.time, event.detail.time)] : null;
         if (angle === null) return;
         turn += joint.sign * (angle - joint.zero);

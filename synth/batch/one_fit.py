@@ -10,9 +10,12 @@ from synth.design.fit_responses import write_fit_responses
 from synth.errors import Problem, UserError
 from synth.files.leg_file import write_leg
 from synth.files.output import write_json
+from synth.files.page_outline import outline_json
 from synth.files.projects import FitProject
+from synth.files.tolerance import links_json
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult
+from synth.fit.hand import later
 from synth.fit.methods import fit_by, require_method
 from synth.fit.recordings import Recording, recordings
 
@@ -67,15 +70,19 @@ def fit_project(given: Ready) -> FitResult:
         project.prior,
         static=project.static,
         intervals=project.fit.intervals,
+        tolerance=project.tolerance,
+        release=project.release,
     )
     result = fit_by(project.leg, given.fitted, options, project.fit)
     if given.held_out:
         from synth.design.stages import with_held_out  # here: all of the design comes with it
 
-        result = with_held_out(result, given.held_out)
+        result = with_held_out(result, later(given.held_out, result.cut) or given.held_out)
     inputs = {item.name: item.sha256 for item in project.inputs}
     inputs |= {trial.name: trial.sha256 for trial in project.trials}
-    return replace(result, inputs=inputs)
+    defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]
+    tolerance = links_json(project.tolerance, project.leg)
+    return replace(result, inputs=inputs, tolerance=tolerance, defaults=tuple(defaults))
 
 
 def write_fit(result: FitResult, folder: Path) -> None:
@@ -85,6 +92,7 @@ def write_fit(result: FitResult, folder: Path) -> None:
     write_json(folder / "fit.json", result.as_json())
     write_leg(result.leg, folder / "fitted.leg.yaml")
     write_fit_responses(result, folder / "responses" / "source")
+    write_json(folder / "page.json", outline_json(result.leg))
     write_fit_report(folder)
 
 

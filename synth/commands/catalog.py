@@ -5,6 +5,9 @@ synth catalog list dampers            the rows of one family
 synth catalog show 6597K19            one part in full, with its source and what follows from its values
 synth catalog show knee.yaml          what fits a joint (kind: part-wish) and why the rest does not
 synth catalog check my_parts/*.csv    every mistake in your own tables (exit status 2 if there is one)
+synth catalog alike 6597K19           what could stand in its place, nearest first, with what differs
+synth catalog import TABLE.csv --map "Their header=wire_diameter [in]" --vendor NAME --out my_parts
+                                      a vendor's whole table into files of yours, one a vendor
 """
 
 from __future__ import annotations
@@ -19,15 +22,30 @@ from synth.errors import UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.parts.catalogs import Catalogue
-    from synth.parts.rows import MaterialRow, Row
+    from synth.parts.rows import DamperRow, MaterialRow, Row, TorsionSpringRow
 
 LONG = ("as_published", "source", "note")  # columns that only ``show`` has
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("action", type=one_of(["list", "show", "check"]), metavar="list|show|check")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="list: a family; show: a part or a wish; check: files")
+    actions = ["list", "show", "check", "alike", "import"]
+    parser.add_argument("action", type=one_of(actions), metavar="|".join(actions))
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="NAME",
+        help="list: a family; show: a part or a wish; check: files; alike: a part; import: a table",
+    )
+    parser.add_argument(
+        "--map",
+        metavar='"THEIRS=OURS [unit]"',
+        action="append",
+        default=[],
+        help="import: what a column is; repeatable",
+    )
+    parser.add_argument("--vendor", metavar="NAME", help="import: who sells what the table does not say who sells")
+    parser.add_argument("--out", metavar="DIR", help="import: folder for one file a vendor (default: my_parts)")
     parser.add_argument(
         "--catalog",
         metavar="FILE",
@@ -38,12 +56,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Do one of the three."""
+    """Do what is asked."""
     from synth.parts.catalogs import Catalogue
 
     extra = [Path(name) for name in arguments.catalog]
     if arguments.action == "check":
         return _check([*map(Path, arguments.names), *extra], progress)
+    if arguments.action == "import":
+        return _import(arguments, progress)
+    if arguments.action == "alike":
+        if len(arguments.names) != 1:
+            raise UserError("synth catalog alike takes one part, such as synth catalog alike 6597K19")
+        progress.result(_alike_text(Catalogue.load(extra), arguments.names[0]))
+        return 0
     if arguments.action == "show":
         if len(arguments.names) != 1:
             raise UserError("synth catalog show takes one part, such as synth catalog show 6597K19")
@@ -69,6 +94,56 @@ def _shown(name: str, extra: list[Path]) -> str:
     return fitting_text(wish, Catalogue.load([*wish.catalogs, *extra]))
 
 
+def _import(arguments: argparse.Namespace, progress: Progress) -> int:
+    """A vendor's table into files of one vendor each; what every row can be used for is said."""
+    from synth.files.output import output_folder, write_csv
+    from synth.parts.catalog_import import file_name, import_table
+    from synth.parts.catalogs import Catalogue
+
+    if len(arguments.names) != 1:
+        raise UserError("synth catalog import takes one table")
+    mapping = {}
+    for text in arguments.map:
+        theirs, equals, ours = text.partition("=")
+        if not equals or not theirs.strip() or not ours.strip():
+            raise UserError(f'--map "{text}" is not of the form "THEIRS=OURS [unit]"')
+        mapping[theirs.strip()] = ours.strip()
+    table = import_table(Path(arguments.names[0]), mapping, arguments.vendor)
+    folder = Path(arguments.out or "my_parts")
+    with output_folder(folder) as made:
+        for vendor, rows in table.rows.items():
+            columns = {title: [row[k] for row in rows] for k, title in enumerate(table.header)}
+            write_csv(made / file_name(vendor), columns)
+    files = [folder / file_name(vendor) for vendor in table.rows]
+    read = Catalogue.load(files).rows(table.family)
+    mine = [row for row in read if Path(row.file) in files]
+    usable = sum(getattr(row, "choosable", False) for row in mine)
+    for theirs, ours in table.used:
+        progress.result(f"{theirs} -> {ours}")
+    for title in table.unused:
+        progress.result(f"{title}: not used; --map says what it is")
+    progress.result(f"{len(mine)} rows, {usable} of them can be chosen; the others say why in synth catalog list")
+    progress.say(f"written: {', '.join(map(str, files))}")
+    return 0
+
+
+def _alike_text(catalogue: Catalogue, part: str) -> str:
+    """Substitutes for a spring or damper, one a line."""
+    from synth.commands.table_text import table_text
+    from synth.parts.alike import alike
+
+    wanted = part.strip().casefold()
+    sold: list[TorsionSpringRow | DamperRow] = [*catalogue.springs, *catalogue.dampers]
+    rows = [row for row in sold if row.part.casefold() == wanted]
+    if not rows:
+        known = [row.part for row in sold]
+        raise UserError(f'no spring or damper "{part}" in the catalogues{near_miss(part, known, 3)}')
+    lines = [["part", "vendor", "distance", "differs"]]
+    for item in alike(catalogue, rows[0]):
+        lines.append([item.row.part, item.row.vendor, f"{item.distance:.2f}", ", ".join(item.differs) or "in nothing"])
+    return table_text(lines, numbers_right=False)
+
+
 def _check(paths: list[Path], progress: Progress) -> int:
     """Raise every mistake of the user's files; of the built-in ones, whose flagged rows are meant, list them."""
     from synth.parts.catalogs import check_catalogue
@@ -87,15 +162,15 @@ def _overview(catalogue: Catalogue) -> str:
     from synth.commands.table_text import table_text
     from synth.parts.rows import FAMILIES
 
-    lines = [["family", "rows", "complete", "incomplete", "contradiction", "other"]]
+    lines = [["family", "rows", "complete", "usable", "incomplete", "contradiction", "other"]]
     for family in FAMILIES:
         statuses = [row.status.partition(":")[0] for row in catalogue.rows(family)]
-        counts = [statuses.count(status) for status in ("complete", "incomplete", "contradiction")]
+        counts = [statuses.count(status) for status in ("complete", "usable", "incomplete", "contradiction")]
         lines.append([family, *map(str, (len(statuses), *counts, len(statuses) - sum(counts)))])
     return "\n".join(
         [
             table_text(lines),
-            "Complete rows can be chosen. Others are sizes without a strength, and values kept for comparison only.",
+            "Complete rows can be chosen, usable ones too as their status says; others are for comparison only.",
         ]
     )
 

@@ -10,17 +10,21 @@ from synth.commands.arguments import one_of
 if TYPE_CHECKING:
     from synth.files.project_options import FitOptions
 
+# Options of ``fit:`` that may be given here; which values each takes, its schema in ``project_options`` says.
 _CHOICES = {
-    "method": (("least_squares", "piecewise", "swarm"), "how springs and dampers are sought"),
-    "cost": (("trajectory", "transient", "characteristics"), "what the search makes small"),
-    "weight": (("noise", "amplitude", "equal"), "what errors are divided by"),
-    "intervals": (("sensitivities", "bootstrap"), "how the intervals are found; bootstrap: 200 refits"),
+    "method": "how springs and dampers are sought",
+    "cost": "what the search makes small",
+    "weight": "what errors are divided by",
+    "intervals": "how the intervals are found; bootstrap: 200 refits",
 }
 
 
 def add_fit_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``--method``, ``--cost``, ``--weight`` and ``--intervals``."""
-    for name, (allowed, text) in _CHOICES.items():
+    from synth.files.project_options import allowed_values
+
+    for name, text in _CHOICES.items():
+        allowed = allowed_values(name)
         said = f"{text}: {', '.join(allowed)} (else as the project's fit: says)"
         parser.add_argument(f"--{name}", type=one_of(allowed), metavar="NAME", help=said)
 

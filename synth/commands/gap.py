@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
-    from synth.diagnosis.result import GapResult
+    from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
     from synth.files.gap_project import GapProject
 
 
@@ -44,7 +44,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
     from dataclasses import replace
 
     from synth.commands.answers import gap_text, tell
-    from synth.diagnosis.trial_checks import check_trials
+    from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
     from synth.files.gap_project import read_gap_project
     from synth.files.output import output_folder
     from synth.parts.resolver import resolver
@@ -67,7 +67,7 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
         result = replace(result, warnings=said, inputs=_inputs(project, arguments.effect))
         with progress.stage("writing"):
             from reports import write_gap_report
-            from synth.diagnosis.write import write_gap
+            from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
 
             write_gap(result, project, folder)
             write_gap_report(folder)
@@ -82,7 +82,7 @@ def _diagnosed(project: GapProject, progress: Progress) -> GapResult:
     """The diagnosis; what it says that it is doing becomes stages, each ending where the next begins."""
     from contextlib import ExitStack
 
-    from synth.diagnosis.diagnose import diagnose
+    from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 
     with progress.stage("diagnosing"), ExitStack() as open_stage:
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, diagnose, write ``gap.json``, predictions and a report."""
     from synth.commands.answers import gap_text, tell
-    from synth.diagnosis.jumps.jump_data import prepared
+    from synth.diagnosis.plants.jumping_leg.jump_data import prepared
     from synth.errors import UserError
     from synth.files.hopper_gap_project import read_hopper_gap_project
     from synth.files.output import output_folder
@@ -33,7 +33,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
         return 0
     with output_folder(arguments.out) as folder:
         with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
-            from synth.diagnosis.jumps.jump_diagnose import diagnose
+            from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose
             from synth.jump.jump_runs import compiled_jump
 
             compiled_jump(project.design.leg.bending)
@@ -46,7 +46,7 @@ def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
             result = diagnose(project, catalogue, say)
         with progress.stage("writing"):
             from reports.hopper import write_jump_gap_report
-            from synth.diagnosis.jumps.jump_write import write_gap
+            from synth.diagnosis.plants.jumping_leg.jump_write import write_gap
 
             write_gap(result, project, folder)
             write_jump_gap_report(folder)

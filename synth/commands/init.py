@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import shutil
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from synth.commands.arguments import one_of
 from synth.errors import Problem, UserError
+from synth.files.leftovers import PARTIAL, held_folder, remove_leftovers
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -61,7 +62,8 @@ def copy_example(source: Path, target: Path) -> None:
         if not above.is_dir():
             raise UserError(Problem(f"cannot be written: {above} is a file", name))
         whole.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=f".{whole.name}.partial-", dir=whole.parent))
+        remove_leftovers(whole.parent, PARTIAL.format(whole.name))
+        temporary, lock = held_folder(whole.parent, PARTIAL.format(whole.name))
         try:
             made = temporary / "project"
             # Contents only: an installed package may be read-only, and a project is there to be edited.
@@ -76,6 +78,8 @@ def copy_example(source: Path, target: Path) -> None:
                 made.rename(whole)
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
+            if lock is not None:
+                os.close(lock)
     except (OSError, ValueError) as error:  # ValueError: a null character in the name
         reason = getattr(error, "strerror", None) or str(error)
         raise UserError(Problem(f"cannot be written: {reason}", name)) from None

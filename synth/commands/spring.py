@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: what wound samples say of wire and winder"
     )
-    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="of calibrate; see synth/files/samples.py")
+    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="of calibrate: a table of wound coils")
 
     def quantity(option: str, example: str, text: str) -> None:
         parser.add_argument(option, metavar=f'"{example}"', help=text)
@@ -124,8 +124,8 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
     from synth.commands.spring_files import write_result
     from synth.commands.spring_text import calibration_text
     from synth.errors import UserError
-    from synth.files.samples import calibration_json, calibration_of, read_samples
     from synth.parts.coil_rate import RATE_FORMS
+    from synth.spring.wound_samples import calibration_json, calibration_of, read_samples
 
     if arguments.samples is None:
         raise UserError(Problem("the table of wound samples is missing: synth spring calibrate SAMPLES.csv"))
@@ -147,10 +147,10 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     from dataclasses import replace
 
     from synth.errors import UserError
-    from synth.files.samples import read_calibration
     from synth.parts.coil_rate import RATE_FORMS
     from synth.spring.calibration import UNCALIBRATED
     from synth.spring.design import SpringWish
+    from synth.spring.wound_samples import read_calibration
 
     read = Quantities(arguments)
     rate, travel = read.read("--rate", "N*m/rad"), read.read("--travel", "rad")

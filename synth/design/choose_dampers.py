@@ -15,11 +15,12 @@ from synth.parts.arrangement import Arrangement, arrangements
 from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
 from synth.parts.rows import DamperRow
+from synth.parts.usable import offers
 from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
 KEPT = 2  # dampers a joint that take part in the choice for all joints together
-ALONE = 40  # dampers a joint that are tried at all, nearest torque first
+ALONE = 16  # dampers a joint that are tried at all, nearest torque first
 ALONE_ON_THE_JOINT = Arrangement()
 FAR = 8.0  # times the wanted damper's torque, or its part
 
@@ -60,8 +61,8 @@ class DamperOption:
 
     @property
     def label(self) -> str:
-        """Part and arrangement."""
-        return self.arrangement.words(self.part)
+        """Part as it is to be ordered, and arrangement."""
+        return self.arrangement.words(self.row.order if self.row is not None else self.part)
 
     @property
     def part(self) -> str:
@@ -165,7 +166,8 @@ def _options(
             "concave": "assumed: T = T_max (w/w_max)^0.47 through the vendor's one point, see catalogs/README.md",
             "linear": "the secant through the vendor's one point",
         }
-        options.append(DamperOption(row, row.damper(chosen), chosen, reasons[chosen]))
+        why = "; ".join([reasons[chosen], *row.derived])
+        options += [DamperOption(offer, offer.damper(chosen), chosen, why) for offer in offers(row)]
     if measured is not None and law is None and measured.part is None and forced is None:
         damper = Damper(curve=measured.curve)
         options = [DamperOption(None, damper, "curve", f"measured: {measured.source}")]
@@ -218,6 +220,8 @@ def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
 def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float], fastest: float) -> list[str]:
     """What to know of a chosen damper: an assumed law, a thinned table, speeds beyond what was measured."""
     said = []
+    if option.row is not None and option.row.derived and option.law != "curve":
+        said.append(f"{joint}: {option.row.order} is {option.row.status}")
     if option.law == "concave":
         said.append(
             f"{joint}: the torque-speed law of {option.part} is {option.why}. Drops with that damper alone would tell; "

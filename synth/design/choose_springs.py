@@ -54,8 +54,8 @@ class SpringOption:
     ``rate`` N m/rad is what acts at the joint, all ``count`` parallel springs together; ``asked`` is the rate for which
     it was looked for. ``error``, ``expected`` (rad): of the whole leg with it, nominal and with tolerances.
     ``outside``: the rate is not within the wished tolerance. ``compared``: it stands in the list only to compare, since
-    a bought spring comes before one to wind. ``closes``: -1 where smaller
-    measured angles close its arms, +1 where larger ones do.
+    a bought spring comes before one to wind, and one asked for by its part before all others. ``closes``: -1 where
+    smaller measured angles close its arms, +1 where larger ones do.
     """
 
     rate: float
@@ -100,6 +100,8 @@ class SpringOption:
                 "hand": row.hand or None,
                 "source": row.source,
             }
+            if row.derived:
+                written["derived"], written["measure_before_printing"] = list(row.derived), list(row.measure)
             for name, value, unit in (
                 ("wire_diameter", row.wire_diameter, "mm"),
                 ("outer_diameter", row.outer_diameter, "mm"),
@@ -213,7 +215,11 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
                 found.append((abs(log(row.rate * count / rate)), count, row))
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
     others = [
-        replace(_bought(row, source.turned, source, count, rate), outside=off > log(1 + source.choice.rate_tolerance))
+        replace(
+            _bought(row, source.turned, source, count, rate),
+            outside=off > log(1 + source.choice.rate_tolerance),
+            compared=source.choice.part is not None,
+        )
         for off, count, row in found[:NEAREST]
     ]
     if source.choice.make is not False and all(option.row is not None for option in taken):
@@ -301,8 +307,16 @@ def sense_warning(joint: str, travel: Travel) -> list[str]:
     ]
 
 
+def _plain(option: SpringOption) -> SpringOption:
+    """The option without what was said of its row."""
+    assert option.row is not None
+    return replace(option, row=replace(option.row, derived=()))
+
+
 def spring_warnings(joint: str, option: SpringOption) -> list[str]:
-    """A bought spring that would yield over the wanted travel."""
+    """A bought spring that would yield over the wanted travel, and what of one is to be measured first."""
+    if option.row is not None and option.row.derived:
+        return [f"{joint}: {option.part} is {option.row.status}", *spring_warnings(joint, _plain(option))]
     if option.row is not None and option.check is None:
         return [f"{joint}: the catalogue knows too little of {option.part} to tell at which angle it yields"]
     if option.check is None or option.check.travel <= option.check.free_travel:

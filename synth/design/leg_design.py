@@ -97,7 +97,9 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     motion = read_motion(project)
     into = target_of(project.target)
     with stage("fitting the animal's leg"):
-        source = with_held_out(fit_by(project.source, motion.fitted, options, project.fit), motion.held_out)
+        source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
+        motion = motion.cut(source.cut)
+        source = with_held_out(source, motion.held_out)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):
         target = with_held_out(fit_by(into.ideal, scaled, options, project.fit), motion.held_out_scaled)

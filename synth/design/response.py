@@ -93,9 +93,9 @@ class WantedResponse:
         values = unknowns.pack(leg.spring_rate, leg.rest, np.zeros(len(leg.joints)))
         residual, jacobian = self._linearised(model, values)
         for _ in range(TUNING_STEPS):
-            normal = jacobian.T @ jacobian
-            damped = normal + np.diag(1e-4 * np.diag(normal) + 1e-12)
-            step = np.clip(-np.linalg.solve(damped, jacobian.T @ residual), -0.7, 0.7)
+            step = _step(jacobian, residual)
+            if step is None:
+                break  # the leg stays as it is: its motion does not tell how to move its springs
             for halving in range(3):
                 moved = np.clip(values + step * 0.5**halving, unknowns.lower, unknowns.upper)
                 new_residual, new_jacobian = self._linearised(model, moved)
@@ -128,6 +128,22 @@ class WantedResponse:
             residuals.append(difference.ravel())
             jacobians.append(np.nan_to_num(evaluation.common).reshape(-1, len(values)))
         return np.concatenate(residuals), np.concatenate(jacobians)
+
+
+def _step(jacobian: Array, residual: Array) -> Array | None:
+    """Damped Gauss-Newton step (n_unknown,), None where no motion that can be followed tells one.
+
+    A leg that turns over faster with every step has derivatives whose squares are no numbers any more.
+    """
+    with np.errstate(all="ignore"):
+        normal, side = jacobian.T @ jacobian, jacobian.T @ residual
+    if not (np.all(np.isfinite(normal)) and np.all(np.isfinite(side))):
+        return None
+    damped = normal + np.diag(1e-4 * np.diag(normal) + 1e-12)
+    try:
+        return np.asarray(np.clip(-np.linalg.solve(damped, side), -0.7, 0.7))
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _as_recording(release: Release) -> Recording:

@@ -13,6 +13,7 @@ from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_result import FitResult, TrialFit
+from synth.fit.hand import later
 from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
 from synth.fit.trial_fits import trial_fits
@@ -27,6 +28,13 @@ class Motion:
     fitted: tuple[Recording, ...]
     held_out: tuple[Recording, ...]
     factor: float
+
+    def cut(self, start: float) -> Motion:
+        """From ``start`` s after each recording's first sample on, in the animal's time."""
+        if start == 0.0:
+            return self
+        fitted, held_out = later(self.fitted, start), later(self.held_out, start)
+        return replace(self, fitted=tuple(fitted or self.fitted), held_out=tuple(held_out or self.held_out))
 
     @property
     def fitted_scaled(self) -> list[Recording]:
@@ -74,7 +82,14 @@ def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = 
     """
     require_method(project.fit, str(project.path))
     intervals = project.fit.intervals
-    return FitOptions(project.free_angle, project.fit.weight, curves or {}, project.fit.seed, intervals=intervals)
+    return FitOptions(
+        project.free_angle,
+        project.fit.weight,
+        curves or {},
+        project.fit.seed,
+        intervals=intervals,
+        tolerance=project.tolerance,
+    )
 
 
 def scored_trials(result: FitResult, held_out: Sequence[Recording]) -> tuple[TrialFit, ...]:

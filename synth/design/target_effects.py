@@ -91,6 +91,8 @@ def _stays(effect: Effect) -> tuple[bool, str]:
         return False, f"it belongs to the {effect.belongs_to}, which is chosen anew"
     if effect.way == "reading":
         return False, "it is what the encoder tells, and does not change how the leg moves"
+    if effect.way == "drive":
+        return False, "it is an error of a recording's torque column, and does not change the leg"
     if effect.way == "structure":
         return False, "parts are chosen for a leg of rigid links on a fixed base; look at the built leg's gap again"
     return True, "it belongs to the joint, whatever spring and damper are there"

@@ -202,6 +202,9 @@ def _damper(option: DamperOption, joint: str) -> dict[str, Any]:
         written["curve"] = f"dampers/{joint}.csv"
     if row is not None:
         written["source"] = row.source
+        written["order"] = row.order
+        if row.derived:
+            written["derived"], written["measure_before_printing"] = list(row.derived), list(row.measure)
         if row.max_torque is not None and row.speed is not None:
             point = {"torque": quantity(row.max_torque, "N*m"), "speed": quantity(row.speed, "rpm")}
             written["vendor_point"] = point
@@ -277,13 +280,24 @@ def bought_or_wound(design: LegDesign) -> list[dict[str, str]]:
         row = damper.row
         vendor, source = (row.vendor, row.source) if row is not None else ("", damper.why)
         what = "rotary damper"
+        if row is not None and row.measure:
+            what += f" (measure before printing: {', '.join(row.measure)})"
         if row is not None and row.max_torque is not None and row.speed is not None:
             what += f", {row.max_torque:.4g} N*m at {row.speed * 30 / np.pi:.4g} rpm"
         if damper.arrangement.ratio != 1.0:
             what += f", turning {damper.arrangement.ratio:g} times as fast as the joint"
         if damper.arrangement.pair:
             what += ", in pairs, one each way"
-        rows.append(_line(joint.name, what, vendor, damper.part, str(damper.arrangement.pieces), source))
+        rows.append(
+            _line(
+                joint.name,
+                what,
+                vendor,
+                row.order if row is not None else damper.part,
+                str(damper.arrangement.pieces),
+                source,
+            )
+        )
     return rows
 
 
@@ -291,6 +305,8 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
     if option.row is not None:
         row = option.row
         what = f"torsion spring, {option.rate / option.count:.4g} N*m/rad"
+        if row.measure:
+            what += f" (measure before printing: {', '.join(row.measure)})"
         return _line(joint, what, row.vendor, row.part, str(option.count), row.source)
     design = option.design
     assert design is not None

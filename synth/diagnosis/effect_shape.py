@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.hypotheses import Key
 from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape
 
 SMALL = 0.05  # of its prior's width: where a strength starts
@@ -24,6 +26,25 @@ class ShapedEffect(ABC):
     @abstractmethod
     def natural_size(self, parameter: Parameter) -> float:
         """What a parameter's natural value is multiplied by to be in SI; 1 where it has none."""
+
+    @property
+    def links(self) -> int:
+        """How many links it adds to the leg."""
+        return 0
+
+    @property
+    def nearly_linear(self) -> bool:
+        """Whether its unknowns enter all but linearly, as a shifted reading's or a mass's do."""
+        return False
+
+    @property
+    def is_compliance(self) -> bool:
+        """Whether its strength is a compliance: the stiffer, the dearer to simulate."""
+        return False
+
+    def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
+        """Whether it may be a cause together with the others: no cause is counted twice."""
+        return all(other.key != self.key for other in others)
 
     @property
     def size(self) -> int:
@@ -64,6 +85,21 @@ class ShapedEffect(ABC):
                 default = self.effect.defaults[parameter.name]
                 found[p] = default if held is None else held * self.natural_size(parameter)
         return found
+
+    def named(self, x: Array) -> dict[str, float]:
+        """Parameters that say something, by name, in SI from whitened unknowns (size,)."""
+        values = self.values(x[:, None])[:, 0].tolist()
+        freed = {*self.shape.free, *self.shape.held}
+        return {
+            parameter.name: value
+            for parameter, value in zip(self.effect.parameters, values, strict=True)
+            if parameter.name in freed or parameter.default is None
+        }
+
+    @property
+    @abstractmethod
+    def key(self) -> Key:
+        """Effect and place, as the files name them."""
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial, Sensor
-from synth.swing.leg_model import Leg
+from synth.diagnosis.angle_trials import AngleTrial, Sensor
 
 COARSER = 2.5  # times the other channels' counts, or noise, from which on a count is a cause of its own
 ALONE = np.radians(0.36)  # rad: a leg of one joint has no other channel to compare with; 1000 counts a turn
@@ -48,7 +47,7 @@ def usual_noise(sensor: Sensor, coarse: Sequence[Coarse]) -> Array:
     return noise
 
 
-def rounded(leg: Leg, trial: GapTrial, prediction: Array, coarse: Sequence[Coarse]) -> Array:
+def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> Array:
     """A prediction (m, n) rad in the sense of q as channels with coarse counts would tell it.
 
     Counts begin where the recording's do: at any of its readings.

@@ -13,14 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.encoder_counts import Coarse
-from synth.diagnosis.gap_trials import GapTrial
 
 UNIFORM = 1.0 / np.sqrt(12.0)  # deviation of what is anywhere within a width of 1
 REST, MOST = 4, 12  # samples that a reading must stay for one of them to be taken, and most that are taken
 
 
-def at_edges(trial: GapTrial, coarse: Sequence[Coarse], usual: Array) -> GapTrial:
+def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> AngleTrial:
     """The trial with each coarse channel's samples at what its edges say, the others of that channel not counted.
 
     ``usual`` (n,) rad: each channel's noise without coarse counts; ``relative`` of the trial made is in units of it.

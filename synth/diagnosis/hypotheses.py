@@ -9,7 +9,7 @@ from typing import Generic, Protocol, TypeVar
 Key = tuple[str, str]  # effect and place, as the files name them
 
 
-class Cause(Protocol):
+class HypothesisCause(Protocol):
     """One cause of a hypothesis."""
 
     @property
@@ -25,7 +25,7 @@ class Fitted(Protocol):
     """A hypothesis fitted to trials."""
 
     @property
-    def hypothesis(self) -> Sequence[Cause]:
+    def hypothesis(self) -> Sequence[HypothesisCause]:
         """Its causes; none for the nominal leg."""
 
 

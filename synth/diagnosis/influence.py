@@ -15,8 +15,8 @@ import numpy as np
 
 from synth.diagnosis.score import fresh
 from synth.diagnosis.search import Assessed, Search, ratio
-from synth.diagnosis.solve import Fit, Workbench
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
+from synth.diagnosis.workbench import Fit, Workbench
 
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news
@@ -37,6 +37,21 @@ class Hangs:
 
     turned: tuple[tuple[str, str], ...] = ()
     open: tuple[str, ...] = ()
+
+    def warnings(self) -> tuple[str, ...]:
+        """In sentences."""
+        said = [
+            f"the verdict hangs on {name}: without it {other}. Look at that recording first (its start, its rest, what "
+            "was different that day), or repeat it"
+            for name, other in self.turned
+        ]
+        if self.open:
+            names = ", ".join(self.open[:5]) + (f" and {len(self.open) - 5} more" if len(self.open) > 5 else "")
+            said.append(
+                f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that "
+                "count for most were left out in turn. With so many the explanations are nearly tied"
+            )
+        return tuple(said)
 
 
 def hangs_on(bench: Workbench, found: Search, judged: Judged[Fit], calibration: Calibration = CALIBRATED) -> Hangs:

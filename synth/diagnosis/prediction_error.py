@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
-from synth.fit.fit_result import Estimate
+from synth.estimation.intervals import Estimate
 
 BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
 RESAMPLES = 500  # a 5 % quantile rests on 25 of them
@@ -18,7 +18,7 @@ Picks = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Misses:
+class PredictionErrors:
     """Of scored trials.
 
     ``squares`` : label -> (n_trial, BLOCKS) summed squared misses in rad^2, under "as_designed", "before", "after" and

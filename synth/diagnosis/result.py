@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.fit.fit_result import Estimate
-from synth.swing.leg_model import Leg
+from synth.estimation.intervals import Estimate
 from synth.units import quantity
 
 FORMAT = "synth/gap/1"
 Verdict = Literal["effect", "none", "tie", "unknown"]
 PHASES = ("release", "swing", "settle", "rest")
+THIRDS = ("low", "middle", "high")
 
 
 @dataclass(frozen=True)
@@ -66,30 +65,12 @@ class Where:
         return {name: dict(getattr(self, name)) for name in names}
 
 
-@dataclass(frozen=True)
-class TrialGap:
-    """One trial: measured angles in rad beside the nominal leg to the letter, at its best, and with the explanation.
-
-    ``time`` (m,) s; ``measured`` (m, n), nan where no sample counts; ``as_designed``, ``before``, ``after`` (m, n);
-    ``missing_torque`` (m, n) N m, that the nominal leg at its best lacks to have moved as measured (nan where it is
-    not known), ``speed`` (m, n) rad/s and ``deflection`` (m, n) rad from the free angle; ``phase`` (m,) index into
-    ``PHASES``. ``scored`` : the gap's figures are taken on it. ``alone`` : label of a single cause -> (m, n) rad with
-    just that cause in, of the likeliest.
-    """
-
-    name: str
-    time: Array
-    measured: Array
-    as_designed: Array
-    before: Array
-    after: Array
-    missing_torque: Array
-    speed: Array
-    deflection: Array
-    phase: NDArray[np.int64]
-    held_out: bool
-    scored: bool
-    alone: Mapping[str, Array] = field(default_factory=dict)
+def shares(labels: Sequence[str], total: Array) -> dict[str, float]:
+    """Label -> its share of what is positive; even shares where nothing is."""
+    positive = np.maximum(total, 0.0)
+    if positive.sum() <= 0.0:
+        return dict.fromkeys(labels, 1.0 / len(labels))
+    return {label: float(value) for label, value in zip(labels, positive / positive.sum(), strict=True)}
 
 
 @dataclass(frozen=True)
@@ -156,47 +137,3 @@ class Diagnosis:
     def next_as_json(self) -> dict[str, Any] | None:
         """The entry ``next_experiment``."""
         return None if self.next_experiment is None else self.next_experiment.as_json()
-
-
-@dataclass(frozen=True)
-class GapResult(Diagnosis):
-    """The whole diagnosis of a swinging leg.
-
-    ``as_designed``, ``before``, ``after``, ``noise_floor`` : RMS angle errors in rad over joints and samples of the
-    ``scored_on`` trials. ``noise`` : joint -> its noise, rad. ``best_possible`` : RMS that the best set of effects of
-    the library reaches there, however unlikely. ``warnings`` : what the data themselves leave in doubt.
-    ``diagnosed`` : the nominal leg with the explanation in.
-    """
-
-    leg: Leg
-    as_designed: Estimate
-    before: Estimate
-    after: Estimate
-    noise_floor: Estimate
-    shrink: Estimate
-    best_possible: Estimate
-    noise: Mapping[str, float]
-    scored_on: tuple[str, ...]
-    trials: tuple[TrialGap, ...]
-    diagnosed: Leg
-    inputs: Mapping[str, str] = field(default_factory=dict)
-
-    def as_json(self) -> dict[str, Any]:
-        """``gap.json``."""
-        gap = {
-            "as_designed": self.as_designed.as_json(),
-            "before": self.before.as_json(),
-            "after": self.after.as_json(),
-            "noise_floor": self.noise_floor.as_json(),
-            "best_possible": self.best_possible.as_json(),
-            "shrink": self.shrink.as_json(),
-            "scored_on": list(self.scored_on),
-        }
-        return {
-            **self.said_as_json(self.leg.name),
-            "gap": gap,
-            "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
-            "next_experiment": self.next_as_json(),
-            "warnings": list(self.warnings),
-            "inputs": dict(self.inputs),
-        }

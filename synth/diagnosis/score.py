@@ -3,66 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.gap_trials import GapTrial
-from synth.diagnosis.solve import Fit, Workbench, state_rows
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.workbench import Fit, Workbench, state_rows
+from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 from synth.threads import in_parallel
 
 ROUNDS = 8  # Gauss-Newton steps for the initial state, which is all that is estimated
+LEAST_GAIN = 0.05  # of the cost, in units of log-likelihood: what changes no figure that is printed
 
 
-@dataclass(frozen=True)
-class Scored:
-    """Predictions (m, n) rad a trial, in the sense of q, with the initial state that fits best; and those states."""
-
-    predictions: tuple[Array, ...]
-    states: tuple[Array, ...]
-
-
-def first_state(trial: GapTrial) -> Array:
+def first_state(trial: AngleTrial) -> Array:
     """(2 n,) rotations and rates at the start, from the smoothed samples."""
     smoothed = trial.recording.smoothed
     return np.concatenate([smoothed.angle[0], smoothed.rate[0]])
 
 
-def score(bench: Workbench, fit: Fit, trials: Sequence[GapTrial]) -> Scored:
-    """Predict trials with a hypothesis held fixed."""
-    found = in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials))
-    return Scored(tuple(p for p, _ in found), tuple(s for _, s in found))
+def score(bench: Workbench, fit: Fit, trials: Sequence[AngleTrial]) -> list[tuple[Array, Array]]:
+    """Prediction (m, n) rad in the sense of q of each trial by a hypothesis held fixed, and its initial state."""
+    return in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials))
 
 
-def _one(bench: Workbench, fit: Fit, trial: GapTrial) -> tuple[Array, Array]:
-    """Gauss-Newton in the trial's initial state, halving steps that do not help."""
+def _one(bench: Workbench, fit: Fit, trial: AngleTrial) -> tuple[Array, Array]:
+    """With the initial state that fits best."""
     links = sum(candidate.links for candidate in fit.hypothesis)
-    state = np.concatenate([first_state(trial), np.zeros(2 * links)])
-    rows = state_rows(trial, state)
-    below = bench.state_prior(trial, state)
-    best: tuple[float, Array, Array] | None = None
-    step = np.zeros(len(rows))
-    for _ in range(ROUNDS):
+    begun = np.concatenate([first_state(trial), np.zeros(2 * links)])
+    rows = state_rows(trial, begun)
+    below = bench.state_prior(trial, begun)
+
+    def state_at(free: Array) -> Array:
+        state = begun.copy()
+        state[rows] = free
+        return state
+
+    def assess(free: Array) -> LocalProblem[Array]:
+        state = state_at(free)
         prediction, slopes = bench.slopes(trial, fit, state, ())
         residual = bench.residual(trial, prediction, state)
-        cost = 0.5 * float(residual @ residual)
-        if best is None or cost < best[0]:
-            gain = np.inf if best is None else best[0] - cost
-            best = cost, prediction, state.copy()
-            if gain < 0.05:
-                break
-            matrix = np.concatenate([slopes, below])
-            if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(residual)):
-                break
-            normal = matrix.T @ matrix
-            step = -np.linalg.solve(normal + 1e-12 * np.diag(np.diag(normal)), matrix.T @ residual)
-        else:
-            step = 0.5 * step
-        state = best[2].copy()
-        state[rows] += step
-    assert best is not None
-    return best[1], best[2]
+        matrix = np.concatenate([slopes, below])
+        with np.errstate(invalid="ignore", over="ignore"):  # where a motion diverges nothing is finite, and all ends
+            normal, gradient = matrix.T @ matrix, matrix.T @ residual
+        normal += 1e-12 * np.diag(np.diag(normal))  # a locked neighbour leaves a state next to no derivative
+        return LocalProblem(prediction, 0.5 * float(residual @ residual), normal, gradient)
+
+    prediction, free = gauss_newton(assess, begun[rows], rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return prediction, state_at(free)
 
 
 def fresh(fit: Fit) -> Fit:

@@ -1,18 +1,25 @@
-"""What a cause promises before it is fitted: one lane a start, all else by derivatives that are there already."""
+"""Before a cause is fitted: the sizes that it is tried at, and the cost that it promises to leave.
+
+A strong cause changes a swing too much for a search that begins with hardly any of it. A trial size costs one lane;
+everything else follows by derivatives that are there already.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.solve import Fit, Workbench
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a motion that diverged
 WEIGHINGS = 3  # less left weighs more: times that the weight is taken anew
+
+LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
+STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer
 
 
 @dataclass(frozen=True)
@@ -131,3 +138,28 @@ def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, a
         bent = np.einsum("fp,fp->f", step, (matrix @ step[:, :, None])[:, :, 0])
         left = np.maximum(squares + 2.0 * np.einsum("fp,fp->f", gradient, step) + bent, 0.0)
     return left, step
+
+
+def rungs(fit: Fit, first: int) -> list[Fit]:
+    """The start with the strengths of its last candidate multiplied by ``LADDER``, those that its bounds allow.
+
+    ``first`` : place of that candidate's unknowns.
+    """
+    made, seen = [], set()
+    for factor in LADDER if not fit.hypothesis[-1].is_compliance else STIFF_LADDER:
+        rung = strengthened(fit, first, factor)
+        key = tuple(rung.unknowns[first:].round(9))
+        if key not in seen:
+            seen.add(key)
+            made.append(rung)
+    return made
+
+
+def strengthened(fit: Fit, first: int, factor: float) -> Fit:
+    """The fit with its last candidate's strengths multiplied, within its bounds."""
+    candidate = fit.hypothesis[-1]
+    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
+    low, high = candidate.bounds()
+    unknowns = fit.unknowns.copy()
+    unknowns[first:] = np.clip(unknowns[first:] * np.where(strengths, factor, 1.0), low, high)
+    return replace(fit, unknowns=unknowns)

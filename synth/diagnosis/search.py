@@ -1,20 +1,23 @@
-"""The search over causes: none, each alone, and two or three together where fewer leave something."""
+"""The search over causes: none, each alone, and two or three together where fewer leave something.
+
+A cause that shows only once another is in the model (dry friction of a tenth of the torque beside a shifted encoder)
+does badly alone, and what it alone would be fitted to is the other's trace. So every candidate is tried anew beside the
+best single causes, with the tolerances, the states and the other cause's unknowns free to follow.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis import hypotheses
-from synth.diagnosis.additional_causes import WORTH, Sifting, further
-from synth.diagnosis.candidates import Candidate
+from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.score import fresh, score
-from synth.diagnosis.screening import prospects
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.start_sizes import rungs
+from synth.diagnosis.screening import leverage, prospects, rungs, strengthened
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
@@ -33,6 +36,14 @@ ANCHORS, ANCHOR_PAIRS = 4, 1  # single causes that pairs are built on, pairs tha
 REFINED_FURTHER = 2  # sets of several causes that get derivatives of their own
 PAYS = 0.4  # share of what one cause leaves that a second takes away, before a third is sought
 SATISFIED, WELL, LEAST_LEFT = 1.05, 1.2, 0.003  # RMS over the floor; share of the squared gap, see ``_leaves``
+# A second and a third cause
+WORTH = 3.0  # cost that a further cause must promise to take away
+SECANTS = (1.0, 12.0)  # times a start's strengths, at which the change that a cause makes is looked at
+LOOKED_AT, STRENGTHS_TRIED = 16, 4  # causes that promise most by secants; of each, starts
+AROUND = (0.4, 1.0)  # times the strength that the secant asks for
+FURTHER_TRIED = 10  # further causes that are fitted to some of the trials, of those that promise most
+FURTHER_KEPT = 5  # of those, that are fitted to all
+FURTHER_ROUNDS = (2, 3)  # steps of the fit on some trials, and on all
 
 
 Assessed = hypotheses.Assessed[Fit]
@@ -42,7 +53,8 @@ Search = hypotheses.Hypotheses[Fit]
 def as_designed(bench: Workbench) -> Fit:
     """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
     fit = Fit((), np.zeros(bench.n_tolerance), ())
-    fit = bench.evaluate([replace(fit, states=score(bench, fit, bench.trials).states)])[0]
+    states = tuple(state for _, state in score(bench, fit, bench.trials))
+    fit = bench.evaluate([replace(fit, states=states)])[0]
     return replace(fit, frame=bench.frame(fit))
 
 
@@ -58,7 +70,9 @@ def fit_nominal(bench: Workbench, designed: Fit) -> Fit:
     return fit
 
 
-def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable[[str], None] | None = None) -> Search:
+def search(
+    bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
+) -> Search:
     """Find how well each cause, and each promising pair, explains the trials."""
     say = progress or (lambda text: None)
     say("the nominal leg within its tolerances")
@@ -66,7 +80,7 @@ def search(bench: Workbench, candidates: Sequence[Candidate], progress: Callable
     nominal = fit_nominal(bench, designed)
     say(f"{len({c.key for c in candidates})} single causes")
     few = _few(bench)
-    coarser = replace(bench.predictor, tolerance=SIFTING_TOLERANCE)
+    coarser = bench.predictor.coarser(SIFTING_TOLERANCE)
     some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few))
     there = Fit((), nominal.unknowns, tuple(nominal.states[i] for i in few))
     screened = _screen(some, candidates, as_designed(some), some.evaluate([there])[0].cost)
@@ -105,7 +119,7 @@ def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
     return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
 
 
-def _screen(bench: Workbench, candidates: Sequence[Candidate], designed: Fit, still: float) -> list[Fit]:
+def _screen(bench: Workbench, candidates: Sequence[ShapedEffect], designed: Fit, still: float) -> list[Fit]:
     """Every candidate from every start; of each cause its best shapes, in order of cost.
 
     ``still`` : cost of the nominal leg at its best there. From the leg as designed, not from its best fit: where a
@@ -191,7 +205,7 @@ def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
 
 
 def _further(
-    bench: Workbench, sifting: Sifting, anchors: Sequence[Assessed], candidates: Sequence[Candidate]
+    bench: Workbench, sifting: Sifting, anchors: Sequence[Assessed], candidates: Sequence[ShapedEffect]
 ) -> list[Assessed]:
     """One cause more beside each of the anchors, those that pay brought to their best, in order of cost."""
     fits = further(bench, sifting, [a.fit for a in anchors if a.fit.frame is not None], candidates)
@@ -222,3 +236,73 @@ def ratio(bench: Workbench, fit: Fit) -> float:
         total += float(np.sum((residual[: len(scale)] * scale) ** 2))
         count += len(scale)
     return float(np.sqrt(total / max(count, 1)))
+
+
+@dataclass(frozen=True)
+class Sifting:
+    """Some of the trials at fewer samples, to see what promises: ``few`` their places among all."""
+
+    bench: Workbench
+    few: Sequence[int]
+
+    def beside(self, fit: Fit) -> Fit:
+        """A fit to all trials as one to these, with its derivatives."""
+        here = Fit(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
+        here = self.bench.evaluate([here])[0]
+        return replace(here, frame=self.bench.frame(here))
+
+
+def further(
+    bench: Workbench, sifting: Sifting, anchors: Sequence[Fit], candidates: Sequence[ShapedEffect]
+) -> list[Fit]:
+    """Hypotheses of an anchor and one cause more, those that promise most, fitted to all trials; best first."""
+    promising: dict[frozenset[tuple[str, str]], tuple[float, Fit, Fit]] = {}
+    for anchor in anchors:
+        here = sifting.beside(anchor)
+        for left, start in _beside(sifting.bench, here, candidates):
+            keys = frozenset(start.keys)
+            if here.cost - left > WORTH and (keys not in promising or left < promising[keys][0]):
+                promising[keys] = left, start, anchor
+    best = sorted(promising.values(), key=lambda item: item[0])[:FURTHER_TRIED]
+    origin = {frozenset(start.keys): anchor for _, start, anchor in best}
+    fits = sifting.bench.solve([start for _, start, _ in best], None, FURTHER_ROUNDS[0])
+    fits = sorted((fit for fit in fits if np.isfinite(fit.cost)), key=lambda fit: fit.cost)[:FURTHER_KEPT]
+    spread = [_spread_from(fit, origin[frozenset(fit.keys)], sifting.few) for fit in fits]
+    found = bench.solve(spread, None, FURTHER_ROUNDS[1])
+    return sorted((fit for fit in found if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
+
+
+def _beside(bench: Workbench, here: Fit, candidates: Sequence[ShapedEffect]) -> list[tuple[float, Fit]]:
+    """Each further cause's best start beside a fit: cost that it promises, and the start.
+
+    First by secants, a lane or two a start; then those that promise most, at the strengths that the secants ask for.
+    """
+    first = len(here.unknowns)
+    starts = []
+    for candidate in candidates:
+        if candidate.stands_beside(here.hypothesis):
+            plain = replace(here, hypothesis=(*here.hypothesis, candidate), residuals=(), columns=(), cost=np.inf)
+            for point in candidate.starts():
+                start = fresh(replace(plain, unknowns=np.concatenate([here.unknowns, point])))
+                starts += [strengthened(start, first, secant) for secant in SECANTS]
+    told = zip(leverage(bench, starts, here), starts, strict=True)
+    order = sorted(((left, best, start) for (left, best), start in told), key=lambda item: item[0])
+    chosen: dict[tuple[str, str], list[Fit]] = {}
+    for left, best, start in order:
+        key = start.keys[-1]
+        if here.cost - left > WORTH and len(chosen.get(key, ())) < STRENGTHS_TRIED:
+            chosen.setdefault(key, []).extend(strengthened(start, first, best * factor) for factor in AROUND)
+    tried = [start for key in list(chosen)[:LOOKED_AT] for start in chosen[key]]
+    found: dict[tuple[str, str], tuple[float, Fit]] = {}
+    for left, start in zip(prospects(bench, tried, here), tried, strict=True):
+        if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
+            found[start.keys[-1]] = left, start
+    return list(found.values())
+
+
+def _spread_from(fit: Fit, anchor: Fit, few: Sequence[int]) -> Fit:
+    """A fit to some of the trials with the other trials' states and the derivatives from its anchor."""
+    states = list(anchor.states)
+    for place, i in enumerate(few):
+        states[i] = fit.states[place]
+    return fresh(replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=anchor.frame))

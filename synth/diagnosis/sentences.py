@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from synth.diagnosis.result import Cause, Verdict
-from synth.fit.fit_result import Estimate
-from synth.swing.effects import effect_named
+from synth.estimation.intervals import Estimate
 
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # as units are printed
 
 
 @dataclass(frozen=True)
-class Told:
+class ErrorWording:
     """What the sentence says of the errors.
 
     ``nominal`` : what is compared with the trials, "the nominal leg"; ``error`` : "the error"; ``on`` : where it is
@@ -40,14 +39,6 @@ def angle(value: Estimate) -> str:
     return f"{math.degrees(value.value):.2g}°"
 
 
-def cause_text(cause: Cause) -> str:
-    """The knee lacks dry friction (torque 0.052 N·m)."""
-    effect = effect_named(cause.effect)
-    phrase = effect.phrase or f"shows {effect.meaning}"
-    values = parameters_text(cause)
-    return f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
-
-
 def parameters_text(cause: Cause) -> str:
     """Torque 0.052 N·m, presliding 0.3°."""
     return ", ".join(f"{name.replace('_', ' ')} {_shown(estimate)}" for name, estimate in cause.parameters.items())
@@ -62,7 +53,7 @@ def _shown(estimate: Estimate) -> str:
 
 
 def sentence(
-    verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: Told
+    verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: ErrorWording
 ) -> str:
     """The whole diagnosis in one or two sentences; ``causes`` and those of each ``tied`` explanation in words."""
     error, floor, after = f"{told.error} on {told.on}", angle(told.floor), angle(told.after)

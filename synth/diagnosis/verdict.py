@@ -10,7 +10,6 @@ from typing import Generic
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key
 from synth.diagnosis.result import Verdict
 
@@ -149,7 +148,7 @@ def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[K
     return {key: gain / total if total > 0.0 else 1.0 / len(gains) for key, gain in gains.items()}
 
 
-def with_counts(judged: Judged[F], coarse: Sequence[Coarse]) -> Judged[F]:
+def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
     """The verdict with coarse counts as a cause: they are seen in the readings themselves.
 
     Beside another cause they take nothing from its odds: both are there.

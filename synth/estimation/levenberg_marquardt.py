@@ -14,7 +14,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.normal_equations import NormalEquations, Scale, Step, StepLimits
+from synth.estimation.normal_equations import DampingScale, NormalEquations, Step, StepLimits
 
 CONVERGED = "converged"
 AT_THE_LIMIT = "the iteration limit was reached"
@@ -36,7 +36,7 @@ class Point(Protocol):
 P = TypeVar("P", bound=Point)
 
 
-class Problem(ABC, Generic[P]):
+class LeastSquares(ABC, Generic[P]):
     """What is minimised."""
 
     @abstractmethod
@@ -139,7 +139,7 @@ class Iterate(Generic[P]):
     reason: str = ""
     count: int = 0
     growth: float = 2.0
-    scale: Scale | None = None
+    scale: DampingScale | None = None
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class _Proposal(Generic[P]):
     normal: NormalEquations | None
 
 
-def minimise(problem: Problem[P], start: Sequence[Iterate[P]], rule: DampingRule, rounds: int) -> list[Iterate[P]]:
+def minimise(problem: LeastSquares[P], start: Sequence[Iterate[P]], rule: DampingRule, rounds: int) -> list[Iterate[P]]:
     """Improve evaluated points side by side by at most ``rounds`` steps each.
 
     Returns
@@ -181,7 +181,7 @@ def minimise(problem: Problem[P], start: Sequence[Iterate[P]], rule: DampingRule
     return [it if it.reason else replace(it, reason=AT_THE_LIMIT) for it in current]
 
 
-def _proposed(problem: Problem[P], iterate: Iterate[P], rule: DampingRule) -> tuple[Iterate[P], _Proposal[P]]:
+def _proposed(problem: LeastSquares[P], iterate: Iterate[P], rule: DampingRule) -> tuple[Iterate[P], _Proposal[P]]:
     """The steps that are tried next; none, and the iterate ended, where they predict next to nothing."""
     point = iterate.point
     normal = problem.normal(point)
@@ -197,7 +197,7 @@ def _proposed(problem: Problem[P], iterate: Iterate[P], rule: DampingRule) -> tu
 
 
 def _judged(
-    problem: Problem[P], iterate: Iterate[P], proposal: _Proposal[P], tried: Sequence[P], rule: DampingRule
+    problem: LeastSquares[P], iterate: Iterate[P], proposal: _Proposal[P], tried: Sequence[P], rule: DampingRule
 ) -> Iterate[P]:
     """The iterate after its best step, or where it was with more damping."""
     best = min(range(len(tried)), key=lambda k: tried[k].cost)

@@ -77,18 +77,18 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Scale:
+class DampingScale:
     """What the damping multiplies: ``common`` (p,), and (t, l) a group of trials."""
 
     common: Array
     own: tuple[Array, ...]
 
-    def remembering(self, last: Scale | None, memory: float) -> Scale:
+    def remembering(self, last: DampingScale | None, memory: float) -> DampingScale:
         """At least the share ``memory`` of the last step's scale, so that a scale does not collapse in one step."""
         if last is None or memory == 0.0:
             return self
         own = tuple(np.maximum(memory * a, b) for a, b in zip(last.own, self.own, strict=True))
-        return Scale(np.maximum(memory * last.common, self.common), own)
+        return DampingScale(np.maximum(memory * last.common, self.common), own)
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class NormalEquations(ABC):
 
     @property
     @abstractmethod
-    def scale(self) -> Scale:
+    def scale(self) -> DampingScale:
         """The diagonals of what is damped."""
 
     @property
@@ -122,7 +122,7 @@ class NormalEquations(ABC):
         """Number of common unknowns."""
 
     @abstractmethod
-    def damped(self, damping: float, scale: Scale) -> tuple[Array, Array]:
+    def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
         """Damped matrix (p, p) and gradient (p,) of the common unknowns, the trials' own eliminated."""
 
     @abstractmethod
@@ -130,7 +130,7 @@ class NormalEquations(ABC):
         """Fall of the cost that the linearisation predicts for a step that was not shortened."""
 
     def steps(
-        self, at: Array, dampings: Array, scale: Scale, bounds: tuple[Array, Array], limits: StepLimits
+        self, at: Array, dampings: Array, scale: DampingScale, bounds: tuple[Array, Array], limits: StepLimits
     ) -> list[Step]:
         """One step for each of ``dampings`` (n_step,) from the common unknowns ``at`` (p,).
 
@@ -168,7 +168,7 @@ class NormalEquations(ABC):
             held = held | outward
         return step
 
-    def _with_own(self, common: Array, dampings: Array, scale: Scale) -> list[Step]:
+    def _with_own(self, common: Array, dampings: Array, scale: DampingScale) -> list[Step]:
         """Steps with each trial's own unknowns, from those of the common ones (n_step, p)."""
         count = sum(len(group.trials) for group in self.groups)
         own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
@@ -202,11 +202,13 @@ class ArrowNormal(NormalEquations):
         return len(self.gradient)
 
     @property
-    def scale(self) -> Scale:
+    def scale(self) -> DampingScale:
         """The diagonals."""
-        return Scale(np.diag(self.information.common).copy(), tuple(group.diagonal.copy() for group in self.groups))
+        return DampingScale(
+            np.diag(self.information.common).copy(), tuple(group.diagonal.copy() for group in self.groups)
+        )
 
-    def damped(self, damping: float, scale: Scale) -> tuple[Array, Array]:
+    def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
         """Schur complement of the damped matrix."""
         matrix = self.information.common + np.diag((damping + LEAST_DAMPING) * scale.common + LEAST_DIAGONAL)
         gradient = self.gradient.copy()
@@ -258,16 +260,16 @@ class ReducedNormal(NormalEquations):
         return len(self.gradient)
 
     @property
-    def scale(self) -> Scale:
+    def scale(self) -> DampingScale:
         """The diagonals: of the reduced matrix, and of the trials' own."""
-        return Scale(np.diag(self.matrix), tuple(group.diagonal for group in self.groups))
+        return DampingScale(np.diag(self.matrix), tuple(group.diagonal for group in self.groups))
 
     @property
     def covariance(self) -> Array:
         """(p, p) of the common unknowns: the inverse of the information that trials and priors give."""
         return np.asarray(np.linalg.inv(self.matrix))
 
-    def damped(self, damping: float, scale: Scale) -> tuple[Array, Array]:
+    def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
         """The reduced matrix with its damping."""
         added = (damping + LEAST_DAMPING) * scale.common + LEAST_DIAGONAL
         return self.matrix + np.diag(added), self.gradient

@@ -110,12 +110,14 @@ class Shape:
     """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
 
     ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> value; what is
-    left out starts small. Both in units of the natural size, as ``Prior.centre``.
+    left out starts small. Both in units of the natural size, as ``Prior.centre``. ``needs`` : what the place must have,
+    one of these, in the plant's own words; none: it fits everywhere.
     """
 
     free: tuple[str, ...]
     held: Mapping[str, float]
     starts: tuple[Mapping[str, float], ...] = ({},)
+    needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

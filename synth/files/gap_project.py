@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import radians
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,35 +10,12 @@ from pydantic import Field
 
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.schema import Because, Default
+from synth.files.schema import Default
+from synth.files.tolerance import Tolerance as Tolerance
+from synth.files.tolerance import read_tolerance
 from synth.files.trial_list import Trial
-from synth.files.validate import Quantity, Title
+from synth.files.validate import Title
 from synth.swing.leg_model import Damper, Leg, Spring
-
-HALF_DEGREE = radians(0.5)  # rad
-MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
-
-Share = Annotated[float, Quantity("1", least=0, most=MOST)]
-Turn = Annotated[float, Quantity("rad", least=0, most=radians(90))]
-
-_USUAL = "usual for a leg that was measured after it was built"
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """What manufacturing and measuring leave open of the leg as designed: one standard deviation each.
-
-    Shares of the nominal value, for every joint and link alike; ``free_angle`` in rad. Zero: known exactly, so that
-    any error of it counts as an effect.
-    """
-
-    length: Annotated[Share, Because(_USUAL)] = 0.005
-    mass: Annotated[Share, Because(_USUAL)] = 0.01
-    com: Annotated[Share, Because(_USUAL)] = 0.01
-    inertia: Annotated[Share, Because(_USUAL)] = 0.02
-    spring: Annotated[Share, Because("what is left after the spring's rate was measured")] = 0.03
-    damper: Annotated[Share, Because("what is left after the damper's rate was measured")] = 0.05
-    free_angle: Annotated[Turn, Because("what assembly leaves of the spring's free angle")] = HALF_DEGREE
 
 
 @dataclass(frozen=True)
@@ -86,10 +62,12 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
         With every mistake of the project, the leg and the trials.
     """
     reader = ProjectReader.open(path, "gap", resolve_part)
-    file, tolerance = reader.section(_GapFile), reader.section(Tolerance, "tolerance")
-    leg, trials = reader.leg_and_trials()
+    file = reader.section(_GapFile)
+    leg, trials = reader.leg_and_trials(other_legs=True)
+    tolerance = read_tolerance(reader, leg)
     if leg is not None:
         leg = _with_rates(leg, reader)
+        trials = tuple(t if t.leg is None else replace(t, leg=_with_rates(t.leg, reader)) for t in trials)
     reader.finish()
     assert file is not None
     assert leg is not None

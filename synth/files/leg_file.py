@@ -80,6 +80,7 @@ class _Joint(FileModel):
     sign: Annotated[int, Field(examples=["+1"])]
     range: Annotated[list[Annotated[float, Quantity("rad")]], Field(min_length=2, max_length=2)] | None = None
     link: Annotated[_Link, Field(examples=["{length: 200 mm, mass: 740 g, com: 91 mm, inertia: 3.5e-3 kg*m^2}"])]
+    armature: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
     spring: _Spring | None = None
     damper: _Damper | None = None
     effects: list[dict[str, dict[str, Any]]] | None = None
@@ -184,6 +185,8 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
             "com": units.write(link.com, "mm"),
             "inertia": units.write(link.inertia, "kg*m^2"),
         }
+        if joint.armature:
+            item["armature"] = units.write(joint.armature, "kg*m^2")
         if joint.spring is not None:
             rate, free_angle = units.write(joint.spring.rate, "N*m/rad"), units.write(joint.spring.free_angle, "deg")
             item["spring"] = {"rate": rate, "free_angle": free_angle} | _part(joint.spring.part)
@@ -272,7 +275,7 @@ class _Reader:
         span = (joint.range[0], joint.range[1]) if joint.range is not None else None
         spring = self.spring(joint.spring, (*key, "spring")) if joint.spring is not None else None
         damper = self.damper(joint.damper, (*key, "damper")) if joint.damper is not None else None
-        return Joint(joint.name, link, joint.zero, joint.sign, span, spring, damper, effects)
+        return Joint(joint.name, link, joint.zero, joint.sign, span, spring, damper, effects, joint.armature)
 
     def spring(self, spring: _Spring, key: Key) -> Spring | None:
         rate: object = spring.rate

@@ -25,11 +25,13 @@ from synth.files.project_options import (
     JointChoice,
     MeasuredSpring,
     PartsOptions,
+    Release,
     SpringChoice,
     ToleranceOptions,
     Turn,
 )
 from synth.files.schema import Because, Default, read_section
+from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title, gathering
 from synth.files.yaml_lines import Key
@@ -71,6 +73,10 @@ class LegProject:
         what was measured of the springs in hand, by joint.
     defaults
         what the file leaves out, for the report.
+    tolerance
+        what the source's and the target's leg files leave open of their links, joint by joint.
+    release
+        ``free``: what something drives at first in the source's recordings is cut; ``recorded``: all is fitted.
     """
 
     path: Path
@@ -90,6 +96,8 @@ class LegProject:
     inputs: tuple[InputFile, ...]
     parts: PartsOptions = field(default_factory=PartsOptions)
     measured_springs: Mapping[str, MeasuredSpring] = field(default_factory=dict)
+    tolerance: Tolerance = field(default_factory=Tolerance)
+    release: Release = "free"
 
 
 @dataclass(frozen=True)
@@ -97,10 +105,12 @@ class _LegDesignFile:
     kind: str
     source: Annotated[Any, Field(examples=["{leg: rat/rat.leg.yaml, trials: [rat/releases/*.csv]}"])]
     target: Annotated[str, Field(examples=["dog/dog.leg.yaml"])]
+    release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
     name: Title | None = None
     scale: Any = None
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
     fit: Any = None
+    tolerance: Any = None
     select: Any = None
     dampers: Any = None
     cad: Any = None
@@ -183,6 +193,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     if mixed is not None:
         reader.refuse(mixed, ("target",))
     fit = reader.section(FitOptions, "fit")
+    tolerance = read_tolerance(reader, target)
     parts = _parts(reader, select, written.get("select"))
     joints = _joints(reader, select, target)
     dampers = _dampers(reader, written.get("dampers"), target)
@@ -194,6 +205,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     assert target is not None
     assert fit is not None
     assert cad is not None
+    assert tolerance is not None
     return LegProject(
         path=reader.document.path,
         name=file.name or target.name,
@@ -208,10 +220,12 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         joints=joints,
         dampers=dampers,
         cad=cad,
-        defaults=tuple(reader.defaults),
+        defaults=tuple(of_links(reader.defaults)),
         inputs=tuple(reader.inputs),
         parts=parts,
         measured_springs=measured,
+        tolerance=tolerance,
+        release=file.release,
     )
 
 

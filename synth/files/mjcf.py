@@ -100,6 +100,8 @@ def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms) -> 
         found = spring_terms(joint, _reach(joint))
         attributes |= {"stiffness": _polynomial(found.polynomial), "springref": f"{joint.rest:.10g}"}
         notes += _off("spring", found.error)
+    if joint.armature:
+        attributes["armature"] = f"{joint.armature:.10g}"
     if any(terms.polynomial):
         attributes["damping"] = _polynomial(terms.polynomial)
     notes += _off("damper", terms.error)

@@ -10,12 +10,14 @@ from typing import Any
 
 from synth.errors import Problem
 from synth.files.leg_file import PartResolver, read_leg
-from synth.files.paths import inside, matching
+from synth.files.paths import inside, matching, read_bytes
 from synth.files.schema import Default, Section, read_section
 from synth.files.trial_list import Trial, read_trials
 from synth.files.validate import check_kind, gathering, near, raise_if_any
 from synth.files.yaml_lines import Document, Key, load
 from synth.swing.leg_model import Leg
+
+LARGEST = 100_000_000  # bytes; each format has a limit of its own below
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,9 @@ class ProjectReader:
         """Record a file among the inputs."""
         name = path.relative_to(self.folder).as_posix()
         if all(known.name != name for known in self.inputs):
-            self.inputs.append(InputFile(name, sha256(path.read_bytes()).hexdigest()))
+            with gathering(self.problems):
+                data = read_bytes(path, LARGEST, "no file of a project is so large")
+                self.inputs.append(InputFile(name, sha256(data).hexdigest()))
 
     def leg(self, name: str, key: Key) -> Leg | None:
         """The leg file named at ``key``."""
@@ -96,13 +100,16 @@ class ProjectReader:
             return leg
         return None
 
-    def leg_and_trials(self) -> tuple[Leg | None, tuple[Trial, ...]]:
-        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so."""
+    def leg_and_trials(self, *, other_legs: bool = False) -> tuple[Leg | None, tuple[Trial, ...]]:
+        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so.
+
+        ``other_legs`` : a trial may name a leg of its own.
+        """
         name, entries = self.written.get("leg"), self.written.get("trials")
         leg = self.leg(name, ("leg",)) if isinstance(name, str) else None
         if leg is None or not isinstance(entries, list) or not entries:
             return leg, ()
-        return leg, self.trials(entries, leg, ("trials",))
+        return leg, self.trials(entries, leg, ("trials",), other_legs=other_legs)
 
     def matched(self, patterns: Sequence[str], key: Key) -> tuple[Path, ...]:
         """The files of the patterns listed at ``key``, each once."""
@@ -114,10 +121,15 @@ class ProjectReader:
             self.note(path)
         return tuple(found)
 
-    def trials(self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = ()) -> tuple[Trial, ...]:
+    def trials(
+        self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = (), *, other_legs: bool = False
+    ) -> tuple[Trial, ...]:
         """The trials listed at ``key``, of which at least one must be left to fit."""
+        other = self.leg if other_legs else None
         with gathering(self.problems, self.document, key):
-            trials = read_trials(entries, self.folder, leg, document=self.document, key=key, locked=locked)
+            trials = read_trials(
+                entries, self.folder, leg, document=self.document, key=key, locked=locked, other_leg=other
+            )
             if all(trial.held_out for trial in trials):
                 self.refuse("every trial is held out: none is left to fit", key)
             return tuple(trials)

@@ -305,20 +305,27 @@ def _remove_empty(folders: Sequence[Path]) -> None:
 def _terminated_as_exception() -> Iterator[None]:
     """Let SIGTERM and SIGHUP unwind like an interrupt, so that the temporary folder goes; in the main thread alone.
 
-    A hang-up that is ignored (``nohup``) stays so.
+    A hang-up that is ignored (``nohup``) stays so. A library that was being loaded may turn the exception into one of
+    its own: whatever comes out after a signal is the signal's.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
+    asked: list[BaseException] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
-        raise SystemExit(128 + number)
+        asked.append(KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number))
+        raise asked[-1]
 
-    numbers = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
-    heard = [number for number in numbers if signal.getsignal(number) is not signal.SIG_IGN]
+    numbers = [signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+    heard = [number for number in numbers if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler)]
     previous = [signal.signal(number, stop) for number in heard]
     try:
         yield
+    except BaseException as error:
+        if asked and error is not asked[-1]:
+            raise asked[-1] from None
+        raise
     finally:
         for number, handler in zip(heard, previous, strict=True):
             signal.signal(number, handler)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import radians
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args, get_type_hints
 
 from pydantic import BeforeValidator, Field
 
@@ -19,6 +19,7 @@ Turn = Annotated[float, Quantity("rad", above=0, most=radians(3600))]
 Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
 Count = Annotated[int, Field(ge=1, le=4)]
 
+Release = Literal["free", "recorded"]
 FreeAngle = Literal["auto", "common", "per_trial"]
 Method = Literal["least_squares", "piecewise", "swarm"]
 Cost = Literal["trajectory", "transient", "characteristics"]
@@ -52,6 +53,11 @@ class FitOptions:
     weight: Annotated[Weight, Because("each joint's errors count by how large they are: maximum likelihood")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
     intervals: Annotated[Intervals, Because("at no cost; where the trials fix all, both agree")] = "sensitivities"
+
+
+def allowed_values(name: str) -> tuple[str, ...]:
+    """The words that a field of ``FitOptions`` takes."""
+    return get_args(get_type_hints(FitOptions)[name])
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,9 +11,10 @@ from pydantic import Field
 from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.project_options import FitOptions, FreeAngle, Prior
+from synth.files.project_options import FitOptions, FreeAngle, Prior, Release
 from synth.files.schema import Because, Default
 from synth.files.static_points_file import StaticPoint, read_static_points
+from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title
 from synth.swing.leg_model import Leg
@@ -27,8 +28,10 @@ class _FitFile:
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
+    release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
     name: Title | None = None
     fit: Any = None
+    tolerance: Any = None
     prior: Any = None
     static: Any = None
 
@@ -38,7 +41,8 @@ class FitProject:
     """What ``synth fit`` is to do.
 
     ``prior`` None: values in the leg file are starting points at most. ``defaults``: what the file leaves out.
-    ``static``: poses in which the leg was held still, see ``static_points``.
+    ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: what the leg file leaves
+    open of its links. ``release``: ``free``: what something drives at first is cut; ``recorded``: all is fitted.
     """
 
     path: Path
@@ -51,6 +55,8 @@ class FitProject:
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
     static: tuple[StaticPoint, ...] = ()
+    tolerance: Tolerance = field(default_factory=Tolerance)
+    release: Release = "free"
 
 
 def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
@@ -81,13 +87,17 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     static: tuple[StaticPoint, ...] = ()
     if leg is not None and "static" in written:
         static = read_static_points(written["static"], leg, document, ("static",), reader.problems)
+    tolerance = read_tolerance(reader, leg)
     reader.finish()
     assert file is not None
+    assert tolerance is not None
     assert leg is not None
     assert fit is not None
-    defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
+    defaults, inputs = tuple(of_links(reader.defaults)), tuple(reader.inputs)
     name = file.name or leg.name
-    return FitProject(document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static)
+    return FitProject(
+        document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance, file.release
+    )
 
 
 def _check_prior(reader: ProjectReader, prior: Prior, leg: Leg) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, field_validator
 
 from synth.arrays import Array
@@ -42,11 +43,14 @@ class Trial:
     locked
         joints that were held at their recorded angle.
     tip_mass
-        kg, a point mass added at the last link's end.
+        kg, a mass added at the last link's end, or at ``tip_at`` m from the last joint along it, of ``tip_inertia``
+        kg m^2 about its own centre.
     tilt
         rad, of the base in this trial, added to the leg's own.
     held_out
         never used to fit or to choose, only to score.
+    leg
+        another leg with the same joints that this trial was made with; None: the project's.
     sha256
         of the file.
     """
@@ -61,6 +65,17 @@ class Trial:
     tilt: float = 0.0
     held_out: bool = False
     sha256: str = ""
+    tip_inertia: float = 0.0
+    tip_at: float | None = None
+    leg: Leg | None = None
+
+
+class TipMass(FileModel):
+    """A body on the last link: its mass, its inertia about its own centre, and where along the link that lies."""
+
+    mass: Annotated[float, Quantity("kg", least=0)]
+    inertia: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
+    at: Annotated[float, Quantity("m")] | None = None
 
 
 class TrialEntry(FileModel):
@@ -68,9 +83,10 @@ class TrialEntry(FileModel):
 
     file: Annotated[str, Field(min_length=1, examples=["trials/*.csv"])]
     locked: list[str] = Field(default_factory=list)
-    tip_mass: Annotated[float, Quantity("kg", least=0)] = 0.0
+    tip_mass: Annotated[float, Quantity("kg", least=0)] | TipMass = 0.0
     tilt: Annotated[float, Quantity("rad", least=-radians(360), most=radians(360))] = 0.0
     held_out: bool = False
+    leg: Annotated[str, Field(examples=["long_arm.leg.yaml"])] | None = None
 
     @field_validator("locked")
     @classmethod
@@ -117,6 +133,7 @@ def read_trials(
     document: Document | None = None,
     key: Key = ("trials",),
     locked: Sequence[str] = (),
+    other_leg: Callable[[str, Key], Leg | None] | None = None,
 ) -> list[Trial]:
     """Read the recordings that a project lists.
 
@@ -132,6 +149,8 @@ def read_trials(
         the project and where in it the entries stand, so that a message can name the line.
     locked
         joints that are locked in all of them, besides what an entry says.
+    other_leg
+        reads the leg file that an entry names at a place of the document; None: no entry may name one.
 
     Raises
     ------
@@ -141,11 +160,12 @@ def read_trials(
     source = _Source(document, key)
     listing = _listing(entries, Path(base_folder), leg, source, frozenset(locked))
     problems = list(listing.problems)
+    others = _other_legs(listing, leg, source, other_leg, problems)
     trials: list[Trial] = []
     for listed in listing.files:
         with gathering(problems):
             recorded = read_recording(listed.path, leg, name=listed.name)
-            trials.append(_trial(recorded, listed, leg))
+            trials.append(_trial(recorded, listed, leg, others.get(listed.index)))
     if not problems:
         given = [trial.name for trial in trials]
         times, angles = [trial.time for trial in trials], [trial.angles for trial in trials]
@@ -154,8 +174,39 @@ def read_trials(
     return trials
 
 
-def _trial(recorded: Recorded, listed: _Listed, leg: Leg) -> Trial:
+def _other_legs(
+    listing: _Listing,
+    leg: Leg,
+    source: _Source,
+    other_leg: Callable[[str, Key], Leg | None] | None,
+    problems: list[Problem],
+) -> dict[int, Leg]:
+    """Index of each entry that names a leg of its own -> that leg, which must have the same joints."""
+    found: dict[int, Leg] = {}
+    for entry, index in {listed.index: (listed.entry, listed.index) for listed in listing.files}.values():
+        if entry.leg is None:
+            continue
+        if other_leg is None:
+            problems.append(source.problem("a trial with a leg of its own is for synth gap alone", index, "leg"))
+            continue
+        other = other_leg(entry.leg, (*source.key, index, "leg"))
+        if other is None:
+            continue
+        if other.joint_names != leg.joint_names:
+            text = f"{other.name} has other joints ({', '.join(other.joint_names)}) than {leg.name} "
+            text += f"({', '.join(leg.joint_names)}); a trial's leg needs the same, in the same order"
+            problems.append(source.problem(text, index, "leg"))
+        elif not (np.allclose(other.zero, leg.zero) and np.array_equal(other.sign, leg.sign)):
+            text = f"{other.name} and {leg.name} differ in a joint's zero or sign; angles must mean the same on both"
+            problems.append(source.problem(text, index, "leg"))
+        else:
+            found[index] = other
+    return found
+
+
+def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> Trial:
     entry = listed.entry
+    tip = entry.tip_mass if isinstance(entry.tip_mass, TipMass) else TipMass.model_construct(mass=entry.tip_mass)
     locked = tuple(name for name in leg.joint_names if name in entry.locked)
     return Trial(
         listed.name,
@@ -164,10 +215,13 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg) -> Trial:
         recorded.velocities,
         recorded.torques,
         locked,
-        entry.tip_mass,
+        tip.mass,
         entry.tilt,
         entry.held_out,
         recorded.sha256,
+        tip.inertia,
+        tip.at,
+        other,
     )
 
 

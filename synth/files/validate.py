@@ -22,6 +22,7 @@ COMMANDS = {
     "fit": '"synth fit"',
     "gap": '"synth gap"',
     "import": '"synth import"',
+    "reproduce": '"synth reproduce"',
     "leg-design": '"synth leg"',
     "part-wish": '"synth catalog show"',
     "hopper-design": '"synth hopper"',

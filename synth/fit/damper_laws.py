@@ -159,7 +159,7 @@ def _first_rate(leg: Leg, drops: Sequence[Recording], joint: int) -> float:
     """A rate from the balance of gravity and damping where the joint moves: the median of their quotient."""
     ratios = []
     for recording in drops:
-        found = coefficients(leg, recording.conditions.tip_mass)
+        found = coefficients(leg, recording.conditions.tip)
         angle, rate = recording.smoothed.angle, recording.smoothed.rate[:, joint]
         torque = -static_torque(found, angle, leg.tilt + recording.conditions.tilt)[:, joint]
         moving = np.abs(rate) > 0.1 * np.abs(rate).max()
@@ -238,7 +238,7 @@ def _warnings(
         said.append(f"{joint}: these drops do not tell {used.law.name} from {' or '.join(alike)}")
     ends, creeps = [], []
     for recording in drops:
-        found = coefficients(leg, recording.conditions.tip_mass)
+        found = coefficients(leg, recording.conditions.tip)
         time, angle = recording.smoothed.time, recording.smoothed.angle
         last = max(2, len(angle) // 20)
         end, before = angle[-last:].mean(axis=0), angle[-2 * last : -last].mean(axis=0)

@@ -10,21 +10,30 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.bootstrap import Bootstrap
+from synth.fit.link_errors import LinkErrors
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 
 DRAWS = 64  # legs that the trials allow, for each of which the parts are scored
 
 
-def draws(values: Array, covariance: Array, refits: Bootstrap | None, seed: int) -> Array:
-    """(DRAWS, p) unknowns: the bootstrap's refits where there are any, else normal by the sensitivities."""
+def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: LinkErrors | None, seed: int) -> Array:
+    """(DRAWS, p) unknowns: the bootstrap's refits where there are any, else normal by the sensitivities.
+
+    ``links`` : errors of the links' numbers move each draw too, all its unknowns together.
+    """
+    generator = np.random.default_rng([seed, DRAWS])
+    moved = np.zeros((DRAWS, len(values)))
+    if links is not None:
+        sensitivity = links.considered.sensitivity
+        moved = generator.normal(size=(DRAWS, sensitivity.shape[1])) @ sensitivity.T
     if refits is not None:
-        return refits.values[:DRAWS]
+        return refits.values[:DRAWS] + moved[: len(refits.values)]
     root = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     value, vector = np.linalg.eigh(covariance / np.outer(root, root))
     half = vector * np.sqrt(np.maximum(value, 0.0))
-    normal = np.random.default_rng([seed, DRAWS]).normal(size=(DRAWS, len(values)))
-    return np.asarray(values + normal @ half.T * root)
+    normal = generator.normal(size=(DRAWS, len(values)))
+    return np.asarray(values + normal @ half.T * root + moved)
 
 
 def drawn_legs(unknowns: SpringsAndDampers, drawn: Array) -> list[Leg]:

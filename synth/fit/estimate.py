@@ -13,6 +13,7 @@ from synth.fit.fit_options import FitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
+from synth.fit.hand import cut_of, later, look, said_of, unseen
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
@@ -42,12 +43,19 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
     model = model_of(leg, options.curves, prior=options.prior, static=options.static)
     if options.near is not None:
         return _fit_near(model, recordings, options, options.near)
+    seen = look(leg, recordings) if options.release == "free" else None
+    if seen is not None and seen.plain and later(recordings, cut_of(seen)) is not None:
+        return _fit_later(leg, recordings, options, cut_of(seen), said_of(seen, cut_of(seen), None))
     scatter = sample_scatter(recordings)
     treatments, probability = _treatments(model, recordings, options, scatter)
     mode, why = _choose(leg, treatments, probability, options, len(recordings))
     chosen = treatments[mode]
     if not np.isfinite(chosen.stage.solution.cost):
         raise UserError(NOTHING_NEAR)
+    if seen is not None:
+        hidden = unseen(model, recordings, chosen.stage, options.weight, cut_of(seen) if seen.known else 0.0)
+        if hidden is not None:
+            return _fit_later(leg, recordings, options, hidden.cut, said_of(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
     treatments[mode] = Treatment(softened.stage, chosen.spread)
     return result_of(
@@ -57,11 +65,18 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
         mode,
         why,
         scatter,
-        softened.sentences,
-        intervals=options.intervals,
-        seed=options.seed,
+        options,
+        softened=softened.sentences,
         least=softened.least,
     )
+
+
+def _fit_later(leg: Leg, recordings: Sequence[Recording], options: FitOptions, start: float, said: str) -> FitResult:
+    """The fit to what comes ``start`` s after each recording's first sample."""
+    cut = later(recordings, start)
+    assert cut is not None
+    result = fit_leg(leg, cut, replace(options, release="recorded"))
+    return replace(result, cut=start, warnings=(said, *result.warnings))
 
 
 @dataclass(frozen=True)
@@ -99,9 +114,7 @@ def _fit_near(
     why = "each trial's shift as in the fit before"
     treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)
-    return result_of(
-        model, recordings, treatments, near.free_angle, why, scatter, intervals=options.intervals, seed=options.seed
-    )
+    return result_of(model, recordings, treatments, near.free_angle, why, scatter, options)
 
 
 def _treatments(

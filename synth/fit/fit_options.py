@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from synth.files.project_options import Prior
 from synth.files.static_points_file import StaticPoint
+from synth.files.tolerance import Tolerance
 from synth.fit.fit_result import FitResult
 from synth.swing.leg_model import DamperCurve
 
@@ -20,7 +21,9 @@ class FitOptions:
     torque-speed curve. ``prior``: how far the leg file's own values may be trusted. ``near``: an earlier
     fit of the same recordings, whose spring rates, free angles and their spread this one starts from and keeps to.
     ``static``: poses in which the leg was held still by known torques. ``intervals``: by sensitivities, or by bootstrap
-    over blocks of residuals.
+    over blocks of residuals. ``tolerance``: what the leg file leaves open of its links, which the intervals carry;
+    None: the links are known exactly. ``release``: ``free``: what something drives at first is looked for and cut
+    (``hand``); ``recorded``: the recordings are free from their first sample on.
     """
 
     free_angle: str = "auto"
@@ -31,3 +34,5 @@ class FitOptions:
     near: FitResult | None = None
     static: tuple[StaticPoint, ...] = ()
     intervals: str = "sensitivities"
+    tolerance: Tolerance | None = None
+    release: str = "recorded"

@@ -9,30 +9,16 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90, Estimate
+from synth.fit.interval_sources import IntervalSource
 from synth.fit.proposal import Proposal
-from synth.fit.static_points import Judged
-from synth.fit.unknowns import NORMAL90
+from synth.fit.static_points import JudgedPoint
 from synth.motion.characteristics import Characteristics
 from synth.motion.first_state import FirstState
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/fit/1"
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value with its 90 % interval, SI; ``unit`` is what it is written in."""
-
-    value: float
-    unit: str
-    low: float | None = None
-    high: float | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """``{"value", "unit", "interval90"}``."""
-        interval = None if self.low is None or self.high is None else (self.low, self.high)
-        return quantity(self.value, self.unit, interval)
 
 
 @dataclass(frozen=True)
@@ -186,10 +172,14 @@ class FitResult:
     lost_samples: int
     inputs: Mapping[str, str] = field(default_factory=dict)
     cost: str = "trajectory"
-    static: tuple[Judged, ...] = ()  # the static points beside the fit
+    static: tuple[JudgedPoint, ...] = ()  # the static points beside the fit
     proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
     drawn: tuple[Leg, ...] = ()  # legs that the trials allow, for whoever chooses by the fit
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
+    sources: tuple[IntervalSource, ...] = ()  # what the intervals are made of, a rate or free angle each
+    tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, as the project and its defaults say
+    cut: float = 0.0  # s after each recording's first sample, from which on it was fitted
+    defaults: tuple[Mapping[str, str], ...] = ()  # what the project leaves out
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""
@@ -221,6 +211,10 @@ class FitResult:
             "proposals": [proposal.as_json() for proposal in self.proposals],
             "static": static,
             "intervals": dict(self.intervals),
+            "interval_sources": [source.as_json() for source in self.sources],
+            "tolerance": dict(self.tolerance),
+            "fitted_from": quantity(self.cut, "s"),
+            "defaults": [dict(default) for default in self.defaults],
             "warnings": list(self.warnings),
             "method": self.method,
             "cost": self.cost,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.unknowns import NORMAL90
+from synth.estimation.intervals import NORMAL90
 from synth.swing.chain import Chain
 from synth.swing.damper_curves import compiled_rows, torque_at
 from synth.swing.lane_layout import CURVE_POINTS

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.levenberg_marquardt import Iterate, Nielsen, Problem, minimise
+from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Nielsen, minimise
 from synth.estimation.normal_equations import ArrowNormal, Information, Step, StepLimits
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
@@ -85,7 +85,7 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _TrajectoryFit(Problem[_State]):
+class _TrajectoryFit(LeastSquares[_State]):
     """Whole trajectories as a least-squares problem; ``fixed`` : only what belongs to each trial is estimated."""
 
     model: TrajectoryModel
@@ -235,10 +235,31 @@ def _normal(
     rounding: Sequence[Rounding | None] = (),
 ) -> _Part:
     """One trial's contribution to the normal equations, Huber-weighted."""
+    cost, root, residual = _weighted(recording, found.prediction, noise, rounding)
+    jacobian = found.differences()
+    jacobian *= root[:, :, None]
+    jacobian = jacobian.reshape(residual.size, -1)
+    plan, p = found.plan, n_common
+    normal = ((jacobian.T @ jacobian) / plan.area)[plan.square]
+    gradient = (jacobian.T @ residual.ravel() / plan.width)[plan.order]
+    return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
+
+
+def sample_weights(
+    recording: Recording, prediction: Array, noise: Array, rounding: Sequence[Rounding | None] = ()
+) -> Array:
+    """(m, n) 1/rad: factors on a trial's residuals and sensitivities, 0 where no sample counts."""
+    return _weighted(recording, prediction, noise, rounding)[1]
+
+
+def _weighted(
+    recording: Recording, prediction: Array, noise: Array, rounding: Sequence[Rounding | None]
+) -> tuple[float, Array, Array]:
+    """A trial's cost, the factors (m, n) 1/rad on its residuals, and the residuals so weighted, by Huber's function."""
     root = recording.counts / noise
     rounded = [j for j, item in enumerate(rounding) if item is not None]
     root[:, rounded] = 0.0
-    residual = (found.prediction - recording.rotation) * root
+    residual = (prediction - recording.rotation) * root
     size = np.abs(residual)
     if np.max(size) <= HUBER:  # the usual case; not if it is no number
         cost = 0.5 * float(np.vdot(residual, residual))
@@ -248,14 +269,8 @@ def _normal(
         weight = np.sqrt(np.where(inside, 1.0, HUBER / np.maximum(size, HUBER)))
         root, residual = root * weight, residual * weight
     for j in rounded:
-        cost += _rounded(recording, found.prediction, j, rounding[j], root, residual)
-    jacobian = found.differences()
-    jacobian *= root[:, :, None]
-    jacobian = jacobian.reshape(residual.size, -1)
-    plan, p = found.plan, n_common
-    normal = ((jacobian.T @ jacobian) / plan.area)[plan.square]
-    gradient = (jacobian.T @ residual.ravel() / plan.width)[plan.order]
-    return _Part(cost, normal[:p, :p], gradient[:p], normal[:p, p:], normal[p:, p:], gradient[p:])
+        cost += _rounded(recording, prediction, j, rounding[j], root, residual)
+    return cost, root, residual
 
 
 def _rounded(

@@ -20,6 +20,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
+from synth.fit.hand import cut_of, later, look, said_of
 from synth.fit.least_squares import Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
@@ -67,6 +68,8 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choic
     """
     if options.near is not None:
         return fit_leg(leg, recordings, options)
+    if options.release == "free" and (choice.method, choice.cost) != ("least_squares", "trajectory"):
+        return _after_hands(leg, recordings, options, choice)
     if choice.method == "least_squares":
         if choice.cost != "transient":
             return fit_leg(leg, recordings, options)
@@ -74,6 +77,16 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choic
     if not recordings:
         raise UserError("no trial is left to fit: every one is held out")
     return _searched(leg, recordings, options, choice)
+
+
+def _after_hands(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
+    """As ``fit_by``, to what comes after a hand that most recordings show."""
+    seen, free = look(leg, recordings), replace(options, release="recorded")
+    cut = later(recordings, cut_of(seen)) if seen.plain else None
+    if cut is None:
+        return fit_by(leg, recordings, free, choice)
+    result = fit_by(leg, cut, free, choice)
+    return replace(result, cut=cut_of(seen), warnings=(said_of(seen, cut_of(seen), None), *result.warnings))
 
 
 def search_of(
@@ -137,7 +150,7 @@ def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) 
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
     treatments = {mode: Treatment(Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
-    return result_of(model, recordings, treatments, mode, why, scatter, searched=True)
+    return result_of(model, recordings, treatments, mode, why, scatter, options, searched=True)
 
 
 def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:

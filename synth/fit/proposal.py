@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
 from synth.fit.fit_problem import sought_by
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.static_points import Balance
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance
-from synth.fit.unknowns import NORMAL90, SpringsAndDampers
+from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import quantity

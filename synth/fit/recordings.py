@@ -14,6 +14,7 @@ from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
+from synth.motion.velocity import unlike, with_velocities
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import no_denser
 from synth.swing.leg_model import Leg
@@ -21,7 +22,7 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-SHORTEST = 0.08  # s, of motion that a trial must hold: the weak form's shortest window
+FEWEST = 12  # samples that a trial must hold: fewer fix neither its noise nor its start
 LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
 
 
@@ -42,6 +43,7 @@ class Recording:
     smoothed: Smoothed
     known_torque: tuple[Array, Array] | None = None
     n_lost: int = 0
+    leg: Leg | None = None  # that this trial was made with, where that is another than the others'
     thinning: str = ""
 
     @cached_property
@@ -83,6 +85,19 @@ class Recording:
         """Joints that are not locked."""
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
+    def later(self, first: int) -> Recording:
+        """The same motion from sample ``first`` on, its time from 0."""
+        start, counts = self.time[first], self.counts[first:]
+        time, rotation = self.time[first:] - start, self.rotation[first:]
+        held = np.isin(np.arange(rotation.shape[1]), self.conditions.locked)
+        smoothed = smooth(time, rotation, ~(counts | held))
+        for j in self.conditions.locked:
+            smoothed.rate[:, j] = 0.0
+        known = self.known_torque
+        if known is not None:
+            known = (known[0] - start, known[1])
+        return replace(self, time=time, rotation=rotation, counts=counts, smoothed=smoothed, known_torque=known)
+
     def stretched(self, factor: float) -> Recording:
         """The same motion ``factor`` times slower: amplitudes stay, rates fall with it.
 
@@ -92,7 +107,10 @@ class Recording:
         """
         if self.known_torque is not None:
             raise ValueError(f"{self.name}: a motion driven by a known torque cannot be stretched")
-        smoothed = replace(self.smoothed, time=self.smoothed.time * factor, rate=self.smoothed.rate / factor)
+        old = self.smoothed
+        smoothed = replace(
+            old, time=old.time * factor, rate=old.rate / factor, width=old.width * factor, pace=old.pace * factor
+        )
         return replace(self, time=self.time * factor, smoothed=smoothed)
 
     def thinned(self, samples: int) -> Recording:
@@ -123,20 +141,20 @@ def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None =
 def _recording(leg: Leg, trial: Trial) -> Recording:
     read = _rows_read(trial)
     names, time = leg.joint_names, trial.time[read] - trial.time[read][0]
-    if time[-1] < SHORTEST or len(time) < 12:
-        text = f"{len(time)} samples over {time[-1] * 1e3:.0f} ms; a trial needs at least 12 samples and"
-        raise UserError(Problem(f"{text} {SHORTEST * 1e3:.0f} ms, the weak form's window", file=trial.name))
+    if len(time) < FEWEST:
+        text = f"{len(time)} samples over {time[-1] * 1e3:.4g} ms; a trial needs at least {FEWEST} samples"
+        raise UserError(Problem(text, file=trial.name))
     rotation = leg.to_rotation(trial.angles[read])
     found = lost_samples(rotation)
     n_lost, thin = int(found.sum()), thinned(time, rotation, found)
     time, rotation, lost = thin.time - thin.time[0], thin.angle, thin.lost
-    few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < 12]
+    few = [name for j, name in enumerate(names) if (~lost[:, j]).sum() < FEWEST]
     if few:
-        text = f"fewer than 12 usable samples of {', '.join(few)}"
+        text = f"fewer than {FEWEST} usable samples of {', '.join(few)}"
         raise UserError(Problem(text, file=trial.name))
     locked = tuple(names.index(name) for name in trial.locked)
     counts = ~lost
-    smoothed = smooth(time, rotation, lost)
+    smoothed = _with_velocities(leg, trial, read, smooth(time, rotation, lost))
     for j in locked:
         held = float(np.median(rotation[~lost[:, j], j]))
         rotation[:, j], smoothed.angle[:, j], smoothed.rate[:, j] = held, held, 0.0
@@ -146,8 +164,29 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     if trial.torques is not None:
         moments = trial.time - trial.time[read][0] - thin.time[0]
         known = no_denser(moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]))
-    conditions = Conditions(locked, trial.tip_mass, trial.tilt)
-    return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, thin.sentence)
+    conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
+    return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence)
+
+
+def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> Smoothed:
+    """The smoothed motion with recorded velocities where there are any, which must be the angles' own.
+
+    Raises
+    ------
+    UserError : a velocity column is not the slope of its joint's angle.
+    """
+    if trial.velocities is None:
+        return smoothed
+    time, velocities = trial.time[read] - trial.time[read][0], leg.sign * trial.velocities[read]
+    problems = []
+    for j, name in enumerate(leg.joint_names):
+        wrong = unlike(smoothed, time, velocities[:, j], j) if name not in trial.locked else ""
+        if wrong:
+            text = f"{wrong}. Mend the column, or leave it out: the angles alone tell the motion"
+            problems.append(Problem(text, file=trial.name, key=f"{name} velocity"))
+    if problems:
+        raise UserError(problems)
+    return with_velocities(smoothed, time, velocities)
 
 
 def _rows_read(trial: Trial) -> Mask:

@@ -8,21 +8,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
+from synth.fit.fit_options import FitOptions
 from synth.fit.fit_problem import sought_by
-from synth.fit.fit_result import Estimate, FitResult, JointFit, TrialFit, Variant
+from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
+from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage
+from synth.fit.link_errors import link_errors
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
-from synth.fit.static_points import Judged, judged
+from synth.fit.static_points import JudgedPoint, judged
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
 from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
-from synth.fit.unknowns import NORMAL90, SpringsAndDampers
+from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
+from synth.swing.tolerances import LINK_QUANTITIES
 
 MISPLACED = 3.0  # standard deviations from which a static point is called into question
 LEAST_MISFIT = np.radians(0.3)  # that is worth a word
@@ -44,28 +49,35 @@ def result_of(
     mode: str,
     why: str,
     scatter: Array,
-    softened: Sequence[str] = (),
+    options: FitOptions,
     *,
-    intervals: str = "sensitivities",
-    seed: int = 0,
+    softened: Sequence[str] = (),
     searched: bool = False,
     least: Solution | None = None,
 ) -> FitResult:
     """Assemble the result of the chosen ``mode``, which is the name of one of the treatments.
 
-    ``intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``. ``searched``: the stage is
-    not the least of its residuals, so that what they leave does not speak against the model. ``least``: the solution of
-    least residual where the chosen stage was moved down a ridge from there; the intervals then reach from one to the
-    other, for the trials do not choose between them.
+    ``options.intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``; all carry what
+    ``options.tolerance`` leaves open of the links. ``searched``: the stage is not the least of its residuals, so that
+    what they leave does not speak against the model. ``least``: the solution of least residual where the chosen stage
+    was moved down a ridge from there; the intervals then reach from one to the other, for the trials do not choose
+    between them.
     """
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     spreads = {name: covariance(model, solution) for name, solution in solutions.items()}
-    refits, lost = _refits(model, recordings, treatments[mode].stage, spreads[mode], intervals, seed)
+    refits, lost = _refits(model, recordings, treatments[mode].stage, spreads[mode], options)
     chosen = solutions[mode]
+    links = {
+        name: link_errors(model, recordings, each.stage, _link_widths(leg, options), options.static)
+        for name, each in treatments.items()
+    }
     offsets = {name: _normal_offsets(spread) for name, spread in spreads.items()}
     if refits is not None:
         offsets[mode] = refits.offsets(chosen.values)
+    for name, found in links.items():
+        if found is not None:
+            offsets[name] = _with_links(offsets[name], found.covariance)
     if least is not None:
         offsets[mode] = _reaching(offsets[mode], chosen.values, least.values)
     joints = {
@@ -77,7 +89,7 @@ def result_of(
         for name, solution in solutions.items()
     }
     static = _static(unknowns, chosen.values)
-    drawn = draws(chosen.values, spreads[mode], refits, seed)
+    drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped = dict(zip(names, clipped_rms(recordings, chosen.predictions).tolist(), strict=True))
     noise = dict(zip(names, scatter.tolist(), strict=True))
@@ -111,17 +123,31 @@ def result_of(
         proposals=proposals(model, recordings, chosen),
         drawn=tuple(drawn_legs(unknowns, drawn)),
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
+        sources=sources_of(unknowns, spreads[mode], links[mode]),
     )
 
 
+def _link_widths(leg: Leg, options: FitOptions) -> Array:
+    """(4, n) what the project leaves open of the links' numbers."""
+    if options.tolerance is None:
+        return np.zeros((len(LINK_QUANTITIES), len(leg.joints)))
+    return options.tolerance.widths(leg)[: len(LINK_QUANTITIES)]
+
+
+def _with_links(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array, Array]:
+    """The ends of the intervals with what the links' errors add, (p, p), in quadrature: the two are independent."""
+    half = NORMAL90 * np.sqrt(np.diag(covariance))
+    return -np.hypot(offsets[0], half), np.hypot(offsets[1], half)
+
+
 def _refits(
-    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, intervals: str, seed: int
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, options: FitOptions
 ) -> tuple[Bootstrap | None, list[str]]:
     """The bootstrap's refits if they are asked for, or none and why."""
-    if intervals != "bootstrap":
+    if options.intervals != "bootstrap":
         return None, []
     try:
-        return bootstrap(model, recordings, stage, covariance, seed=seed), []
+        return bootstrap(model, recordings, stage, covariance, seed=options.seed), []
     except ArithmeticError as error:
         return None, [f"bootstrap: {error}; the intervals are those of the sensitivities"]
 
@@ -160,7 +186,7 @@ def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Ma
     ]
 
 
-def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:
+def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[JudgedPoint, ...]:
     """The static points beside the fit."""
     n = len(unknowns.leg.joints)
     rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
@@ -168,7 +194,7 @@ def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[Judged, ...]:
     return judged(unknowns.balances, rate, rest)
 
 
-def _off_balance(leg: Leg, static: Sequence[Judged]) -> list[str]:
+def _off_balance(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
     """Sentences on static points that the fit cannot reconcile with the trials."""
     return [
         f"static point {item.balance.name}, {leg.joint_names[item.balance.joint]}: the spring would bear "

@@ -81,7 +81,7 @@ def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Arr
     """
     found = []
     for recording, end in zip(recordings, ends, strict=True):
-        known = coefficients(leg, recording.conditions.tip_mass)
+        known = coefficients(leg, recording.conditions.tip)
         weight = static_torque(known, end, leg.tilt + recording.conditions.tilt)
         found.append(end[:, None] + weight[:, None] / spring_rate)
     return np.array(found)

@@ -53,7 +53,7 @@ class Balance:
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedPoint:
     """A point's balance beside the fit: the spring torque measured and fitted, N m in q's sense, and their distance.
 
     ``deviations`` : how many standard deviations they lie apart.
@@ -82,10 +82,10 @@ def balances(leg: Leg, points: Sequence[StaticPoint]) -> tuple[Balance, ...]:
     return tuple(found)
 
 
-def judged(points: Sequence[Balance], rate: Array, rest: Array) -> tuple[Judged, ...]:
+def judged(points: Sequence[Balance], rate: Array, rest: Array) -> tuple[JudgedPoint, ...]:
     """Each balance at fitted spring rates (n,) N m/rad and rests (n,) rad."""
     return tuple(
-        Judged(
+        JudgedPoint(
             point,
             float(rate[point.joint] * (point.rotation - rest[point.joint])),
             point.residual(float(np.log(rate[point.joint])), float(rest[point.joint])),

@@ -161,8 +161,12 @@ class TrajectoryModel:
         state : (2 n, n_lane) rad and rad/s, rotations and rates at the start.
         shift : (n, n_lane) or (n, 1) rad of the rests.
         """
-        layout = self.chain.layout
         lanes = np.repeat(self._lane(recording.conditions)[:, None], values.shape[1], axis=1)
+        return self.run_lanes(recording, lanes, values, state, shift)
+
+    def run_lanes(self, recording: Recording, lanes: Array, values: Array, state: Array, shift: Array) -> Array:
+        """As ``run``, for ``lanes`` (n_row, n_lane) of legs whose links may differ; they are written into."""
+        layout = self.chain.layout
         self.unknowns.write(lanes, values)
         lanes[layout.rows("rest")] += shift
         lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = state[: layout.n], state[layout.n :]

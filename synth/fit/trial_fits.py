@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
 from synth.fit.fit_result import JointFit, StartFit, TrialFit
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local
 from synth.fit.uncertainty import residuals
-from synth.fit.unknowns import NORMAL90
 from synth.motion.characteristics import characteristics
 from synth.motion.first_state import FirstState
 from synth.swing.leg_model import Leg

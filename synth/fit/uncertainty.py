@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90, covariance_of
 from synth.fit.least_squares import Solution
 from synth.fit.recordings import Recording
 from synth.fit.rounding import encoder_counts
 from synth.fit.trajectories import TrajectoryModel
-from synth.fit.unknowns import NORMAL90, SpringsAndDampers
+from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 
@@ -95,9 +96,7 @@ def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool =
     schur = solution.information.schur()
     if not with_prior:
         schur = schur - np.diag(model.unknowns.prior[1])
-    root = np.sqrt(np.maximum(np.diag(schur), 1e-12))
-    value, vector = np.linalg.eigh(schur / np.outer(root, root))
-    return np.asarray((vector / np.maximum(value, 1e-12)) @ vector.T / np.outer(root, root))
+    return covariance_of(schur)
 
 
 def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> Array:

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
 from synth.fit.static_points import Balance
 from synth.swing.chain import Chain
 from synth.swing.leg_model import Damper, Leg, Spring
@@ -23,9 +24,6 @@ DECAY_BOX = (1e-3, 500.0)  # 1/s, b/I
 # moves nothing that the trials fix, and decides only where along a ridge that they leave open the answer lies.
 FREQUENCY_PRIOR = (1.0, 15.0)  # Hz
 DECAY_PRIOR = (0.5, 500.0)  # 1/s
-
-
-NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations
 
 
 class Unknowns(Protocol):

@@ -64,7 +64,7 @@ class WeakForm:
         for recording in recordings:
             smoothed = recording.smoothed
             tilt = leg.tilt + recording.conditions.tilt
-            found = coefficients(leg, recording.conditions.tip_mass)
+            found = coefficients(leg, recording.conditions.tip)
             momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
             if recording.known_torque is not None:
                 force = force + averaged(recording.known_torque, smoothed.time)

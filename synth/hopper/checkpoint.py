@@ -95,7 +95,12 @@ class Checkpoint:
         stream = io.BytesIO()
         np.save(stream, values, allow_pickle=False)
         content = stream.getvalue()
-        write_bytes_whole(self._path(index), content + sha256(content).digest())
+        try:
+            write_bytes_whole(self._path(index), content + sha256(content).digest())
+        except OSError:
+            if not self.finished:  # nothing to go on from
+                self.remove()
+            raise
 
     @property
     def finished(self) -> int:

@@ -46,11 +46,6 @@ class Drive:
     share: float
 
 
-def odd_points(width: float, step: float) -> int:
-    """Samples under a polynomial of support ``width`` s, as ``smooth`` takes them."""
-    return max(5, round(width / step) // 2 * 2 + 1)
-
-
 def polynomial_noise(points: int, degree: int, step: float) -> tuple[float, float]:
     """Standard deviation of a local polynomial's value (1) and rate (1/s) for independent noise of 1 a sample."""
     offset = np.arange(-(points // 2), points // 2 + 1.0)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.motion.foreign_torque import drive_after, odd_points, polynomial_noise
-from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
+from synth.motion.foreign_torque import drive_after, polynomial_noise
+from synth.motion.smoothing import Mask, Smoothed, lost_samples, odd_points, smooth
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
 
@@ -128,6 +128,7 @@ def _view(time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int,
         phi, omega = absolute(smoothed.angle, leg.tilt), np.cumsum(smoothed.rate, axis=1)
         cosine = np.cos(phi[:, :, None] - phi[:, None, :])
         twice = np.einsum("ij,tij,ti,tj->t", coefficient.inertia, cosine, omega, omega)
+        twice += smoothed.rate**2 @ coefficient.armature
         mass = mass_matrix(coefficient, smoothed.angle[-1], leg.tilt)
         noise = smoothed.noise * polynomial_noise(points, 3, step)[1]
         noise[list(locked)] = 0.0

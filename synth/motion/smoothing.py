@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.motion.pace import pace
 
 Mask = NDArray[np.bool_]
 
+# Of the motion's pace: a cubic over so much of a sinusoid misses it by 1e-5 of its amplitude. 30 ms at 2 Hz.
+SUPPORT = 0.7
 COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger least difference is none of its counts
 
 
@@ -19,7 +22,8 @@ class Smoothed:
     """A recording on a uniform grid: ``time`` (n,) s, ``angle`` and ``rate`` (n, n_joint) rad, rad/s.
 
     ``noise`` (n_joint,) rad is the scatter of the samples about the polynomials; ``gap`` (n,) marks grid points that
-    lie in a hole of the recording and say nothing of their own.
+    lie in a hole of the recording and say nothing of their own; ``width`` s is the polynomials' support, ``pace`` s how
+    fast it moves, see ``motion.pace``.
     """
 
     time: Array
@@ -27,6 +31,13 @@ class Smoothed:
     rate: Array
     noise: Array
     gap: Mask
+    width: float = 0.03
+    pace: float = 0.03
+
+
+def odd_points(width: float, step: float) -> int:
+    """Samples of a polynomial's support of ``width`` s: odd, at least five."""
+    return max(5, round(width / step) // 2 * 2 + 1)
 
 
 def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
@@ -56,13 +67,13 @@ def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
     return lost
 
 
-def smooth(time: Array, angle: Array, lost: Mask, width: float = 0.03) -> Smoothed:
+def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None) -> Smoothed:
     """Cubic Savitzky-Golay smoothing on a uniform grid of the median sample step.
 
     Parameters
     ----------
     time : (n,) s; angle : (n, n_joint) rad; lost : (n, n_joint), from ``lost_samples``.
-    width : s, the polynomial's support; at least five samples are used.
+    width : s, the polynomial's support; at least five samples are used. None: ``SUPPORT`` of the motion's own pace.
 
     Raises
     ------
@@ -81,14 +92,16 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float = 0.03) -> Smooth
         even[:, j] = np.interp(grid, time[good], angle[good, j])
         position = np.searchsorted(time[good], grid).clip(1, int(good.sum()) - 1)
         gap |= (time[good][position] - time[good][position - 1]) > 4.5 * step
-    points = min(max(5, round(width / step) // 2 * 2 + 1), count // 2 * 2 - 1)
+    own = pace(step, even)
+    width = SUPPORT * own if width is None else width
+    points = min(odd_points(width, step), count // 2 * 2 - 1)
     if points < 5:
         raise ValueError(f"{count} samples, at least 7 are needed")
     value, rate, kept = savitzky_golay(even, points, 3, step)
     # The residual of a local fit with `kept` of its degrees of freedom left underestimates the noise by that share.
     # By the median, so that glitches which were not found as lost do not pass for noise.
     noise = 1.4826 * np.median(np.abs(even - value), axis=0) / np.sqrt(kept)
-    return Smoothed(grid, value, rate, noise, gap)
+    return Smoothed(grid, value, rate, noise, gap, width, own)
 
 
 def savitzky_golay(value: Array, points: int, degree: int, step: float) -> tuple[Array, Array, float]:

@@ -218,7 +218,7 @@ def _cell(text: str, column: _Column) -> float | str:
         fault = title_fault(text) if column.field.name in _TITLES else None
         if fault is not None:
             raise ValueError(f'"{text[:60]}" {fault}')
-        if rules.get("choices"):
+        if rules.get("choices") or column.field.name == "material":
             text = standard_value(column.field.name, text)
         if rules.get("choices") and text not in rules["choices"]:
             near = get_close_matches(text.lower(), rules["choices"], n=1, cutoff=0.5)

@@ -21,6 +21,7 @@ from synth.parts.rows import (
     TorsionSpringRow,
     WireRow,
 )
+from synth.parts.usable import usable_damper, usable_spring
 from synth.parts.wire import ALIASES, WireMaterial, wire_material
 from synth.units import factor
 
@@ -200,7 +201,12 @@ def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
     motors = finished(_latest(_of(rows, GearMotorRow), problems))
     with_curves = _with_curves(dampers, curves, problems)
     catalogue = Catalogue(
-        finished(springs), finished(with_curves), finished(_of(rows, WireRow)), finished(materials), curves, motors
+        tuple(usable_spring(row, modulus_of) for row in finished(springs)),
+        tuple(usable_damper(row, modulus_of) for row in finished(with_curves)),
+        finished(_of(rows, WireRow)),
+        finished(materials),
+        curves,
+        motors,
     )
     return catalogue, problems
 

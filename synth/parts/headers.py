@@ -47,6 +47,7 @@ VALUES = {
     "leg_convention": {"tangential": "tangent"},
     "continuous": {"true": "yes", "false": "no"},
 }  # fmt: skip
+PLAIN_MATERIALS = ("music", "piano", "hard drawn", "oil tempered", "chrome", "stainless", "phosphor", "spring brass")
 _TITLE = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
 
 
@@ -73,5 +74,7 @@ def standard(title: str, known: frozenset[str]) -> str:
 
 def standard_value(column: str, text: str) -> str:
     """A word of a column with choices as the catalogue writes it."""
-    folded = text.casefold()
+    folded = " ".join(text.casefold().split())
+    if column == "material":
+        return folded if folded.startswith(PLAIN_MATERIALS) else text  # numbers of standards stay as written
     return VALUES.get(column, {}).get(folded, folded if column in VALUES else text)

@@ -44,7 +44,7 @@ def spring_candidates(
     parts = of_family(parts, catalogue.springs)
     rate /= count
     nearest = min(
-        (row for row in catalogue.springs if row.complete and row.rate),
+        (row for row in catalogue.springs if row.choosable and row.rate),
         key=lambda row: abs((row.rate or 0.0) / rate - 1.0),
         default=None,
     )
@@ -87,7 +87,7 @@ def spring_reasons(
     row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> Iterator[str]:
     """Every reason why a spring does not fit; of a row that cannot be used at all, that."""
-    if not row.complete:
+    if not row.choosable:
         yield row.status
         return
     yield from _not_to_be_had(row, parts)
@@ -150,7 +150,7 @@ def damper_reason(row: DamperRow, choice: DamperChoice, travel: float, parts: Pa
 
 def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> Iterator[str]:
     """Every reason why a damper does not fit; of a row that cannot be used at all, that."""
-    if not row.complete:
+    if not row.choosable:
         yield row.status
         return
     yield from _not_to_be_had(row, parts)

@@ -13,6 +13,7 @@ from synth.parts.damper_law import CONCAVE, CONCAVE_EXPONENT, LINEAR, TABLE, pow
 from synth.swing.leg_model import Damper, DamperCurve
 
 # Wire is drawn to steps of half a thousandth of an inch or of a hundredth of a millimetre.
+RPM = math.pi / 30.0  # rad/s
 INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8
 
 
@@ -42,6 +43,11 @@ class Row:
     def complete(self) -> bool:
         """Whether the row has all that using it needs and nothing that contradicts itself."""
         return self.status == "complete"
+
+    @property
+    def choosable(self) -> bool:
+        """Whether it may be chosen: complete, or usable with what its status says (``usable``)."""
+        return self.complete or self.status.startswith("usable")
 
     @property
     def sound(self) -> bool:
@@ -84,6 +90,9 @@ class TorsionSpringRow(Row):
     max_deflection: float | None = _quantity("rad", "deg")
     rate_tolerance: float | None = _quantity("1", "%")
     free_angle_tolerance: float | None = _quantity("rad", "deg")
+
+    derived: tuple[str, ...] = field(default=(), metadata={"column": False})
+    measure: tuple[str, ...] = field(default=(), metadata={"column": False})
 
     needed: ClassVar[tuple[str, ...]] = (
         "part", "rate", "material", "wire_diameter", "outer_diameter", "body_coils", "included_angle",
@@ -145,8 +154,17 @@ class DamperRow(Row):
     torque_per_kelvin: float | None = _quantity("1/K", "%/K", signed=True)
     curve_speed: tuple[float, ...] = field(default=(), metadata={"column": False})
     curve_torque: tuple[float, ...] = field(default=(), metadata={"column": False})
+    torque_range: tuple[float, float] | None = field(default=None, metadata={"column": False})
+    ordered: bool = field(default=False, metadata={"column": False})
+    derived: tuple[str, ...] = field(default=(), metadata={"column": False})
+    measure: tuple[str, ...] = field(default=(), metadata={"column": False})
 
     needed: ClassVar[tuple[str, ...]] = ("part", "max_torque", "speed", "direction")
+
+    @property
+    def order(self) -> str:
+        """The part as it is to be ordered: with its torque where the vendor sells a range."""
+        return f"{self.part} at {self.max_torque:.3g} N*m" if self.ordered and self.max_torque else self.part
 
     @property
     def secant_rate(self) -> float | None:

@@ -19,10 +19,10 @@ from synth.arrays import Array
 from synth.compiling import code_cache
 from synth.swing import chain_source
 from synth.swing.effects import Effect, effect_named, registered
-from synth.swing.known_torque import for_integrator
-from synth.swing.lane_layout import LANES, MOST_MEMORIES, WORKING, Law, Layout
+from synth.swing.known_torque import KnownTorque, delayed, for_integrator
+from synth.swing.lane_layout import DRIVE, LANES, MOST_MEMORIES, WORKING, Law, Layout
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Leg, Tip
 
 MAX_STEPS = 20_000  # of one trajectory; beyond this it is nan. Three links take about 140 a second
 FIRST_STEP = 1e-3  # s
@@ -39,6 +39,13 @@ class Conditions:
     locked: tuple[int, ...] = ()
     tip_mass: float = 0.0  # kg
     tilt: float = 0.0  # rad, added to the leg's own
+    tip_inertia: float = 0.0  # kg m^2, of what is added about its own centre
+    tip_at: float | None = None  # m from the last joint along its link; None: at the link's end
+
+    @property
+    def tip(self) -> Tip:
+        """What is added to the last link."""
+        return Tip(self.tip_mass, self.tip_inertia, self.tip_at)
 
 
 class Compiled(WrapperAddressProtocol):
@@ -111,7 +118,7 @@ class Chain:
     def lanes(self, legs: LegLanes, conditions: Conditions = Conditions()) -> Array:
         """(n_row, n_lane) lanes for columns of legs; ``conditions.locked`` counts in the leg's own joints."""
         locked = tuple(legs.own[j] for j in conditions.locked)
-        return legs.write(self.layout, locked, conditions.tip_mass, conditions.tilt, self._off)
+        return legs.write(self.layout, locked, conditions.tip, conditions.tilt, self._off)
 
     def load(self, *, plain: bool = False) -> None:
         """Load, or compile, everything now, or all that a leg without effects needs (``plain``).
@@ -155,6 +162,20 @@ class Chain:
                 blocks = [layout.parameter_rows(effect.name, effect.index(name)) for name in names]
                 found[index] = np.concatenate([np.arange(layout.n_row)[block] for block in blocks])
         return found
+
+    @cached_property
+    def _drive_rows(self) -> list[int]:
+        """Rows of what is wrong with a known torque."""
+        rows = range(self.layout.n_row)
+        return [row for block in DRIVE for row in rows[self.layout.rows(block)]]
+
+    def _late(self, known: KnownTorque, workspace: Array) -> KnownTorque:
+        """The known torque as the first lane has it; the others' delays are from then on what they differ by."""
+        offset, delay = (workspace[self.layout.rows(block)] for block in DRIVE[1:])
+        offset[~np.any(known[1] != 0.0, axis=0)] = 0.0  # in place: these are rows of the workspace
+        first = delay[:, 0].copy()
+        delay -= first[:, None]
+        return delayed(known, first) if np.any(first) else known
 
     @cached_property
     def _switches(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -245,7 +266,8 @@ class Chain:
             Each group of 16 shares its steps: put a nominal lane and its perturbed copies in one group.
         times : (n_time,) s, increasing.
         tolerance : relative and absolute (rad, rad/s) error a step.
-        known_torque : times (m,) s and torques on q (m, n) N m, the same for every lane.
+        known_torque : times (m,) s and torques on q (m, n) N m, which each lane's drive rows change: gain, offset, and
+            delay. An offset acts where the torque is not zero throughout: else the joint has none.
 
         Returns
         -------
@@ -253,6 +275,7 @@ class Chain:
         because it diverged or needed more than ``max_steps``.
         """
         n, n_lane = self.layout.n, lanes.shape[1]
+        wrong = known_torque is not None and bool(np.any(lanes[self._drive_rows]))
         known = for_integrator(known_torque, n)
         times = np.ascontiguousarray(times, dtype=float)
         limits, steps = (tolerance, tolerance, FIRST_STEP), max_steps + 2 * len(known[0])  # it may end at every knot
@@ -267,6 +290,8 @@ class Chain:
             group = lanes[:, first : first + LANES]
             workspace[:, : group.shape[1]] = group
             workspace[:, group.shape[1] :] = group[:, :1]
+            if wrong and known_torque is not None:
+                known = for_integrator(self._late(known_torque, workspace), n)
             states = self._states(active, workspace)
             integrate(
                 *functions, workspace, flat, n, states, active, known, times, limits, steps, out,

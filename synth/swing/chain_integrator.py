@@ -36,9 +36,12 @@ _D5, _D6, _D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 /
 WHOLE = True
 
 # First places of these blocks in the workspace: alike for every number of links.
-_ROTATION, _RATE, _ACCELERATION, _TORQUE = (
-    Layout(1).row(block) * LANES for block in ("rotation", "rate", "acceleration", "extra_torque")
-)
+_ROTATION, _RATE, _ACCELERATION, _TORQUE, _GAIN, _OFFSET, _DELAY = (
+    Layout(1).row(block) * LANES
+    for block in (
+        "rotation", "rate", "acceleration", "extra_torque", "torque_gain", "torque_offset", "torque_delay"
+    )
+)  # fmt: skip
 # Where state, stages and the rest lie in one array of the integrator's own. Constant places in one array let LLVM prove
 # that no store touches another's load; arrays of their own would cost a check at each loop.
 _ROOM = (2 * MOST_LINKS + (MOST_MEMORIES if WHOLE else 0)) * LANES
@@ -68,9 +71,23 @@ _once: dict[str, Any] = {"inline": "always", **_called}
 _often: dict[str, Any] = {"inline": "never" if WHOLE else "always", **_called}
 
 
+@njit(**{**_often, "inline": "never"})
+def _torque_at(times, torques, j, t, k):  # type: ignore[no-untyped-def]
+    """A joint's known torque at a time near the knot ``k``; before the first sample and after the last as there."""
+    while k < len(times) - 2 and times[k + 1] < t:
+        k += 1
+    while k > 0 and times[k] > t:
+        k -= 1
+    share = min(max((t - times[k]) / (times[k + 1] - times[k]), 0.0), 1.0)
+    return torques[k, j] + share * (torques[k + 1, j] - torques[k, j])
+
+
 @njit(**_called)
 def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
-    """Add a known torque, linear between its samples and the same in every lane; returns the new cursor."""
+    """Add a known torque, linear between its samples, with each lane's gain and offset; returns the new cursor.
+
+    Lanes share its delay, which is in ``known``, but for what stands in their rows: these are looked up one by one.
+    """
     times, torques, _ = known
     if len(times) > 1:
         while cursor < len(times) - 2 and times[cursor + 1] < t:
@@ -80,9 +97,17 @@ def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untype
         share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
         for j in range(n):
             torque = torques[cursor, j] + share * (torques[cursor + 1, j] - torques[cursor, j])
+            apart = 0.0
             for lane in range(LANES):
-                e = _TORQUE + j * LANES + lane
-                Z[e] = (Z[e] if any_active else 0.0) + torque
+                e = j * LANES + lane
+                here = (1.0 + Z[_GAIN + e]) * torque + Z[_OFFSET + e]
+                Z[_TORQUE + e] = (Z[_TORQUE + e] if any_active else 0.0) + here
+                apart = max(apart, abs(Z[_DELAY + e]))
+            if apart > 0.0:
+                for lane in range(LANES):
+                    e = j * LANES + lane
+                    shifted = _torque_at(times, torques, j, t - Z[_DELAY + e], cursor)
+                    Z[_TORQUE + e] += (1.0 + Z[_GAIN + e]) * (shifted - torque)
     return cursor
 
 

@@ -71,7 +71,8 @@ def _accelerations(layout: Layout) -> list[str]:
         put(f"r{i} = free{i} * ({at(layout.row('extra_torque', i))} - known{i})")
     for i in range(n):
         for j in range(i, n):
-            masked = f"J{i}{i} * free{i} + (1.0 - free{i})" if i == j else f"J{i}{j} * free{i} * free{j}"
+            own = at(layout.row("own_inertia", i))
+            masked = f"J{i}{i} * free{i} + {own}" if i == j else f"J{i}{j} * free{i} * free{j}"
             put(f"J{i}{j} = {masked}")
     lines += factorise(n) + substitute(n, "x", [f"r{i}" for i in range(n)])
     lines += [f"{at(layout.row('acceleration', i))} = x{i}" for i in range(n)]

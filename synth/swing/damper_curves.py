@@ -27,6 +27,11 @@ def clamps(curve: DamperCurve) -> tuple[Array, Array]:
     return np.append(speed[:-1], UNBOUNDED), slope - np.append(slope[1:], 0.0)
 
 
+def with_rate(curve: DamperCurve, rate: float) -> DamperCurve:
+    """The curve of the same damper beside a linear one of ``rate`` N m s/rad."""
+    return DamperCurve(curve.speed, tuple(t + rate * s for s, t in zip(curve.speed, curve.torque, strict=True)))
+
+
 def compiled_rows(curve: DamperCurve) -> tuple[Array, Array]:
     """Clamp speeds and slopes padded to the compiled chain's ``CURVE_POINTS``; a longer curve is thinned first."""
     speed, slope = clamps(thin(curve))

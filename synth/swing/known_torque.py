@@ -35,6 +35,14 @@ def no_denser(times: Array, torques: Array, end: float) -> KnownTorque:
     return grid, averaged((times, torques), grid)
 
 
+def delayed(known: KnownTorque, delay: Array) -> KnownTorque:
+    """The same torques, each joint's ``delay`` (n,) s later, at the knots of all; before its first sample as there."""
+    times, torques = known
+    moments = np.unique(np.concatenate([times + late for late in np.unique(delay)]))
+    shifted = [np.interp(moments - late, times, torque) for late, torque in zip(delay, torques.T, strict=True)]
+    return moments, np.stack(shifted, axis=1)
+
+
 def averaged(known: KnownTorque, grid: Array) -> Array:
     """(m, n) N m on an even ``grid`` (m,) s, each value the mean under a hat that reaches to both neighbours.
 

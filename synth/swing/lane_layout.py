@@ -19,9 +19,13 @@ ROOMS = 19  # arrays of a state's size that the integrator works in
 # Doubles of the integrator's own array: states and memories in each of its rooms.
 WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
+# What is wrong with a known torque: share too much, N m too much, s too late (in the workspace less the first lane's).
+DRIVE = ("torque_gain", "torque_offset", "torque_delay")
 _ONE_A_JOINT = (
     "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",
     "free",  # 1 free, 0 locked
+    "own_inertia",  # what turns with the joint itself; 1 where it is locked, which keeps its row of the matrix regular
+    *DRIVE,
 )  # fmt: skip
 _FOR_EFFECTS = (
     "damper_torque",  # resisting, of rate and curve together

@@ -14,11 +14,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
-from synth.swing.lane_layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
-from synth.swing.leg_model import Leg
+from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, Layout
+from synth.swing.leg_model import Leg, Tip
 
 UNSETTLED = 0.3  # of the weight of what a link carries, as an acceleration that it may have when a recording begins
-_PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate")
+_PER_LINK = ("length", "mass", "com", "inertia", "spring_rate", "rest", "damper_rate", "armature")
 
 
 @dataclass
@@ -26,7 +26,9 @@ class LegLanes:
     """Columns of legs; every array has ``n_lane`` columns and is meant to be changed in place.
 
     ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
-    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad; ``tilt`` (n_lane,) rad;
+    rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 that turn with the
+    joint itself; ``tilt`` (n_lane,) rad; ``drive`` (3, n, n_lane) what is wrong with a known torque on q: share too
+    much, N m too much, s too late;
     ``weightless`` (n,) links on which gravity does no work (a sliding base). ``torques``: name of a torque effect ->
     (n_parameter, n, n_lane) in the sense of q. ``curves`` : per joint clamp speeds and slopes (2, 12) or None.
     ``first`` : index of the leg's first own link, 1 where an effect put one before it.
@@ -43,6 +45,8 @@ class LegLanes:
     gravity: float
     weightless: Array
     curves: list[tuple[Array, Array] | None]
+    armature: Array
+    drive: Array
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # where the leg's own joints are in the chain
     newest: int = -1  # where the link that was put in last stands, before others of the same effect
@@ -85,6 +89,8 @@ class LegLanes:
             gravity=leg.gravity,
             weightless=np.zeros(len(joints)),
             curves=[compiled_rows(j.damper.curve) if j.damper and j.damper.curve else None for j in joints],
+            armature=column(leg.armature),
+            drive=np.zeros((len(DRIVE), len(joints), n_lane)),
             own=tuple(range(len(joints))),
         )
         for index, joint in enumerate(joints):
@@ -92,6 +98,9 @@ class LegLanes:
                 effect = effect_named(name)
                 if effect.way == "torque":
                     made.put(effect, index, in_rotation(effect, joint.sign, joint.zero, given))
+                elif effect.way == "drive":
+                    values = [np.full(n_lane, given.get(p.name, effect.defaults[p.name])) for p in effect.parameters]
+                    effect.function()(made, index, joint.sign, *values)
         return made
 
     def first(self, n_lane: int) -> LegLanes:
@@ -102,6 +111,7 @@ class LegLanes:
             torques={name: values[:, :, :n_lane].copy() for name, values in self.torques.items()},
             tilt=self.tilt[:n_lane].copy(),
             weightless=self.weightless.copy(),
+            drive=self.drive[:, :, :n_lane].copy(),
             curves=list(self.curves),
         )
 
@@ -178,23 +188,26 @@ class LegLanes:
             weightless=weightless,
             curves=curves,
             torques=torques,
+            drive=np.insert(self.drive, before, 0.0, axis=1),
             own=own,
             newest=before,
             tilt=self.tilt.copy(),
         )
 
-    def write(self, layout: Layout, locked: tuple[int, ...], tip_mass: float, tilt: float, off: Array) -> Array:
+    def write(self, layout: Layout, locked: tuple[int, ...], tip: Tip, tilt: float, off: Array) -> Array:
         """(n_row, n_lane) the chain's lanes, state rows zero; ``locked`` counts in the chain's own joints.
 
         ``off`` (n_row,): a lane whose effects are off. Coefficients as in ``mechanics.coefficients``.
         """
         n = self.n
         lanes = np.repeat(off[:, None], self.n_lane, axis=1)
-        carried = np.cumsum(self.mass[::-1], axis=0)[::-1] + tip_mass
-        outboard = np.concatenate([carried[1:], np.full((1, self.n_lane), tip_mass)])
-        moment = self.mass * self.com + outboard * self.length
+        carried = np.cumsum(self.mass[::-1], axis=0)[::-1] + tip.mass
+        outboard = np.concatenate([carried[1:], np.full((1, self.n_lane), tip.mass)])
+        reach = self.length if tip.at is None else np.concatenate([self.length[:-1], tip.place(self.length[-1:])])
+        moment = self.mass * self.com + outboard * reach
         for i in range(n):
-            own = self.inertia[i] + self.mass[i] * self.com[i] ** 2 + outboard[i] * self.length[i] ** 2
+            own = self.inertia[i] + self.mass[i] * self.com[i] ** 2 + outboard[i] * reach[i] ** 2
+            own += tip.inertia if i == n - 1 else 0.0
             lanes[layout.inertia_row(i, i)] = own
             for j in range(i + 1, n):
                 lanes[layout.inertia_row(i, j)] = self.length[i] * moment[j]
@@ -204,6 +217,10 @@ class LegLanes:
         free = np.ones(n)
         free[list(locked)] = 0.0
         lanes[layout.rows("free")] = free[:, None]
+        lanes[layout.rows("own_inertia")] = np.where(free[:, None] > 0.0, self.armature, 1.0)
+        if self.drive.any():
+            for block, wrong in zip(DRIVE, self.drive, strict=True):
+                lanes[layout.rows(block)] = wrong
         for block, values in (
             ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
             ("length", self.length), ("carried_mass", carried), ("first_moment", moment),

@@ -26,6 +26,22 @@ class Link:
 
 
 @dataclass(frozen=True)
+class Tip:
+    """What one trial adds to the last link: ``mass`` with ``inertia`` about its own centre, ``at`` from the joint.
+
+    ``at`` None: at the link's end.
+    """
+
+    mass: float = 0.0  # kg
+    inertia: float = 0.0  # kg m^2
+    at: float | None = None  # m
+
+    def place(self, length: Array | float) -> Array:
+        """Distance from the last joint along its link, m; ``length`` m of that link."""
+        return np.asarray(length if self.at is None else np.full_like(np.asarray(length, dtype=float), self.at))
+
+
+@dataclass(frozen=True)
 class Spring:
     """A linear torsion spring: torque on q is ``-rate * (q - sign * (free_angle - zero))``."""
 
@@ -69,6 +85,7 @@ class Joint:
     spring: Spring | None = None
     damper: Damper | None = None
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    armature: float = 0.0  # kg m^2, inertia that turns with the joint itself: rotor, gear
 
     @property
     def rest(self) -> float:
@@ -118,6 +135,11 @@ class Leg:
     def spring_rate(self) -> Array:
         """(n_joint,) N m/rad; 0 where there is no spring."""
         return np.array([joint.spring.rate if joint.spring is not None else 0.0 for joint in self.joints])
+
+    @property
+    def armature(self) -> Array:
+        """(n_joint,) kg m^2 that turn with each joint itself."""
+        return np.array([joint.armature for joint in self.joints])
 
     @property
     def total_length(self) -> float:

@@ -15,32 +15,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Leg, Tip
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Inertia ``inertia[i, j]`` (n, n) kg m^2, symmetric, and gravity moments ``gravity`` (n,) N m."""
+    """Inertia ``inertia[i, j]`` (n, n) kg m^2, symmetric, and gravity moments ``gravity`` (n,) N m.
+
+    ``armature`` (n,) kg m^2 turns with the joints themselves: a rotor behind a gear stores ``1/2 armature dq^2``, so
+    it stands on the diagonal of the mass matrix in joint coordinates (Featherstone 2008, section 9.6).
+    """
 
     inertia: Array
     gravity: Array
+    armature: Array
 
 
-def coefficients(leg: Leg, tip_mass: float = 0.0) -> Coefficients:
-    """Inertia and gravity coefficients of a leg with a point mass ``tip_mass`` (kg) at the last link's end."""
+def coefficients(leg: Leg, tip_mass: float | Tip = 0.0) -> Coefficients:
+    """Inertia and gravity coefficients of a leg with what a trial hangs on its last link; a number: kg at its end."""
     n = len(leg.joints)
+    tip = tip_mass if isinstance(tip_mass, Tip) else Tip(tip_mass)
     length = np.array([joint.link.length for joint in leg.joints])
     mass = np.array([joint.link.mass for joint in leg.joints])
     com = np.array([joint.link.com for joint in leg.joints])
     own = np.array([joint.link.inertia for joint in leg.joints])
-    outboard = np.concatenate([np.cumsum(mass[::-1])[::-1][1:], [0.0]]) + tip_mass
-    first_moment = mass * com + outboard * length
+    outboard = np.concatenate([np.cumsum(mass[::-1])[::-1][1:], [0.0]]) + tip.mass
+    reach = np.append(length[:-1], tip.place(length[-1]))  # at which the outboard mass hangs
+    own[-1] += tip.inertia
+    first_moment = mass * com + outboard * reach
     inertia = np.zeros((n, n))
     for i in range(n):
-        inertia[i, i] = own[i] + mass[i] * com[i] ** 2 + outboard[i] * length[i] ** 2
+        inertia[i, i] = own[i] + mass[i] * com[i] ** 2 + outboard[i] * reach[i] ** 2
         for j in range(i + 1, n):
             inertia[i, j] = inertia[j, i] = length[i] * first_moment[j]
-    return Coefficients(inertia, leg.gravity * first_moment)
+    return Coefficients(inertia, leg.gravity * first_moment, leg.armature)
 
 
 def absolute(rotation: Array, tilt: float) -> Array:
@@ -66,7 +74,8 @@ def momentum_and_force(coefficient: Coefficients, rotation: Array, rate: Array, 
     momentum = np.einsum("ij,tij,tj->ti", coefficient.inertia, np.cos(difference), omega)
     force = -np.einsum("ij,tij,tj,ti->ti", coefficient.inertia, np.sin(difference), omega, omega)
     force -= coefficient.gravity * np.sin(phi)
-    return np.cumsum(momentum[:, ::-1], axis=1)[:, ::-1], np.cumsum(force[:, ::-1], axis=1)[:, ::-1]
+    own = coefficient.armature * rate
+    return np.cumsum(momentum[:, ::-1], axis=1)[:, ::-1] + own, np.cumsum(force[:, ::-1], axis=1)[:, ::-1]
 
 
 def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
@@ -74,16 +83,18 @@ def mass_matrix(coefficient: Coefficients, rotation: Array, tilt: float) -> Arra
     phi = absolute(rotation, tilt)
     n = len(phi)
     lower = np.tril(np.ones((n, n)))
-    return lower.T @ (coefficient.inertia * np.cos(phi[:, None] - phi[None, :])) @ lower
+    moving = lower.T @ (coefficient.inertia * np.cos(phi[:, None] - phi[None, :])) @ lower
+    return np.asarray(moving + np.diag(coefficient.armature))
 
 
-def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float = 0.0) -> Array:
+def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float | Tip = 0.0) -> Array:
     """Kinetic, gravity and spring energy together, (n_time,) J, for rotation and rate (n_time, n)."""
     coefficient = coefficients(leg, tip_mass)
     phi = absolute(rotation, leg.tilt)
     omega = np.cumsum(rate, axis=-1)
     difference = phi[:, :, None] - phi[:, None, :]
     kinetic = 0.5 * np.einsum("ij,tij,ti,tj->t", coefficient.inertia, np.cos(difference), omega, omega)
+    kinetic = kinetic + 0.5 * rate**2 @ coefficient.armature
     potential = -np.cos(phi) @ coefficient.gravity
     for index, joint in enumerate(leg.joints):
         if joint.spring is not None:
@@ -91,10 +102,11 @@ def energy(leg: Leg, rotation: Array, rate: Array, tip_mass: float = 0.0) -> Arr
     return np.asarray(kinetic + potential)
 
 
-def outboard_inertia(leg: Leg, tip_mass: float = 0.0) -> Array:
-    """(n,) kg m^2, the straight leg's inertia about each joint of all that hangs from it."""
-    inertia = coefficients(leg, tip_mass).inertia
-    return np.array([inertia[i:, i:].sum() for i in range(len(leg.joints))])
+def outboard_inertia(leg: Leg, tip_mass: float | Tip = 0.0) -> Array:
+    """(n,) kg m^2, the straight leg's inertia about each joint of all that hangs from it or turns with it."""
+    found = coefficients(leg, tip_mass)
+    hanging = np.array([found.inertia[i:, i:].sum() for i in range(len(leg.joints))])
+    return np.asarray(hanging + found.armature)
 
 
 def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Array:
@@ -103,7 +115,7 @@ def static_torque(coefficient: Coefficients, rotation: Array, tilt: float) -> Ar
     return np.asarray(np.cumsum(moment[..., ::-1], axis=-1)[..., ::-1])
 
 
-def rest_pose(leg: Leg, tip_mass: float = 0.0, start: Array | None = None) -> Array:
+def rest_pose(leg: Leg, tip_mass: float | Tip = 0.0, start: Array | None = None) -> Array:
     """(n,) rad, rotations at which springs and gravity balance, by Newton's method from the springs' free angles.
 
     Raises

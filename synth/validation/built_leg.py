@@ -51,7 +51,7 @@ def table_8(data: LabData) -> Table:
         np.array([[pair[end] for pair in bounds[key]] for key in ("bounds_k", "bounds_b")]) for end in (0, 1)
     )
     found = isolated(data)
-    together = fit_leg(data.built, _all(data), FitOptions(free_angle="per_trial"))
+    together = fit_leg(data.built, _all(data), FitOptions(free_angle="per_trial", tolerance=data.tolerance))
     rows = []
     for row, (symbol, unit) in enumerate((("k", "N*m/rad"), ("b", "N*m*s/rad"))):
         for j, name in enumerate(JOINTS):
@@ -87,7 +87,10 @@ def isolated(data: LabData) -> dict[str, Isolated]:
         held = replace(leg, joints=tuple(known.joints[len(JOINTS) - len(leg.joints) :]))
         held = held.with_joints(**{joint: {"spring": None, "damper": None}})
         prior = HELD if len(leg.joints) > 1 else None
-        fit = fit_leg(held, recordings, FitOptions(free_angle="per_trial", prior=prior, static=_ends(leg, recordings)))
+        options = FitOptions(
+            free_angle="per_trial", prior=prior, static=_ends(leg, recordings), tolerance=data.tolerance
+        )
+        fit = fit_leg(held, recordings, options)
         results[joint] = Isolated(joint, fit, tuple(recordings))
         known = _with(known, joint, fit.joints[joint])
     return results

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from synth.fit.fit_result import Estimate
+from synth.estimation.intervals import Estimate
 from synth.units import quantity
 
 Cell = dict[str, Any] | str | None

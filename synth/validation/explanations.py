@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.fit_result import Estimate, FitResult
+from synth.estimation.intervals import Estimate
+from synth.fit.fit_result import FitResult
 from synth.validation.comparison_table import percent
 from synth.validation.thesis_data import JOINTS
 

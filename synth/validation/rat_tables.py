@@ -44,7 +44,7 @@ def find_rat(data: LabData, seed: int = 0) -> Rat:
     recordings = data.releases()
     way = ThesisWay(data.rat, recordings, _swarm_terms())
     piecewise, swarm = _gone(data, recordings, NONE, seed)
-    fit = fit_leg(data.rat, recordings, FitOptions(free_angle="per_trial", seed=seed))
+    fit = fit_leg(data.rat, recordings, FitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
     return Rat(tuple(recordings), way, piecewise, swarm, _gone(data, recordings, ALL, seed)[1], fit)
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import Estimate
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
-from synth.fit.fit_result import Estimate, FitResult, Variant
+from synth.fit.fit_result import FitResult, Variant
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics
@@ -55,7 +56,7 @@ def find_target(data: LabData, seed: int = 0) -> Target:
     ways = [ThesisWay(data.dog, slow, terms, mistakes, SLOWER) for mistakes in (NONE, ALL)]
     bounds = Bounds(LOWER, UPPER)
     swarms = [way.search.swarm(START, bounds, seed=seed)[0] for way in ways]
-    fit = fit_leg(data.dog, slow, FitOptions(free_angle="per_trial", seed=seed))
+    fit = fit_leg(data.dog, slow, FitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
     common = next(variant for variant in fit.variants if variant.free_angle == "common")
     return Target(tuple(slow), ways[0], ways[1], swarms[0], swarms[1], fit, common)
 

@@ -32,7 +32,7 @@ def table_6(data: LabData, slow: Sequence[Recording]) -> Table:
     laws = [_law(data, joint) for joint in JOINTS]
     linear = [next(fit for fit in law.fits if fit.law.name == "linear") for law in laws]
     curves = {name: DamperCurve((1.0,), (float(b),)) for name, b in zip(JOINTS, rates, strict=True)}
-    fit = fit_leg(data.dog, slow, FitOptions(free_angle="per_trial", curves=curves))
+    fit = fit_leg(data.dog, slow, FitOptions(free_angle="per_trial", curves=curves, tolerance=data.tolerance))
     makers = _makers()
     rows: list[Row] = []
     for j, name in enumerate(JOINTS):

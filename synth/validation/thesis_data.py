@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.leg_file import read_leg
+from synth.files.named_files import ProjectReader
 from synth.files.paths import read_bytes
+from synth.files.tolerance import Tolerance, read_tolerance
 from synth.files.trial_list import read_trials
 from synth.fit.recordings import Recording, recordings
 from synth.swing.leg_model import Leg
@@ -23,6 +25,7 @@ JOINTS = ("hip", "knee", "ankle")
 # The seven releases that the thesis used, in its order; of each muscle the first repeat, of the iliopsoas the fifth.
 SEVEN = ("IP_5", "GS_1", "ST_1", "ST2_1", "VL_1", "BFp_1", "BFa_1")
 RAT, DOG, DAMPERS, BUILT = "rat/rat.leg.yaml", "dog/dog.leg.yaml", "dog/dog_dampers.leg.yaml", "dog/dog_built.leg.yaml"
+OPTIONS = "reproduce.yaml"  # optional: kind: reproduce, tolerance: {...}
 SIZE_LIMIT = 10_000_000
 _NEEDED: Mapping[str, Sequence[str]] = {
     "thesis_table_1_rat": ("piecewise", "swarm"),
@@ -34,9 +37,20 @@ _NEEDED: Mapping[str, Sequence[str]] = {
 }
 
 
+@dataclass(frozen=True)
+class _Options:
+    """``reproduce.yaml``."""
+
+    kind: str
+    tolerance: Any = None
+
+
 @dataclass(frozen=True, eq=False)
 class LabData:
-    """What is in the folder. ``published`` as written; ``inputs`` file -> hash of all that was read."""
+    """What is in the folder. ``published`` as written; ``inputs`` file -> hash of all that was read.
+
+    ``tolerance`` : of the leg files' numbers, from ``reproduce.yaml`` where there is one, else the defaults.
+    """
 
     folder: Path
     rat: Leg
@@ -45,6 +59,7 @@ class LabData:
     built: Leg
     published: Mapping[str, Any]
     inputs: Mapping[str, str]
+    tolerance: Tolerance = field(default_factory=Tolerance)
 
     def releases(self) -> list[Recording]:
         """The seven releases, in the thesis' order.
@@ -91,7 +106,22 @@ def read_lab_data(folder: str | Path) -> LabData:
         raise UserError(wrong)
     names = [RAT, DOG, DAMPERS, BUILT, "published.json", *(p.relative_to(root).as_posix() for p in _recorded(root))]
     inputs = {name: sha256((root / name).read_bytes()).hexdigest() for name in names}
-    return LabData(root, legs[0], legs[1], legs[2], legs[3], _published(root / "published.json"), inputs)
+    if (root / OPTIONS).is_file():
+        inputs[OPTIONS] = sha256((root / OPTIONS).read_bytes()).hexdigest()
+    tolerance = _tolerance(root, legs[0])
+    return LabData(root, legs[0], legs[1], legs[2], legs[3], _published(root / "published.json"), inputs, tolerance)
+
+
+def _tolerance(root: Path, leg: Leg) -> Tolerance:
+    """What ``reproduce.yaml`` says of the leg files' numbers; the defaults without that file."""
+    if not (root / OPTIONS).is_file():
+        return Tolerance()
+    reader = ProjectReader.open(root / OPTIONS, "reproduce")
+    reader.section(_Options)
+    tolerance = read_tolerance(reader, leg)
+    reader.finish()
+    assert tolerance is not None
+    return tolerance
 
 
 def _recorded(root: Path) -> list[Path]:

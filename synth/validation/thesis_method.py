@@ -160,7 +160,7 @@ class _WrongFoot(Search):
         """(n_trial, 3, c) rad."""
         leg, found = self.model.leg, []
         for recording, start in zip(self.recordings, self.starts, strict=True):
-            known = coefficients(leg, recording.conditions.tip_mass)
+            known = coefficients(leg, recording.conditions.tip)
             tilt = leg.tilt + recording.conditions.tilt
             weight = static_torque(known, start.end, tilt)
             link = leg.joints[ANKLE].link

@@ -20,8 +20,10 @@ from typing import Any
 from bench import thesis_leg as thesis
 from bench.gap_case import pendulum, write_project
 from bench.results import Curve, Figure, Goal, Section, Table, load, run_alone, say
-from synth.diagnosis import candidates, experiment, figures, predict, score, screening, solve
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis import next_experiment, score, screening, workbench
+from synth.diagnosis.plants.swinging_chain import chain_candidates, chain_predictor
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.estimation.linearisation import LinearisedNormal
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
@@ -66,12 +68,12 @@ def diagnosis(project: GapProject) -> tuple[float, float]:
 @contextmanager
 def only(effects: Sequence[Effect]) -> Iterator[None]:
     """Let only these effects take part; all stay in the compiled chain."""
-    seen = candidates.registered
-    candidates.registered = lambda: tuple(effects)  # type: ignore[assignment]
+    seen = chain_candidates.registered
+    chain_candidates.registered = lambda: tuple(effects)  # type: ignore[assignment]
     try:
         yield
     finally:
-        candidates.registered = seen  # type: ignore[assignment]
+        chain_candidates.registered = seen  # type: ignore[assignment]
 
 
 def by_effects(project: GapProject) -> list[tuple[float, float]]:
@@ -124,7 +126,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     def one_thread(function: Callable[[int], Any], count: int) -> list[Any]:
         return [function(i) for i in range(count)]
 
-    for module in (solve, screening, score, experiment, figures):
+    for module in (workbench, screening, score, next_experiment):
         if hasattr(module, "in_parallel"):
             put_back.append((module, "in_parallel", module.in_parallel))
             module.in_parallel = one_thread  # type: ignore[attr-defined]
@@ -141,21 +143,21 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
                 self.__dict__[which] = (timed, *called)
         return run(self, *arguments, **named)
 
-    def together(self: Any, trial: Any, blocks: Any, _inner: Any = predict.Predictor._together) -> Any:
+    def together(self: Any, trial: Any, blocks: Any, _inner: Any = chain_predictor.Predictor._together) -> Any:
         label[0] = _kind(blocks[0].hypothesis)
         return _inner(self, trial, blocks)
 
-    put_back += [(Chain, "run", run), (predict.Predictor, "_together", predict.Predictor._together)]
+    put_back += [(Chain, "run", run), (chain_predictor.Predictor, "_together", chain_predictor.Predictor._together)]
     Chain.run = run_labelled  # type: ignore[method-assign]
-    predict.Predictor._together = together  # type: ignore[method-assign]
+    chain_predictor.Predictor._together = together  # type: ignore[method-assign]
     put(Chain, "run", "lanes into the compiled code and out")
     put(Chain, "lanes", "writing lanes")
-    put(predict.Predictor, "_together", "legs, effects and readings around a lane group")
-    put(predict.Predictor, "predict", "packing lane groups")
-    put(solve.Workbench, "residuals", "residuals")
-    put(solve.Workbench, "evaluate", "derivatives from lanes, whitening")
-    put(solve.Workbench, "_steps", "steps of Levenberg-Marquardt")
-    put(solve.Workbench, "_part", "frames: derivatives by tolerances and states")
+    put(chain_predictor.Predictor, "_together", "legs, effects and readings around a lane group")
+    put(chain_predictor.Predictor, "predict", "packing lane groups")
+    put(workbench.Workbench, "residuals", "residuals")
+    put(workbench.Workbench, "evaluate", "derivatives from lanes, whitening")
+    put(LinearisedNormal, "steps", "steps of Levenberg-Marquardt")
+    put(workbench.Workbench, "_part", "frames: derivatives by tolerances and states")
     put(screening.Ground, "left", "promises of starts")
     whole = shares.timed(diagnose, "everything else")
     try:

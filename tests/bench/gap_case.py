@@ -9,12 +9,12 @@ import numpy as np
 
 from bench import thesis_leg as thesis
 from synth.arrays import Array
-from synth.diagnosis.tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.files.leg_file import write_leg
 from synth.files.output import write_csv
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 NOISE = np.radians(0.1)
 HELD_OUT = 0.2  # of the trials

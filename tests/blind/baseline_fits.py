@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.gap_trials import GapTrial, gap_trial, sensor
-from synth.diagnosis.predict import Predictor
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, sensor
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
 from synth.diagnosis.search import as_designed, fit_nominal, ratio
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import QUANTITIES, Tolerances
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import QUANTITIES, Tolerances
 
 FREE = 20.0  # times the tolerances
 INTEGRATION = 1e-5
@@ -42,14 +42,14 @@ class Freed:
 
     bench: Workbench
     fit: Fit
-    given: tuple[GapTrial, ...]
-    held: tuple[GapTrial, ...]
+    given: tuple[AngleTrial, ...]
+    held: tuple[AngleTrial, ...]
 
     def after(self, fit: Fit) -> float:
         """RMS error on held-out trials, deg."""
         found = score(self.bench, fit, self.held)
         means = []
-        for trial, prediction in zip(self.held, found.predictions, strict=True):
+        for trial, (prediction, _) in zip(self.held, found, strict=True):
             away = np.where(trial.counts, prediction - trial.measured, 0.0)
             count = trial.counts.sum(axis=0)
             means.append(np.sum(away**2, axis=0)[count > 0] / count[count > 0])
@@ -59,7 +59,7 @@ class Freed:
 def free_fit(project: GapProject) -> Freed:
     """Fit all numbers of the leg and the initial states to the given trials."""
     made = recordings(project.leg, project.trials, ())
-    trials = [gap_trial(r, t.held_out) for r, t in zip(made, project.trials, strict=True)]
+    trials = [angle_trial(r, t.held_out) for r, t in zip(made, project.trials, strict=True)]
     given = tuple(trial for trial in trials if not trial.held_out)
     held = tuple(trial for trial in trials if trial.held_out)
     wide = Tolerances(FREE * Tolerances.of(project.leg, project.tolerance).width)

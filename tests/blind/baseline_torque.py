@@ -16,9 +16,9 @@ import numpy as np
 
 from blind.views import Key, View
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
-from synth.diagnosis.where import missing_torque
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
 from synth.swing.effects.torque_along_motion import torque_along
@@ -40,7 +40,7 @@ def bic(project: GapProject) -> View:
     """Weights of all single effects and of none, exp(-BIC / 2) (Schwarz, Ann. Stat. 6 (1978) 461; Raftery 1995)."""
     leg = project.leg
     made = recordings(leg, project.trials, ())
-    given = [gap_trial(r, False) for r, t in zip(made, project.trials, strict=True) if not t.held_out]
+    given = [angle_trial(r, False) for r, t in zip(made, project.trials, strict=True) if not t.held_out]
     lacking = [missing_torque(leg, trial).torque for trial in given]
     target = _stacked(lacking)
     known = np.isfinite(target)
@@ -79,13 +79,13 @@ def _stacked(torques: Sequence[Array]) -> Array:
     return np.concatenate(torques).T.ravel()
 
 
-def _difference(leg: Leg, trials: Sequence[GapTrial], lacking: Sequence[Array]) -> Array:
+def _difference(leg: Leg, trials: Sequence[AngleTrial], lacking: Sequence[Array]) -> Array:
     """(rows,) how the missing torque changes from ``lacking``."""
     changed = [missing_torque(leg, trial).torque for trial in trials]
     return np.nan_to_num(_stacked([b - a for a, b in zip(lacking, changed, strict=True)]))
 
 
-def _pushed(leg: Leg, trials: Sequence[GapTrial], lacking: Sequence[Array], torques: Sequence[Array]) -> Array:
+def _pushed(leg: Leg, trials: Sequence[AngleTrial], lacking: Sequence[Array], torques: Sequence[Array]) -> Array:
     """(rows,) of a torque (n_time, n) a trial, on its smoothed times, averaged over the windows."""
     moved = []
     for trial, torque in zip(trials, torques, strict=True):
@@ -98,7 +98,7 @@ def _pushed(leg: Leg, trials: Sequence[GapTrial], lacking: Sequence[Array], torq
     return -_difference(leg, moved, lacking)
 
 
-def _rates(leg: Leg, trials: Sequence[GapTrial], lacking: Sequence[Array]) -> Array:
+def _rates(leg: Leg, trials: Sequence[AngleTrial], lacking: Sequence[Array]) -> Array:
     """(rows, 2 n) of the springs' and dampers' rates."""
     columns = []
     for j in range(len(leg.joints)):
@@ -126,7 +126,7 @@ def _weights(target: Array, always: Array, known: Array, n: int) -> Array:
     return weight
 
 
-def _models(project: GapProject, trials: Sequence[GapTrial], lacking: Sequence[Array]) -> Iterator[_Model]:
+def _models(project: GapProject, trials: Sequence[AngleTrial], lacking: Sequence[Array]) -> Iterator[_Model]:
     leg = project.leg
     for candidate in candidates(leg, trials, scales(leg, trials)):
         way = candidate.effect.way
@@ -142,7 +142,7 @@ def _models(project: GapProject, trials: Sequence[GapTrial], lacking: Sequence[A
             yield _Model(candidate.key, _difference(leg, seen, lacking)[:, None] / TINY, 1)
 
 
-def _along(candidate: Candidate, start: Array, leg: Leg, trial: GapTrial) -> Array:
+def _along(candidate: Candidate, start: Array, leg: Leg, trial: AngleTrial) -> Array:
     """(n_time, n) N m, the effect's torque along the recorded motion at a starting point of its parameters."""
     smoothed, j = trial.recording.smoothed, candidate.joint
     every = max(1, len(smoothed.time) // SAMPLES)
@@ -180,7 +180,7 @@ def _changed(leg: Leg, candidate: Candidate) -> list[Leg]:
     return [replace(leg, joints=(*leg.joints[:j], replace(joint, link=x), *leg.joints[j + 1 :])) for x in links]
 
 
-def _as_read(leg: Leg, candidate: Candidate, trial: GapTrial) -> GapTrial:
+def _as_read(leg: Leg, candidate: Candidate, trial: AngleTrial) -> AngleTrial:
     """The trial as the joint's encoder should have told it, were its error a thousandth (of a radian, of a second)."""
     smoothed, j, name = trial.recording.smoothed, candidate.joint, candidate.effect.name
     angle, rate = smoothed.angle.copy(), smoothed.rate.copy()

@@ -5,6 +5,8 @@ body's hinge: acceleration (alpha, ax, ay), force (moment, fx, fy). A body hangs
 slide. A locked coordinate is rigid, and the force through it is known.
 
 x to the right, y up, angles counter-clockwise; a body at absolute angle 0 points straight down.
+A rotor turns with its hinge's own angle, as a motor's behind a gear does
+(ibid., section 9.6): it adds to the hinge's inertia alone.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import math
 from numba import njit
 
 # Columns of ``body``
-LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, KIND, DIRECTION, OFFSET = range(10)
+LENGTH, MASS, COM, INERTIA, RATE, DAMPING, FREE, KIND, DIRECTION, OFFSET, ROTOR = range(11)
 HINGE, SLIDE = 0.0, 1.0
 
 
@@ -75,7 +77,7 @@ def _inward(body, locked, tau, s):
                 d, rest = sx * u1 + sy * u2, tau[i] - sx * s[i, P1] - sy * s[i, P2]
             else:
                 u0, u1, u2 = a00, a01, a02
-                d, rest = a00, tau[i] - s[i, P0]
+                d, rest = a00 + body[i, ROTOR], tau[i] - s[i, P0]
             e = (rest - (u1 * bx + u2 * by)) / d
             b0, b1, b2 = b0 + u0 * e, b1 + u1 * e, b2 + u2 * e
             a00, a01, a02 = a00 - u0 * u0 / d, a01 - u0 * u1 / d, a02 - u0 * u2 / d
@@ -110,7 +112,7 @@ def _outward(body, locked, tau, s, acc, force):
                 ax += sx * acc[i]
                 ay += sy * acc[i]
             else:
-                acc[i] = (tau[i] - s[i, P0] - a00 * alpha - a01 * ax - a02 * ay) / a00
+                acc[i] = (tau[i] - s[i, P0] - a00 * alpha - a01 * ax - a02 * ay) / (a00 + body[i, ROTOR])
                 alpha += acc[i]
         force[i, 0] = a00 * alpha + a01 * ax + a02 * ay + s[i, P0]
         force[i, 1] = a01 * alpha + a11 * ax + a12 * ay + s[i, P1]

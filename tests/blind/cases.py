@@ -114,7 +114,7 @@ def _attempt(
         causes.append(_cause(rng, ground, second, None, float(rng.choice(STRENGTHS[1:]))))
         if ground.floor != floor:
             causes[0] = ground.find(effect, causes[0].joint, causes[0].form, strength)
-    truth, sensor = _together(ground.setup, causes)
+    truth, sensor = together(ground.setup, causes)
     tied, share = _tied(rng, ground, truth, sensor, causes, kind)
     note: dict[str, Any] = {"seed": seed, "kind": kind, "library_leaves": share}
     rivals = [name for family in FAMILIES if effect in family for name in family if name != effect]
@@ -140,7 +140,7 @@ def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int | N
     raise failed
 
 
-def _together(setup: Setup, causes: list[Cause]) -> tuple[Truth, Sensor]:
+def together(setup: Setup, causes: list[Cause]) -> tuple[Truth, Sensor]:
     """All causes at once; changes of the leg and of the sensors add up."""
     truth, sensor = Truth(setup.true), Sensor.good(setup.true.n)
     for cause in causes:
@@ -157,6 +157,8 @@ def _together(setup: Setup, causes: list[Cause]) -> tuple[Truth, Sensor]:
             truth.bends + t.bends,
             truth.tilt + t.tilt,
             truth.bare + t.bare,
+            truth.rotors + t.rotors,
+            (truth.drive[0] + t.drive[0], truth.drive[1] + t.drive[1], truth.drive[2] + t.drive[2]),
         )
         sensor = Sensor(
             sensor.offset + s.offset,

@@ -163,7 +163,7 @@ def simulate(body, gravity, fixed, law, at, par, mode, z, q0, w0, start, h, coun
 
     Parameters
     ----------
-    body : (n, 10), the columns named above; SI units.
+    body : (n, 11), the columns named above; SI units.
     fixed : (n,) bool, coordinates that are locked for the whole trial.
     law, at, par : (k,) law numbers, (k, 2) coordinates, (k, 8) parameters.
     mode, z : (k,) and (k, 2), state of contact or sticking, and memories, at the start.

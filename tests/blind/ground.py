@@ -81,6 +81,8 @@ class Ground:
             and not truth.bends
             and not truth.tilt
             and truth.leg is self.setup.true
+            and not truth.rotors
+            and not any(truth.drive)
         )
         if simple and sensor.reach == 0:
             return list(self.plain)

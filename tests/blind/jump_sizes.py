@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 
 from blind.jump_engine import Array
-from synth.diagnosis.jumps.jump_data import Jump, prepared, uncertain
-from synth.diagnosis.jumps.jump_predict import JumpPredictor
-from synth.diagnosis.jumps.jump_search import as_designed
-from synth.diagnosis.jumps.jump_solve import JumpBench
-from synth.diagnosis.jumps.jump_tolerances import JumpTolerances
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench
+from synth.diagnosis.plants.jumping_leg.jump_data import Jump, prepared, uncertain
+from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
+from synth.diagnosis.plants.jumping_leg.jump_search import as_designed
+from synth.diagnosis.plants.jumping_leg.jump_tolerances import JumpTolerances
 from synth.files.hopper_gap_project import read_hopper_gap_project
 from synth.parts.catalogs import Catalogue
 

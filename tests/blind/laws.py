@@ -46,6 +46,7 @@ CREEPING_SPRING = 24  # par: k, shift, time constant: free angle creeps within a
 MAGNET = 25  # par: a, harmonic, phase
 RUB_SPOT = 26  # par: a, angle, width: friction felt only near one angle; -a bump(q) tanh(w/0.05)
 KNOCKS = 27  # par: torque, period, phase, width: short pulses, as of a tugging cable
+DRIVE = 29  # known torque; par: amplitude, frequency, phase, a second of each, what is added, how late
 LOOSE_SPRING = 28  # par: k, x0, share, time constant: rate falls during the trial (clamp slipping)
 
 STUCK_LAWS = (STICK_SLIP, BEARING)
@@ -118,6 +119,9 @@ def torque(law, p, t, q, w, qj, wj, z0, z1):
             return 0.0, 0.0, 0.0, 0.0
         press = p[0] * p[3] * (math.exp(min(depth / p[3], 30.0)) - 1.0) + p[4] * max(p[2] * w, 0.0)
         return -p[2] * press, 0.0, 0.0, 0.0
+    if law == DRIVE:
+        late = t - p[7]
+        return p[0] * math.sin(p[1] * late + p[2]) + p[3] * math.sin(p[4] * late + p[5]) + p[6], 0.0, 0.0, 0.0
     return outside(law, p, t, q, w, qj)
 
 

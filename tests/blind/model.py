@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from blind import bodies, engine
-from blind.laws import BOUC_WEN, SLACK, SLACK_ARM
+from blind.laws import BOUC_WEN, DRIVE, SLACK, SLACK_ARM
 
 Array = NDArray[np.float64]
 PARAMETERS = ("length", "mass", "com", "inertia", "spring", "damper", "free_angle")  # as in ``tolerance:``
@@ -66,6 +66,12 @@ class Trial(NamedTuple):
     tilt: float = 0.0
     held_out: bool = False
     outside: bool = False
+    drive: tuple[float, ...] = ()  # joint, then amplitude N m, frequency 1/s and phase of each of two sines, on q
+
+    def torque(self, times: Array) -> Array:
+        """(m,) N m, the known torque at times from the release."""
+        a, w, p, b, v, r = self.drive[1:]
+        return np.asarray(a * np.sin(w * times + p) + b * np.sin(v * times + r))
 
 
 class Law(NamedTuple):
@@ -103,6 +109,8 @@ class Truth:
     bends: tuple[Bend, ...] = ()
     tilt: float = 0.0  # of the mount, beside the leg's and the trial's
     bare: tuple[int, ...] = ()  # joints whose spring and damper a law replaces (backlash)
+    rotors: tuple[tuple[int, float], ...] = ()  # joint, kg m^2 that turn with it
+    drive: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of a known torque: share too much, N m too much, s too late
 
 
 class Assembly(NamedTuple):
@@ -123,7 +131,7 @@ def assemble(truth: Truth, trial: Trial) -> Assembly:
     root = leg.tilt + trial.tilt + truth.tilt
     if truth.base is not None:
         for kind, direction, arm, mass, inertia, rate, damping in truth.base.bodies:
-            rows.append([arm, mass, 0.0, inertia, rate, damping, 0.0, kind, direction, 0.0])
+            rows.append([arm, mass, 0.0, inertia, rate, damping, 0.0, kind, direction, 0.0, 0.0])
     for i in range(leg.n):
         length, mass, com, inertia, rate, damping, free = leg.values[:, i]
         if i == leg.n - 1 and trial.tip_mass:
@@ -134,13 +142,19 @@ def assemble(truth: Truth, trial: Trial) -> Assembly:
         if i in truth.bare:
             rate = damping = 0.0
         where.append(len(rows))
-        first = [length, mass, com, inertia, rate, damping, free, bodies.HINGE, 0.0, root if i == 0 else 0.0]
+        rotor = sum(size for joint, size in truth.rotors if joint == i)
+        first = [length, mass, com, inertia, rate, damping, free, bodies.HINGE, 0.0, root if i == 0 else 0.0, rotor]
         bend = next((b for b in truth.bends if b.joint == i), None)
         rows += [first] if bend is None else _bent(first, bend)
     fixed = np.zeros(len(rows), dtype=bool)
     fixed[[where[i] for i in trial.locked]] = True
     joint = np.array(where)
     laws = truth.laws
+    if trial.drive:
+        gain, offset, delay = truth.drive
+        joint_driven, a_, w_, p_, b_, v_, r_ = trial.drive
+        signal = ((1 + gain) * a_, w_, p_, (1 + gain) * b_, v_, r_, offset, delay)
+        laws = (*laws, Law(DRIVE, int(joint_driven), signal))
     at = np.array([[0 if w.base else joint[w.joint], joint[w.second if w.second >= 0 else w.joint]] for w in laws])
     at = at.reshape(-1, 2).astype(np.int64)
     for k, w in enumerate(laws):
@@ -170,7 +184,7 @@ def _bent(whole: list[float], bend: Bend) -> list[list[float]]:
         if k == 0:
             row += whole[4:]
         else:
-            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, bodies.HINGE, 0.0, 0.0]
+            row += [bend.rates[k - 1], bend.dampings[k - 1], 0.0, bodies.HINGE, 0.0, 0.0, 0.0]
         rows.append(row)
     return rows
 
@@ -267,9 +281,11 @@ def release(truth: Truth, trial: Trial, step: float, rest: Array | None = None) 
     return _run(a, mode, z, q, np.zeros(len(q)), trial.start + trial.duration, step)
 
 
-def _run(a: Assembly, mode: NDArray[np.int64], z: Array, q: Array, w: Array, span: float, step: float) -> Motion:
+def _run(
+    a: Assembly, mode: NDArray[np.int64], z: Array, q: Array, w: Array, span: float, step: float, begin: float = 0.0
+) -> Motion:
     count = int(np.ceil(span / step - 1e-9)) + 1
-    angle, speed = engine.simulate(a.body, a.gravity, a.fixed, a.law, a.at, a.par, mode, z, q, w, 0.0, step, count)
+    angle, speed = engine.simulate(a.body, a.gravity, a.fixed, a.law, a.at, a.par, mode, z, q, w, begin, step, count)
     if not np.isfinite(angle).all() or np.abs(angle).max() > 50.0:
         raise ArithmeticError("the motion has no bounds")
     return Motion(step, angle[:, a.joint], speed[:, a.joint])
@@ -278,9 +294,10 @@ def _run(a: Assembly, mode: NDArray[np.int64], z: Array, q: Array, w: Array, spa
 def swing(leg: Leg, trial: Trial, angle: Array, speed: Array, step: float, tilt: float = 0.0) -> Motion:
     """The plain leg from a given state at the recording's start; locked joints keep ``angle``."""
     a = assemble(Truth(leg, tilt=tilt), trial)
-    none = np.zeros(0, dtype=np.int64)
+    none = np.zeros(len(a.law), dtype=np.int64)
     w = np.where(a.fixed, 0.0, speed)
-    return _run(a, none, np.zeros((0, 2)), np.array(angle, dtype=float), w, trial.duration, step)
+    still = np.zeros((len(a.law), 2))
+    return _run(a, none, still, np.array(angle, dtype=float), w, trial.duration, step, trial.start)
 
 
 def fastest(truth: Truth, trial: Trial) -> float:

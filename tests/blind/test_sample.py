@@ -16,7 +16,7 @@ from blind.score import confusion, scores
 from blind.views import View, from_gap
 from blind.writing import write_case
 from page_reader import Page
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import read_gap_project
 
 SEED = 31

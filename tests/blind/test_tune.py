@@ -12,7 +12,7 @@ from blind import tune
 from blind.cases import make_case
 from blind.views import from_gap
 from blind.writing import write_case
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.verdict import CALIBRATED
 from synth.files.gap_project import read_gap_project
 

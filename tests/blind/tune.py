@@ -19,10 +19,9 @@ from typing import Any
 from blind import make, run, score
 from blind.asked import Asked
 from blind.views import Key, View
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.diagnose import scene_of
-from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.search import search
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge, with_counts
 from synth.files.gap_project import read_gap_project
@@ -109,9 +108,7 @@ def _read(file: Path) -> Searched:
 
 def view(case: Searched, calibration: Calibration) -> View:
     """What the program would say of a case."""
-    judged = with_counts(
-        judge(case.found, calibration), [Coarse(k, step) for k, step in enumerate(case.coarse.values())]
-    )
+    judged = with_counts(judge(case.found, calibration), len(case.coarse) > 0)
     counted: tuple[Key, ...] = tuple(("encoder_quantisation", joint) for joint in case.coarse)
     ranked = [(item.keys[0], probability) for item, probability in judged.singles]
     ranked += [(key, judged.counts) for key in counted]

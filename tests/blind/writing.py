@@ -9,7 +9,7 @@ import numpy as np
 
 from blind.cases import Case
 from blind.legs import TOLERANCE
-from blind.model import Array, Leg
+from blind.model import Array, Leg, Trial
 
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
 
@@ -53,7 +53,7 @@ def write_case(case: Case, folder: Path, name: str) -> None:
         if trial.held_out:
             entry.append("held_out: true")
         lines.append(f"  - {{{', '.join(entry)}}}")
-        _write_trial(folder / file, names, times, np.degrees(reading))
+        _write_trial(folder / file, names, times, np.degrees(reading), _torque(setup.nominal, trial, times))
     lines.append(f"tolerance: {{{', '.join(_tolerances())}}}")
     (folder / "gap.yaml").write_text("\n".join(lines) + "\n")
     (folder / "nominal.leg.yaml").write_text(_leg_text(case, name))
@@ -104,8 +104,19 @@ def travel(case: Case, joint: int) -> tuple[int, int]:
     return math.floor(np.nanmin(seen) - margin[0]), math.ceil(np.nanmax(seen) + margin[1])
 
 
-def _write_trial(path: Path, names: tuple[str, ...], times: Array, reading: Array) -> None:
-    rows = [",".join(["time [s]", *(f"{name} [deg]" for name in names)])]
-    for t, row in zip(times, reading, strict=True):
-        rows.append(",".join([f"{t:.6f}", *("" if np.isnan(v) else f"{v:.5f}" for v in row)]))
+def _torque(leg: Leg, trial: Trial, times: Array) -> tuple[str, Array] | None:
+    """Header and column of a known torque, in the measured angle's sense."""
+    if not trial.drive:
+        return None
+    j = int(trial.drive[0])
+    return f"{leg.names[j]} torque [N*m]", leg.sign[j] * trial.torque(times + trial.start)
+
+
+def _write_trial(
+    path: Path, names: tuple[str, ...], times: Array, reading: Array, torque: tuple[str, Array] | None
+) -> None:
+    rows = [",".join(["time [s]", *(f"{name} [deg]" for name in names), *([torque[0]] if torque else [])])]
+    for k, (t, row) in enumerate(zip(times, reading, strict=True)):
+        known = [_number(float(torque[1][k]), 8)] if torque else []
+        rows.append(",".join([f"{t:.6f}", *("" if np.isnan(v) else f"{v:.5f}" for v in row), *known]))
     path.write_text("\n".join(rows) + "\n")

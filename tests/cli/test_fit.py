@@ -64,6 +64,24 @@ def test_rms_is_the_plain_one_of_the_written_samples_in_json_and_on_the_page(res
         assert fit["clipped_rms"][name]["value"] <= plain * (1 + 1e-9)
 
 
+def test_tolerances_of_the_links_are_listed_and_said(result: Path, tmp_path: Path) -> None:
+    fit = json.loads((result / "fit.json").read_text())
+    assert fit["tolerance"]["knee"]["mass"] == {"value": 1.0, "unit": "%"}
+    listed = {default["key"]: default["value"] for default in fit["defaults"]}
+    assert listed["tolerance.inertia"] == "2 %"
+    assert "tolerance.spring" not in listed  # sought, not assumed
+    assert "What the intervals are made of" in (result / "report.html").read_text()
+    shutil.copytree(EXAMPLES / "fit", tmp_path / "project")
+    file = tmp_path / "project" / "fit.yaml"
+    exact = "tolerance: {length: 0 %, mass: 0 %, com: 0 %, inertia: 0 %, knee: {mass: 5 %}}\n"
+    file.write_text(file.read_text() + exact)
+    assert main(["--quiet", "fit", str(file), "--out", str(tmp_path / "out")]) == 0
+    other = json.loads((tmp_path / "out" / "fit.json").read_text())
+    knee = next(s for s in other["interval_sources"] if (s["joint"], s["quantity"]) == ("knee", "spring_rate"))
+    assert set(knee["shares"]) == {"trials", "mass of the knee's link"}
+    assert not any(default["key"].startswith("tolerance") for default in other["defaults"])
+
+
 def test_initial_rates_are_in_the_sense_of_the_measured_angle(result: Path) -> None:
     """Against the difference of the first samples, with which a clockwise joint's own rotation would have its sign."""
     fit = json.loads((result / "fit.json").read_text())

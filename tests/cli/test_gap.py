@@ -18,7 +18,7 @@ import pytest
 from diagnosis.made_effect import CUBIC_DRAG
 from diagnosis.made_result import made_result
 from synth.cli import main
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import Trial
 from synth.swing import effects
@@ -48,9 +48,9 @@ class Calls:
 def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     """The diagnosis replaced: what surrounds it is tested here."""
     made = Calls()
-    module = ModuleType("synth.diagnosis.diagnose")
+    module = ModuleType("synth.diagnosis.plants.swinging_chain.chain_diagnosis")
     module.diagnose = made.diagnose  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "synth.diagnosis.diagnose", module)
+    monkeypatch.setitem(sys.modules, "synth.diagnosis.plants.swinging_chain.chain_diagnosis", module)
     return made
 
 

@@ -56,7 +56,7 @@ def test_why_the_rest_does_not_fit(folder: Path, capsys: pytest.CaptureFixture[s
     assert "outer diameter over 31.75 mm" in text  # Big
     assert "-31%   rate not within 10% of 2.2 N*m/rad; included angle is not 120 deg" in text  # 9271K589
     assert "torque not within 50% of 0.1 N*m" in text
-    assert "incomplete: no included angle" in text
+    assert "incomplete: no rate" in text
     (folder / "knee.yaml").write_text(WISH + "vendors: [Lee Spring]\nwithout: [LTR135H 10 M]\n")
     text = "\n".join(shown(capsys, "knee.yaml"))
     assert "springs of 2.2 N*m/rad: 0 fit" in text

@@ -20,8 +20,8 @@ from synth.arrays import Array
 from synth.design.leg_design import LegDesign, design_leg
 from synth.design.target_effects import notes, target_of
 from synth.design.write_design import design_json
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.gap_project import Tolerance
 from synth.files.leg_file import write_leg
 from synth.files.projects import read_leg_project

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth.arrays import Array
 from synth.design.response import Release, WantedResponse
+from synth.fit.trajectories import TrajectoryModel
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.swing.mechanics import rest_pose
@@ -76,3 +78,20 @@ def test_a_response_can_be_kept_and_read_again(wanted: WantedResponse) -> None:
 def test_a_leg_too_stiff_to_follow_is_the_worst_not_an_accident(wanted: WantedResponse) -> None:
     stiff = replace(LEG, joints=(LEG.joints[0], replace(LEG.joints[1], damper=Damper(1e7))))
     assert wanted.errors([stiff]).max() == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize("size", [np.inf, np.nan, 1e200])
+def test_a_motion_that_tells_no_step_leaves_the_springs_as_they_are(
+    wanted: WantedResponse, monkeypatch: pytest.MonkeyPatch, size: float
+) -> None:
+    """Derivatives of a leg that turns over ever faster: their squares are no numbers, and no equations are solved."""
+    linearised = WantedResponse._linearised
+
+    def diverged(self: WantedResponse, model: TrajectoryModel, values: Array) -> tuple[Array, Array]:
+        residual, jacobian = linearised(self, model, values)
+        jacobian[:, -1] = size
+        return residual, jacobian
+
+    monkeypatch.setattr(WantedResponse, "_linearised", diverged)
+    softer = LEG.with_joints(knee={"spring": Spring(1.2, 2.0)})
+    assert wanted.tuned(softer, [1]) == softer

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from fit.simulated_legs import FREE_ANGLE, RELEASES, SPRING, robot
-from synth.diagnosis.result import Cause, Experiment, GapResult, Ranked, TrialGap, Where
-from synth.fit.fit_result import Estimate
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
+from synth.diagnosis.result import Cause, Experiment, Ranked, Where
+from synth.estimation.intervals import Estimate
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg
 from synth.units import quantity

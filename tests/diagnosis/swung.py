@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.result import GapResult
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.swing.chain import Conditions, simulate
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.tolerances import Tolerances
 
 PLAIN = Conditions()
 NOISE = np.radians(0.1)

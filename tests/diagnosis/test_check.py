@@ -9,7 +9,7 @@ import pytest
 
 from fit.simulated_legs import FREE_ANGLE, NAMES, robot
 from synth.arrays import Array
-from synth.diagnosis.trial_checks import check_trials
+from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
 from synth.errors import UserError
 from synth.files.trial_list import Trial
 

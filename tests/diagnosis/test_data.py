@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import NOISE, TIME, TWO, off, recorded, with_effects
+from synth.diagnosis.angle_trials import angle_trial, copies, sensor
 from synth.diagnosis.encoder_counts import coarse_counts, rounded, usual_noise
-from synth.diagnosis.gap_trials import copies, gap_trial, sensor
 from synth.files.trial_list import Trial
 from synth.fit.recordings import Recording, recordings
 
@@ -74,7 +74,7 @@ def test_coarse_counts_are_seen_where_they_are() -> None:
     assert coarse.joint == 1
     assert coarse.step == pytest.approx(step, rel=1e-6)
     assert usual_noise(found, (coarse,))[1] == pytest.approx(NOISE, rel=0.1)  # as it would be without the counts
-    trial = gap_trial(read(trials)[0], False)
+    trial = angle_trial(read(trials)[0], False)
     told = rounded(TWO, trial, trial.measured + 0.3 * step, (coarse,))
     np.testing.assert_allclose(told[:, 1], trial.measured[:, 1], atol=1e-9)
     np.testing.assert_allclose(told[:, 0], trial.measured[:, 0] + 0.3 * step)
@@ -91,8 +91,8 @@ def test_counts_that_all_channels_share_are_no_cause() -> None:
 def test_samples_are_thinned_evenly() -> None:
     time = np.arange(3001) * 1e-3
     (trial,) = recorded(LEG, np.array([[0.4, -0.5]]), time=time, held_out=0)
-    thin = gap_trial(read([trial])[0], True)
+    thin = angle_trial(read([trial])[0], True)
     assert 350 < len(thin.time) < 1000
     assert np.ptp(np.diff(thin.time)) < 1e-9
     assert thin.held_out
-    assert len(gap_trial(read(TRIALS)[0], False).time) == len(TIME)
+    assert len(angle_trial(read(TRIALS)[0], False).time) == len(TIME)

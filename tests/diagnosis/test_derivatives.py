@@ -9,28 +9,30 @@ import pytest
 
 from diagnosis.swung import AWAY, NOISE, TWO, off, read, recorded, with_effects
 from synth.arrays import Array
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
-from synth.diagnosis.predict import Block, Predictor
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.tolerances import Tolerance, Tolerances
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial
+from synth.diagnosis.lanes import Block
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.workbench import Fit, Workbench
+from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
 from synth.swing.effects import registered
 from synth.swing.leg_lanes import LegLanes
-from synth.swing.leg_model import Leg
+from synth.swing.leg_model import Damper, Leg, Spring
+from synth.swing.tolerances import Tolerances
 
 TOLERANCES = Tolerances.of(TWO, Tolerance())
 CONDITIONS = (Conditions(), Conditions((0,)), Conditions((), 0.05), Conditions((), 0.0, 0.3))
 
 
-def made_trials() -> tuple[GapTrial, ...]:
+def made_trials() -> tuple[AngleTrial, ...]:
     """A trial under each of ``CONDITIONS``; the leg as designed but for its tolerances."""
     leg, found = off(TWO, 3, 0.5), []
     for number, conditions in enumerate(CONDITIONS):
         found += recorded(leg, AWAY[number : number + 1], conditions=conditions, held_out=0, seed=number, first=number)
-    return tuple(gap_trial(recording, False) for recording in recordings(TWO, found, ()))
+    return tuple(angle_trial(recording, False) for recording in recordings(TWO, found, ()))
 
 
 TRIALS = made_trials()
@@ -61,7 +63,7 @@ def separately(fit: Fit, number: int, state: Array | None = None) -> Array:
     return read(leg, trial.time, motion[:, :2], motion[:, 2:])
 
 
-def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: GapTrial) -> Array:
+def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: AngleTrial) -> Array:
     """As ``simulate``, but for the added link, which is deflected by what held the leg before its release."""
     legs = LegLanes.whole(leg)
     chain, own = compiled_chain(legs.n), list(legs.own)
@@ -175,7 +177,29 @@ def test_a_trial_left_out_is_as_if_it_had_not_been_there() -> None:
 
 
 def test_every_effect_is_a_candidate_or_seen_in_the_readings() -> None:
-    assert {c.effect.name for c in CANDIDATES} == {e.name for e in registered()} - {"encoder_quantisation"}
+    of_torque = {effect.name for effect in registered() if "torque" in effect.needs}  # none is known in these trials
+    expected = {effect.name for effect in registered()} - {"encoder_quantisation"} - of_torque
+    assert {c.effect.name for c in CANDIDATES} == expected
+
+
+def test_an_effect_of_what_a_joint_lacks_is_no_candidate() -> None:
+    bare = TWO.with_joints(knee={"spring": Spring(0.0, 0.0), "damper": Damper(0.0)})
+    known = (TRIALS[0].recording.time[[0, -1]], np.array([[0.0, 0.1], [0.0, 0.2]]))
+    trial = replace(TRIALS[0], recording=replace(TRIALS[0].recording, known_torque=known))
+    found = candidates(bare, [trial], scales(bare, [trial]))
+    there = {joint: {c.effect.name for c in found if c.key[1] == joint} for joint in bare.joint_names}
+    springs = {"hardening_spring", "one_sided_spring", "spring_hysteresis", "spring_preload"}
+    assert springs | {"backlash", "shear_thinning_damping"} <= there["hip"]
+    assert not (springs | {"backlash", "shear_thinning_damping"}) & there["knee"]
+    assert {"spring_rate", "viscous_damping", "armature"} <= there["hip"] & there["knee"]
+    assert [c.shape.free for c in found if c.key == ("spring_rate", "hip")] == [("rate",)]
+    assert [c.shape.free for c in found if c.key == ("spring_rate", "knee")] == [("rate", "free_angle")]
+    assert {name for name in there["knee"] if name.startswith("torque_")} == {
+        "torque_offset",
+        "torque_gain",
+        "torque_delay",
+    }
+    assert not [name for name in there["hip"] if name.startswith("torque_")]
 
 
 def test_with_effects_is_what_a_file_holds() -> None:

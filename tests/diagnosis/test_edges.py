@@ -7,25 +7,25 @@ import pytest
 
 from diagnosis.swung import TIME, TWO, off, recorded, with_effects
 from synth.arrays import Array
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.gap_trials import GapTrial, gap_trial
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
 STEP, USUAL = 0.04, 1e-4  # rad
 
 
-def counted(angle: Array, time: Array) -> tuple[GapTrial, GapTrial]:
+def counted(angle: Array, time: Array) -> tuple[AngleTrial, AngleTrial]:
     """A trial whose knee reads ``angle`` (m,) in counts of ``STEP``, and the same at its edges."""
     (recording,) = recordings(TWO, recorded(TWO, np.array([[0.5, 0.6]]), time=time, held_out=0), ())
-    trial = gap_trial(recording, False)
+    trial = angle_trial(recording, False)
     trial.measured[:, 1] = STEP * np.round(angle / STEP)
     return trial, at_edges(trial, [Coarse(1, STEP)], np.full(2, USUAL))
 
 
-def spread(made: GapTrial) -> Array:
+def spread(made: AngleTrial) -> Array:
     """(m,) rad, the deviation that counts leave of the knee's samples that are used."""
     assert made.relative is not None
     return USUAL * np.sqrt(np.maximum(made.relative[made.counts[:, 1], 1] ** 2 - 1.0, 0.0))

@@ -8,19 +8,17 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import TWO, causes, off, recorded, with_effects
-from synth.diagnosis.additional_causes import compatible
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.diagnose import EFFECTIVE, diagnose
-from synth.diagnosis.gap_trials import gap_trial, sensor
-from synth.diagnosis.predict import Predictor
-from synth.diagnosis.screening import leverage, prospects
+from synth.diagnosis.angle_trials import angle_trial, sensor
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.screening import leverage, prospects, strengthened
 from synth.diagnosis.search import as_designed, search
-from synth.diagnosis.solve import Fit, Workbench
-from synth.diagnosis.start_sizes import strengthened
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
 
 FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"encoder_offset": {"offset": 0.08}}}
 
@@ -28,7 +26,7 @@ FRICTION_AND_OFFSET = {"hip": {"coulomb_friction": {"torque": 0.15}}, "knee": {"
 def bench_of(built: Leg, seed: int = 3) -> tuple[Workbench, list[Candidate]]:
     """What a diagnosis would work on, and its candidates."""
     made = recordings(TWO, recorded(built, seed=seed), ())
-    trials = tuple(gap_trial(recording, False) for recording in made)
+    trials = tuple(angle_trial(recording, False) for recording in made)
     noise = sensor([trial.recording for trial in trials]).noise
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), trials, noise, EFFECTIVE)
     return bench, candidates(TWO, trials, scales(TWO, trials))

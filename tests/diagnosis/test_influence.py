@@ -10,9 +10,9 @@ import pytest
 
 from diagnosis.swung import TWO, off, recorded, with_effects
 from synth.diagnosis import influence
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.search import Assessed
-from synth.diagnosis.solve import Workbench
+from synth.diagnosis.workbench import Workbench
 from synth.files.gap_project import Tolerance
 
 FRICTION = {"hip": {"coulomb_friction": {"torque": 0.12}}}

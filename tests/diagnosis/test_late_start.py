@@ -8,16 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.swung import TIME, TWO, best, off, recorded, with_effects
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import gap_trial
-from synth.diagnosis.predict import Block, Predictor
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.lanes import Block
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
-from synth.diagnosis.solve import Fit, Workbench, state_rows
-from synth.diagnosis.tolerances import Tolerances
+from synth.diagnosis.workbench import Fit, Workbench, state_rows
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import Tolerances
 
 MOUNT = {"rocking_stiffness": 30.0, "arm": 0.1, "inertia": 0.004, "damping_ratio": 0.03}
 LATE = 3  # samples
@@ -41,7 +42,7 @@ def test_the_state_of_a_link_that_gives_takes_part_in_prediction_and_fit() -> No
     """Its rows move the prediction, are asked for one by one, and cost what a standard normal does."""
     trials = recorded(TWO, held_out=0)[:1]
     (recording,) = recordings(TWO, trials, ())
-    trial = gap_trial(recording, False)
+    trial = angle_trial(recording, False)
     bench = Workbench(Predictor(TWO, Tolerances.of(TWO, Tolerance())), (trial,), np.full(2, 1e-3), 50.0)
     found = candidates(TWO, [trial], scales(TWO, [trial]))
     mount = next(c for c in found if c.key == ("base_compliance", "base") and "arm" in c.shape.free)

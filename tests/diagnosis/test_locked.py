@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from diagnosis.swung import AWAY, TWO, heavier, off, recorded, with_effects
 from diagnosis.test_recovery import one_of
-from synth.diagnosis.candidates import candidates, scales
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import gap_trial
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions
@@ -17,7 +17,7 @@ HIP, KNEE = Conditions(locked=(0,)), Conditions(locked=(1,))
 def keys(conditions: Conditions) -> set[tuple[str, str]]:
     """What is tried of a leg with a joint locked."""
     trials = recorded(TWO, AWAY[:2], conditions=conditions, held_out=0)
-    given = [gap_trial(r, False) for r in recordings(TWO, trials, ())]
+    given = [angle_trial(r, False) for r in recordings(TWO, trials, ())]
     return {candidate.key for candidate in candidates(TWO, given, scales(TWO, given))}
 
 

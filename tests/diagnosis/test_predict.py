@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from diagnosis.swung import TWO, recorded
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.gap_trials import gap_trial
-from synth.diagnosis.predict import Block, Predictor
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.lanes import Block
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
-from synth.diagnosis.tolerances import Tolerances
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
+from synth.swing.tolerances import Tolerances
 
 (RECORDING,) = recordings(TWO, recorded(TWO, held_out=0)[:1], ())
-TRIAL = gap_trial(RECORDING, False)
+TRIAL = angle_trial(RECORDING, False)
 PREDICTOR = Predictor(TWO, Tolerances.of(TWO, Tolerance()))
 
 

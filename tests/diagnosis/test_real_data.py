@@ -6,16 +6,20 @@ Nothing of these data is in the product; where they are absent, these tests say 
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import copies, gap_trial
-from synth.diagnosis.result import GapResult
-from synth.diagnosis.where import missing_torque
+from synth.diagnosis.angle_trials import angle_trial, copies
+from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
+from synth.diagnosis.plants.swinging_chain.free_torque import free_torques
+from synth.diagnosis.search import search
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
 
@@ -98,7 +102,7 @@ def test_the_pendulum_has_dry_friction_in_both_joints_and_a_torque_that_pulls_it
     project = pendulum_project(tmp_path)
     lacking: dict[int, list[tuple[Array, Array]]] = {0: [], 1: []}
     for recording in recordings(project.leg, project.trials, ()):
-        missing = missing_torque(project.leg, gap_trial(recording, False))
+        missing = missing_torque(project.leg, angle_trial(recording, False))
         rate = recording.smoothed.rate[np.searchsorted(recording.smoothed.time, missing.time)]
         for j, found in lacking.items():
             found.append((rate[:, j], missing.torque[:, j]))
@@ -123,3 +127,18 @@ def test_repeats_with_samples_more_before_the_release_are_copies(tmp_path: Path)
     made = recordings(project.leg, project.trials, ())
     pairs = copies(made, [trial.held_out for trial in project.trials])
     assert {frozenset(pair) for pair in pairs} == {frozenset((k, k + 6)) for k in range(6)}
+
+
+@pytest.mark.parametrize("half", [0, 1])
+def test_both_halves_of_the_ankles_releases_lack_a_torque_of_speed_there(half: int, tmp_path: Path) -> None:
+    """The design has the damper as a straight line; drops with the damper alone show a concave law."""
+    project = leg_project(tmp_path, "ankle")
+    trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
+    scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
+    base = search(scene.bench, [], lambda _: None).none.fit
+    (first,) = free_torques(project.leg, scene.bench, base, scales(project.leg, scene.given))
+    assert (first.joint, first.over) == ("ankle", "speed")
+    assert first.taken > 0.25
+    # Measured from the straight line: more resistance at low speed than at high speed.
+    fast = first.torque[np.argmax(first.place)] - first.torque[np.argmin(first.place)]
+    assert fast > 0.0  # pushes along with the motion where it is fastest: the line resists too much there

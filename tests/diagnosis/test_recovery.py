@@ -11,12 +11,12 @@ import pytest
 
 from diagnosis.swung import ONE, TWO, best, causes, heavier, off, recorded, shifted, with_effects
 from fit.simulated_legs import RELEASES, robot
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.gap_trials import gap_trial
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.search import Search, search
 from synth.diagnosis.verdict import CALIBRATED
-from synth.diagnosis.where import missing_torque
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -138,7 +138,7 @@ def test_torque_is_missing_at_the_joint_that_rubs_alone() -> None:
     away = np.radians(np.array(RELEASES[:1], dtype=float)) * nominal.sign
     (trial,) = recorded(built, away, noise=0.0, time=np.arange(801) * 1e-3, held_out=0)
     (recording,) = recordings(nominal, [trial], ())
-    found = missing_torque(nominal, gap_trial(recording, False))
+    found = missing_torque(nominal, angle_trial(recording, False))
     rate = np.stack([np.interp(found.time, recording.smoothed.time, r) for r in recording.smoothed.rate.T], axis=1)
     moving = (np.abs(rate[:, 1]) > 0.5) & (found.time < 0.6)
     against = -found.torque[moving, 1] * np.sign(rate[moving, 1])
@@ -214,7 +214,7 @@ def test_a_cause_that_no_fit_found_alone_is_ranked_where_it_is_one_of_two(monkey
         found = search(*given)
         return replace(found, singles=tuple(s for s in found.singles if s.keys[0] != ("quadratic_damping", "hip")))
 
-    monkeypatch.setattr("synth.diagnosis.diagnose.search", without)
+    monkeypatch.setattr("synth.diagnosis.plants.swinging_chain.chain_diagnosis.search", without)
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), effects), seed=2), Tolerance())
     ranked = [(entry.cause.effect, entry.cause.joint) for entry in result.ranked]
     assert set(causes(result)) <= set(ranked)

@@ -7,16 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from synth.diagnosis.prediction_error import BLOCKS, Misses, label, shrink_of_best
+from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors, label, shrink_of_best
 
 SAMPLES = 50.0  # in each block of each trial
 
 
-def misses(before: float, after: float, floor: float, trials: int = 3) -> Misses:
+def misses(before: float, after: float, floor: float, trials: int = 3) -> PredictionErrors:
     """Every block of every trial has the same RMS error (rad), so resampling changes nothing."""
     counts = np.full((trials, BLOCKS), SAMPLES)
     squares = {"as_designed": 4 * before**2 * counts, "before": before**2 * counts, "after": after**2 * counts}
-    return Misses(squares, counts, floor**2 * counts, seed=0)
+    return PredictionErrors(squares, counts, floor**2 * counts, seed=0)
 
 
 def test_it_is_a_ratio_of_angles_not_of_squares() -> None:
@@ -47,7 +47,7 @@ def test_rms_figures_are_over_samples_not_over_blocks() -> None:
     # a block with three times the samples counts three times
     counts = np.array([[30.0, 10.0, 10.0, 10.0]])
     squares = {"before": np.array([[30.0 * 4.0, 10.0, 10.0, 10.0]])}
-    uneven = Misses(squares, counts, np.zeros_like(counts), seed=0).figure("before")
+    uneven = PredictionErrors(squares, counts, np.zeros_like(counts), seed=0).figure("before")
     assert uneven.value == pytest.approx(math.sqrt(150.0 / 60.0))
 
 
@@ -56,7 +56,7 @@ def test_the_interval_is_that_of_cells_drawn_with_replacement() -> None:
     counts = np.ones((25, BLOCKS))
     squares = np.ones_like(counts)
     squares.ravel()[:30] = 4.0
-    found = Misses({"before": squares}, counts, np.zeros_like(counts), seed=1).figure("before")
+    found = PredictionErrors({"before": squares}, counts, np.zeros_like(counts), seed=1).figure("before")
     share = np.random.default_rng(2).binomial(100, 0.3, 200_000) / 100
     low, high = np.sqrt(1.0 + 3.0 * np.quantile(share, [0.05, 0.95]))
     assert (found.low, found.high) == pytest.approx((low, high), rel=0.03)

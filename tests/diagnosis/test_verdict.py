@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import TWO, recorded
-from synth.diagnosis.candidates import Candidate, candidates, scales
-from synth.diagnosis.gap_trials import gap_trial
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.search import Assessed, Search
-from synth.diagnosis.solve import Fit
 from synth.diagnosis.verdict import CALIBRATED, judge, paying, weigh
+from synth.diagnosis.workbench import Fit
 from synth.fit.recordings import recordings
 
-TRIALS = [gap_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
 FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
 
 

@@ -15,8 +15,8 @@ from synth.estimation.levenberg_marquardt import (
     DampingRule,
     Factors,
     Iterate,
+    LeastSquares,
     Nielsen,
-    Problem,
     minimise,
 )
 from synth.estimation.normal_equations import (
@@ -47,7 +47,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Saturation(Problem[Curve]):
+class Saturation(LeastSquares[Curve]):
     """Misra1a of NIST's Statistical Reference Datasets, y = b1 (1 - exp(-b2 x)), in trials with offsets."""
 
     x: Array

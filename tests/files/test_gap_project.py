@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from synth.errors import UserError
@@ -142,3 +143,57 @@ def test_columns_in_another_order_are_the_same_trial(folder: Path) -> None:
     other = read_gap_project(write(folder, GAP)).trials[0]
     assert (other.angles == usual.angles).all()
     assert (other.time == usual.time).all()
+
+
+def test_a_joint_may_have_tolerances_of_its_own(folder: Path) -> None:
+    project = read_gap_project(write(folder, GAP + "tolerance: {mass: 2 %, knee: {mass: 5 %, free_angle: 3 deg}}\n"))
+    widths = project.tolerance.widths(project.leg)
+    np.testing.assert_allclose(widths[:, 0], [0.005, 0.02, 0.01, 0.02, 0.03, 0.05, math.radians(0.5)])
+    np.testing.assert_allclose(widths[:, 1], [0.005, 0.05, 0.01, 0.02, 0.03, 0.05, math.radians(3.0)])
+    assert "tolerance.mass" not in [d.key for d in project.defaults]
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        ("{ankle: {mass: 5 %}}", "tolerance.ankle", '"ankle" is no joint of built leg'),
+        ("{knee: {mass: 5 kg}}", "tolerance.knee.mass", "ratio"),
+        ("{knee: {weight: 5 %}}", "tolerance.knee.weight", "is not a key"),
+        ("{knee: 5 %}", "tolerance.knee", "is not a mapping of tolerances"),
+    ],
+)
+def test_bad_tolerances_of_a_joint(folder: Path, text: str, key: str, words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_gap_project(write(folder, GAP + f"tolerance: {text}\n"))
+    (problem,) = caught.value.problems
+    assert problem.key == key
+    assert words in problem.text
+    assert problem.line == 4
+
+
+def test_a_trial_may_have_a_leg_and_a_body_at_the_tip_of_its_own(folder: Path) -> None:
+    (folder / "long.leg.yaml").write_text(leg_text().replace("200 mm", "300 mm"))
+    items = "{file: trials/b.csv, leg: long.leg.yaml, tip_mass: {mass: 50 g, inertia: 2e-6 kg*m^2, at: 40 mm}}"
+    text = f"kind: gap\nleg: nominal.leg.yaml\ntrials: [trials/a.csv, {items}]\n"
+    first, second = read_gap_project(write(folder, text)).trials
+    assert first.leg is None
+    assert second.leg is not None
+    assert second.leg.joints[0].link.length == pytest.approx(0.3)
+    assert (second.tip_mass, second.tip_inertia, second.tip_at) == pytest.approx((0.05, 2e-6, 0.04))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("name: knee", "name: elbow"), "has other joints (hip, elbow)"),
+        (("sign: +1", "sign: -1"), "zero or sign"),
+    ],
+)
+def test_another_leg_needs_the_same_joints(folder: Path, change: tuple[str, str], words: str) -> None:
+    (folder / "long.leg.yaml").write_text(leg_text().replace(*change))
+    text = "kind: gap\nleg: nominal.leg.yaml\ntrials: [trials/a.csv, {file: trials/b.csv, leg: long.leg.yaml}]\n"
+    with pytest.raises(UserError) as caught:
+        read_gap_project(write(folder, text))
+    (problem,) = caught.value.problems
+    assert words in problem.text
+    assert problem.key == "trials[2].leg"

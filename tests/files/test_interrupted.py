@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from synth.batch.folder import Kept
+from synth.cli import main
 from synth.errors import UserError
 from synth.files import output
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder
@@ -68,6 +69,25 @@ def test_a_run_that_is_hung_up_leaves_nothing_and_nohup_is_heeded(tmp_path: Path
     assert names(tmp_path) == ["out"]
 
 
+@pytest.mark.parametrize(("sent", "raised"), [(signal.SIGTERM, SystemExit), (signal.SIGINT, KeyboardInterrupt)])
+def test_a_signal_that_a_library_turns_into_its_own_error_is_still_the_signal(
+    sent: signal.Signals, raised: type[BaseException], tmp_path: Path
+) -> None:
+    """As a module in C does that is being loaded: ImportError, initialization failed."""
+
+    def loading() -> None:
+        try:
+            os.kill(os.getpid(), sent)
+        except BaseException as error:
+            raise ImportError("initialization failed") from error
+
+    before = signal.getsignal(sent)
+    with pytest.raises(raised), output_folder(tmp_path / "out"):
+        loading()
+    assert names(tmp_path) == []
+    assert signal.getsignal(sent) == before
+
+
 def test_what_a_killed_run_left_goes_with_the_next_and_what_a_living_one_writes_stays(tmp_path: Path) -> None:
     with running(tmp_path / "out") as process:
         process.kill()
@@ -80,6 +100,12 @@ def test_what_a_killed_run_left_goes_with_the_next_and_what_a_living_one_writes_
         left = names(tmp_path)
     assert [name for name in left if not name.startswith(".other.partial-")] == [".outer.partial-dead", "out"]
     assert len(left) == 3
+
+
+def test_an_example_that_was_killed_while_it_was_copied_leaves_nothing_for_long(tmp_path: Path) -> None:
+    (tmp_path / ".leg.partial-dead" / "project").mkdir(parents=True)
+    assert main(["-q", "init", "leg", str(tmp_path / "leg")]) == 0
+    assert names(tmp_path) == ["leg"]
 
 
 def test_a_result_that_a_killed_run_had_moved_aside_comes_back(tmp_path: Path) -> None:
@@ -177,7 +203,8 @@ def test_a_sweep_goes_on_after_a_disk_that_was_full(tmp_path: Path, monkeypatch:
         patch.setattr(os, "fsync", full)
         with pytest.raises(OSError, match="No space left"):
             checkpoint.save(0, CHUNK)
-    assert names(checkpoint.folder) == [MANIFEST]
+    assert names(tmp_path) == []
+    checkpoint = Checkpoint(tmp_path / "out", IDENTITY)
     (checkpoint.folder / ".chunk_000000.npy.x.partial").write_bytes(b"cut by a kill")
     (checkpoint.folder / MANIFEST).write_text('{"cut')
     checkpoint = Checkpoint(tmp_path / "out", IDENTITY)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 import pytest
 
 from synth.errors import UserError
+from synth.files.gap_project import read_gap_project
+from synth.files.hopper_recordings import read_plate_jumps, read_pull_ups
 from synth.files.leg_file import PartResolver
 from synth.files.projects import read_fit_project, read_leg_project
 
@@ -61,10 +64,15 @@ def test_fit_project_and_its_defaults(folder: Path) -> None:
     assert project.prior is None
     assert [(d.key, d.value) for d in project.defaults] == [
         ("free_angle", "auto"),
+        ("release", "free"),
         ("fit.method", "least_squares"),
         ("fit.cost", "trajectory"),
         ("fit.weight", "noise"),
         ("fit.intervals", "sensitivities"),
+        ("tolerance.length", "0.5 %"),
+        ("tolerance.mass", "1 %"),
+        ("tolerance.com", "1 %"),
+        ("tolerance.inertia", "2 %"),
     ]
     assert [file.name for file in project.inputs] == ["project.yaml", "animal/a.leg.yaml"]
     assert all(len(file.sha256) == 64 for file in project.inputs)
@@ -80,7 +88,9 @@ def test_fit_options_and_prior(folder: Path) -> None:
     assert project.prior.spring == pytest.approx(0.2)
     assert project.prior.free_angle == pytest.approx(math.radians(5))
     assert project.prior.damper is None
-    assert [d.key for d in project.defaults] == ["fit.cost", "fit.weight", "fit.intervals"]
+    listed = [d.key for d in project.defaults]
+    assert listed[:4] == ["release", "fit.cost", "fit.weight", "fit.intervals"]
+    assert listed[4:] == ["tolerance.length", "tolerance.mass", "tolerance.com", "tolerance.inertia"]
 
 
 @pytest.mark.parametrize(
@@ -275,3 +285,22 @@ cad: {shaft_diameter: 8 mm, clearance: 0.4 mm, wall: 3 mm, bed: [320 mm, 132 mm,
     )
     project = read_leg_project(path)
     assert (len(project.trials), project.time_scale, len(project.dampers["hip"].trials)) == (30, 2.0, 8)
+
+
+@pytest.mark.parametrize("kind", ["hopper-jumps", "hopper-pull-ups", "gap"])
+def test_a_pipe_in_place_of_a_design_is_refused_and_not_waited_for(folder: Path, kind: str) -> None:
+    os.mkfifo(folder / "hopper.yaml")
+    texts = {
+        "hopper-jumps": "design: hopper.yaml\nmotor: m\nlength: 120 mm\njumps: [knee.csv]\n",
+        "hopper-pull-ups": "design: hopper.yaml\nbody_mass: 30 g\ntrials: [{file: knee.csv, length: 120 mm}]\n",
+        "gap": "leg: hopper.yaml\ntrials: [knee.csv]\n",
+    }
+    read = {"hopper-jumps": read_plate_jumps, "hopper-pull-ups": read_pull_ups, "gap": read_gap_project}[kind]
+    with pytest.raises(UserError, match="is not a regular file"):
+        read(write(folder, f"kind: {kind}\n{texts[kind]}"))
+
+
+def test_a_pipe_among_catalogues_is_refused_and_not_waited_for(folder: Path) -> None:
+    os.mkfifo(folder / "parts.csv")
+    with pytest.raises(UserError, match="is not a regular file"):
+        read_leg_project(write(folder, DESIGN + "select: {catalogs: [parts.csv]}\n"))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from diagnosis.swung import TWO, off, recorded
-from synth.diagnosis.diagnose import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.files.gap_project import Tolerance
 from synth.fit.estimate import fit_leg
 from synth.fit.odd_trials import odd_trials

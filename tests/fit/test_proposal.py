@@ -9,9 +9,9 @@ import pytest
 
 from fit.simulated_legs import DAMPER, SPRING, Rig, errors, fitted, releases, robot
 from fit.test_static_points import OVERDAMPED, held
+from synth.estimation.intervals import NORMAL90
 from synth.fit.fit_result import FitResult
 from synth.fit.proposal import Proposal
-from synth.fit.unknowns import NORMAL90
 from synth.swing.leg_model import Leg
 
 TRIALS = releases(OVERDAMPED, 1, Rig(noise=0.5), 3)

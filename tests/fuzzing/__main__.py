@@ -7,6 +7,7 @@ import json
 import os
 import sys
 import tempfile
+import traceback
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -51,6 +52,17 @@ def _say(case: Case) -> None:
     sys.stdout.flush()
 
 
+def _work(listed: Path, seeds: list[int], room: Path, how: Mapping[str, bool]) -> None:
+    """One worker's cases, a line each."""
+    with listed.open("w", encoding="utf-8") as stream:
+        for seed in seeds:
+            case = run_case(seed, room, **how)
+            stream.write(json.dumps(case.as_json(), default=str) + "\n")
+            stream.flush()
+            if case.tag in FAILURES:
+                _say(case)
+
+
 def _all(seeds: list[int], workers: int, to: Path, how: Mapping[str, bool]) -> Iterator[Case]:
     """Every case, dealt out to forked workers that write theirs as lines."""
     with tempfile.TemporaryDirectory(prefix="fuzz-", dir=to) as name:
@@ -59,21 +71,21 @@ def _all(seeds: list[int], workers: int, to: Path, how: Mapping[str, bool]) -> I
         for k, listed in enumerate(lists):
             child = os.fork()
             if child == 0:
-                with listed.open("w", encoding="utf-8") as stream:
-                    for seed in seeds[k::workers]:
-                        case = run_case(seed, to / "cases", **how)
-                        stream.write(json.dumps(case.as_json(), default=str) + "\n")
-                        stream.flush()
-                        if case.tag in FAILURES:
-                            _say(case)
-                os._exit(0)
+                try:
+                    _work(listed, seeds[k::workers], to / "cases", how)
+                except BaseException:
+                    traceback.print_exc()
+                finally:
+                    os._exit(0)  # whatever happens: what the parent cleans up is not this process's
             children.append(child)
         for child in children:
             os.waitpid(child, 0)
-        for listed in lists:
-            for line in listed.read_text(encoding="utf-8").splitlines():
-                found = json.loads(line)
-                yield Case(**found | {"changes": tuple(found["changes"]), "command": tuple(found["command"])})
+        found = [line for listed in lists for line in listed.read_text(encoding="utf-8").splitlines()]
+        if len(found) < len(seeds):
+            raise RuntimeError(f"{len(seeds) - len(found)} cases were not run")
+        for line in found:
+            case = json.loads(line)
+            yield Case(**case | {"changes": tuple(case["changes"]), "command": tuple(case["command"])})
 
 
 if __name__ == "__main__":

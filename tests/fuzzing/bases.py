@@ -255,6 +255,7 @@ def bases() -> tuple[Base, ...]:
         Base("import mot", rat | {"import.yaml": MOT, "a.mot": mot}, ("import", "import.yaml", *out), False, dry),
         Base("catalogue", table_of_parts, ("catalog", "check", "parts/mine.csv")),
         Base("catalogue list", table_of_parts, ("catalog", "list", "torsion_springs", "--catalog", "parts/mine.csv")),
+        Base("catalogue part", {}, ("catalog", "show", "6597K21")),
         Base("wish", table_of_parts | {"knee.yaml": WISH.encode()}, ("catalog", "show", "knee.yaml")),
         Base("spring", {}, ("spring", "--rate", "2 N*m/rad", "--travel", "60 deg", "--json", "{out}.json"), False,
              (("--coils", "5.25"), ("--cycles", "1e5"), ("--legs", "axial"), ("--included-angle", "90 deg"),

@@ -49,7 +49,7 @@ def prepared() -> None:
     os.environ.setdefault("SYNTH_THREADS", "1")
     import synth.cli
     import synth.design.leg_design
-    import synth.diagnosis.diagnose
+    import synth.diagnosis.plants.swinging_chain.chain_diagnosis
     import synth.hopper.study
     import synth.motion.importers.convert  # noqa: F401
     from synth.swing.chain import compiled_chain
@@ -74,7 +74,9 @@ def run_case(seed: int, room: Path, *, undamaged: bool = False, quick: bool = Fa
     for name, data in base.files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
-    command = list(base.command) if undamaged else _command(generator, base, quick)
+    command = _command(generator, base, quick) if not undamaged else list(base.command)
+    if undamaged and quick and base.slow and ("--dry-run",) in base.options:
+        command.append("--dry-run")
     changes = []
     for _ in range(0 if undamaged else generator.choice([0, 1, 1, 1, 2, 3]) if base.files else 1):
         names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
@@ -175,7 +177,9 @@ def _judged(
     after = _contents(box, folder / "out")
     allowed = {str(folder / "out.json")} if status == 0 else set()
     allowed |= {str(folder / "spring.json")} if status == 0 else set()
+    kept = str(folder / ".out.fits") if (folder / "out" / "fits.json").exists() else str(folder / "\0")
     new = sorted(name for name in after if before.get(name) != after[name] and name not in allowed)
+    new = [name for name in new if not name.startswith(kept)]  # what a folder keeps of the fits that went well
     gone = sorted(set(before) - set(after))
     if (new or gone) and not _told_where(words, status):
         return "WROTE", ", ".join([*new, *gone])[:300]

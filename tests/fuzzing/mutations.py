@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 
 LONG = "x" * 5000
+MOST_ROWS = 100_000
 NASTY: tuple[Any, ...] = (
     None, True, 0, -1, 1e308, -1e-308, math.nan, math.inf, 10**30, "", " ", "nan", "nan kg", "inf m", "-3 mm", "0 mm",
     "1e-300 kg", "1e300 m", "1e9 deg", "5", "5 %", "-5 %", "500 %", "3 parsec", "12 N*m/rad", "1 deg", "2 s",
@@ -200,7 +201,8 @@ def cells(generator: random.Random, path: Path) -> str:
     elif kind in ("constant", "zeros", "holes", "noise", "step"):
         for k in body:
             if column < len(rows[k]):
-                made = {"zeros": "0", "constant": rows[1][column], "holes": "" if k % 3 else rows[k][column],
+                first = rows[1][column % len(rows[1])]
+                made = {"zeros": "0", "constant": first, "holes": "" if k % 3 else rows[k][column],
                         "noise": f"{generator.gauss(0.0, 50.0):.4f}", "step": "10" if k % 2 else "100"}  # fmt: skip
                 rows[k][column] = made[kind]
     elif kind == "few":
@@ -210,7 +212,8 @@ def cells(generator: random.Random, path: Path) -> str:
     elif kind == "repeat":
         rows.insert(row, list(rows[row]))
     elif kind == "many":
-        rows = [rows[0], *_dense(rows[1:], generator.choice([50, 400]))]
+        times = min(generator.choice([50, 400]), max(MOST_ROWS // len(rows), 1))
+        rows = [rows[0], *_dense(rows[1:], times)]
     else:
         rows = [line + ["1"] * 300 for line in rows]
     path.write_text("\n".join(",".join(line) for line in rows) + "\n", encoding="utf-8")

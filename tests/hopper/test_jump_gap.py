@@ -13,8 +13,8 @@ import pytest
 from hopper.recorded import DESIGN, PART, Effects, jumped, pulled, write
 from synth.cli import main
 from synth.commands import init
-from synth.diagnosis.jumps.jump_across import Across, Design, _slopes
-from synth.diagnosis.jumps.jump_predict import JumpPredictor
+from synth.diagnosis.plants.jumping_leg.jump_across import Across, Design, _slopes
+from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
 from synth.jump.jump_lanes import JumpLanes
 
 HEAD = 'kind: gap\nleg: hopper.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\n'
@@ -269,7 +269,7 @@ def test_alike_columns_are_not_parted() -> None:
 def test_tolerances_move_what_they_are_of() -> None:
     """One deviation of each changes its column by its share; the rest stays."""
     from hopper.recorded import changed
-    from synth.diagnosis.jumps.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
+    from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED, JumpTolerances
     from synth.files.hopper_gap_project import JumpTolerance
 
     tolerances = JumpTolerances(JumpTolerance(), 2)

@@ -46,7 +46,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory, made: ModuleType) -> dict[st
         return {folder.name: folder / name for folder in folders for name in WRITTEN if (folder / name).is_file()}
     from diagnosis.made_result import made_result
     from reports import write_fit_report, write_gap_report, write_leg_report
-    from synth.diagnosis.write import write_gap
+    from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
     from synth.files.gap_project import GapProject, Tolerance
 
     root = tmp_path_factory.mktemp("pages")

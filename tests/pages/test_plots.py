@@ -137,3 +137,17 @@ def test_a_figure_is_saved_as_csv_and_as_svg(fit_page: Any, pages: dict[str, Pat
     waited.value.save_as(tmp_path / "a.svg")
     root = ElementTree.parse(tmp_path / "a.svg").getroot()
     assert len(root.findall("{http://www.w3.org/2000/svg}svg")) == panels.locator(".plot").count()
+
+
+def test_the_stick_figure_follows_the_cursor(browser: Any, pages: dict[str, Path]) -> None:
+    with opened(browser, pages["gap"]) as found:
+        page = found.page
+        page.locator("header .plot").first.focus()
+        pose = page.locator("header [data-stick] path.cursor")
+        page.keyboard.press("Home")
+        first = [float(x) for x in re.findall(r"-?[\d.]+", pose.get_attribute("d"))]
+        page.keyboard.press("End")
+        last = [float(x) for x in re.findall(r"-?[\d.]+", pose.get_attribute("d"))]
+        assert first[:2] == last[:2]  # it hangs from the same place
+        assert max(abs(a - b) for a, b in zip(first, last, strict=True)) > 5.0
+        assert not found.said, found.said

@@ -225,7 +225,7 @@ class TestDamperCurve:
             Catalogue.load([path])
 
     def test_a_row_without_speed_has_no_law(self) -> None:
-        row = Catalogue.load().find_damper("TD73")
+        row = Catalogue.load().find_damper("FRT-C2-301-G1")
         assert row.secant_rate is None
         with pytest.raises(ValueError, match="no torque at a speed"):
             row.torque_speed()

@@ -24,7 +24,7 @@ def test_every_row_of_other_vendors_is_left_out_and_none_of_the_named_one() -> N
         found = reasons((name.upper(),))
         out = {part for part, why in found.items() if any(text.startswith("not of") for text in why)}
         # An incomplete row says what it lacks and no more: it cannot be chosen anyway.
-        assert out == {f"{row.vendor} {row.part}" for row in SPRINGS if row.vendor != name and row.complete}
+        assert out == {f"{row.vendor} {row.part}" for row in SPRINGS if row.vendor != name and row.choosable}
 
 
 def test_a_vendor_that_sells_no_springs_keeps_none_out() -> None:

@@ -2,7 +2,7 @@
 
 Nothing here uses the project's equations of motion; that is the point. x is to the right, z up, and a rotation is
 counter-clockwise seen with them so, which makes every hinge's axis -y. MuJoCo's features that this chain does not have
-(contact, limits, armature, implicit damping) are off.
+(contact, limits, implicit damping) are off.
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def _body(leg: Leg, i: int, link: Link, locked_at: float | None, tilt: float, ch
 
 def _hinge(joint: Joint) -> str:
     """The hinge with its linear spring and damper, as MuJoCo's own."""
-    hinge = f'<joint name={quoteattr(joint.name)} type="hinge" axis="0 -1 0" armature="0" limited="false"'
+    hinge = (
+        f'<joint name={quoteattr(joint.name)} type="hinge" axis="0 -1 0" armature="{joint.armature!r}" limited="false"'
+    )
     if joint.spring is not None:
         rest = joint.sign * (joint.spring.free_angle - joint.zero)
         hinge += f' stiffness="{joint.spring.rate!r}" springref="{rest!r}"'

@@ -26,8 +26,8 @@ from reports.figures.named_laws import law_of
 from reports.reading import Table
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_where import error_over_time
-from synth.diagnosis.result import GapResult
-from synth.diagnosis.write import write_gap
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.leg_file import read_leg
 
@@ -152,8 +152,8 @@ def test_the_page_needs_nothing_outside_itself_and_its_words_fit(written: Folder
     found = drawings(html)
     joints = len(effect.leg.joints)
     drawn = joints + joints + joints * 4  # torque a joint, error over time, two trials with their errors
-    # six shares, candidates, errors, menu, ten swatches, the worst joint and its error in the opening
-    assert len(found) == drawn + 6 + 1 + 1 + 1 + 10 + 2
+    # six shares, candidates, errors, menu, ten swatches, the worst joint, its error and the leg in the opening
+    assert len(found) == drawn + 6 + 1 + 1 + 1 + 10 + 3
     check_all(html)
 
 

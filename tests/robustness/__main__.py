@@ -20,6 +20,7 @@ from synth.batch.local import run_here
 ROOT = Path(__file__).parents[2]
 PARTS = (
     "synth/fit",
+    "synth/estimation",
     "synth/swing",
     "synth/compiling",
     "synth/motion",

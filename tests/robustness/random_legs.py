@@ -14,16 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.swing.mechanics import outboard_inertia, rest_pose
+from synth.swing.tolerances import LINK_QUANTITIES, Tolerances
 
 Array = NDArray[np.float64]
 
 NAMES = ("hip", "knee", "ankle", "toe")
 LINK_NUMBERS = (1, 2, 3, 3, 3, 3, 4)
 TOLERANCE = 1e-9
+TOLERANCE_OF_LINKS = Tolerance()  # the defaults of every project
 OVERDAMPED = 1.0  # damping ratio b / (2 sqrt(k I)) from which a joint counts as such
 
 
@@ -67,6 +70,15 @@ class Case:
     def bare(self) -> Leg:
         """The leg as the fit is given it: nothing at the joints."""
         return self.leg.with_joints(**{name: {"spring": None, "damper": None} for name in self.leg.joint_names})
+
+    @property
+    def off(self) -> Leg:
+        """The leg as its file would have it: each link's number off by the usual tolerance, nothing at the joints."""
+        generator = np.random.default_rng([self.seed, 501])
+        widths = TOLERANCE_OF_LINKS.widths(self.leg)
+        errors = generator.normal(size=widths.shape)
+        errors[len(LINK_QUANTITIES) :] = 0.0
+        return Tolerances(widths).leg(self.bare, errors.ravel())
 
     @property
     def overdamped(self) -> tuple[bool, ...]:

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robustness.random_legs import Case, random_case
+from robustness.random_legs import TOLERANCE_OF_LINKS, Case, random_case
 from synth.errors import UserError
+from synth.estimation.intervals import Estimate
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_result import Estimate, FitResult
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
 from synth.fit.unseen_score import score
 from synth.motion.release import find_release, free_after
+from synth.swing.leg_model import Leg
 
 Array = NDArray[np.float64]
 
@@ -29,7 +32,11 @@ QUANTITIES = ("spring_rate", "damper_rate", "free_angle")
 
 
 def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
-    """The record of one seed; ``headline`` names the variant that a user would get who cuts what a hand drives."""
+    """The record of one seed; ``headline`` names the variant that a user would get who cuts what a hand drives.
+
+    The fit is given a leg whose links' numbers are off by the usual tolerance, as a user's are; ``exact``: the same
+    trials as the headline's, with the true links and no tolerance.
+    """
     case = case or random_case(seed)
     recorder = case.recorder
     record: dict[str, Any] = {
@@ -56,7 +63,12 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
         record["headline"] = "free" if "free" in variants else "recorded"
         if recorder.trials > UNCUT and record["headline"] == "free":
             del variants["recorded"]
-    record["fits"] = {name: _fitted(case, trials) for name, trials in variants.items()}
+    headline = variants[record["headline"]]
+    record["fits"] = {
+        name: _fitted(case, case.off, trials, FitOptions(tolerance=TOLERANCE_OF_LINKS))
+        for name, trials in variants.items()
+    }
+    record["fits"]["exact"] = _fitted(case, case.bare, headline, FitOptions())
     return record
 
 
@@ -76,11 +88,11 @@ def _cut(trial: Trial, start: float) -> Trial:
     return replace(trial, time=trial.time[first:], angles=trial.angles[first:])
 
 
-def _fitted(case: Case, trials: Sequence[Trial]) -> dict[str, Any]:
+def _fitted(case: Case, given: Leg, trials: Sequence[Trial], options: FitOptions) -> dict[str, Any]:
     start = time.process_time()
     try:
-        made = recordings(case.bare, trials)
-        result = fit_leg(case.bare, made)
+        made = recordings(given, trials)
+        result = fit_leg(given, made, options)
     except UserError as error:
         return {"done": False, "message": str(error.problems[0])}
     seconds = time.process_time() - start

@@ -12,6 +12,7 @@ import pytest
 from fit.simulated_legs import DAMPER, FREE_ANGLE, NAMES, SPRING, Rig, release, robot
 from synth.cli import main
 from synth.errors import UserError
+from synth.estimation.intervals import NORMAL90
 from synth.files.leg_file import write_leg
 from synth.files.output import write_csv
 from synth.files.trial_list import Trial
@@ -19,7 +20,6 @@ from synth.fit import rate_search
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import FitOptions
 from synth.fit.recordings import Recording
-from synth.fit.unknowns import NORMAL90
 from synth.validation.built_leg import isolated
 from synth.validation.explanations import apart, found_rates, inside, on_bounds
 from synth.validation.rat_tables import _medians, _swarm_terms

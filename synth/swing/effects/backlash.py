@@ -47,6 +47,7 @@ EFFECT = Effect(
     name="backlash",
     meaning="a dead zone between the joint and its spring and damper",
     phrase="has backlash",
+    needs=("spring", "damper"),
     formula="play of width gap between the joint and the massless side that holds spring and damper",
     source="Nordin & Gutman, Automatica 38 (2002) 1633, the physical model with a massless shaft",
     way="torque",

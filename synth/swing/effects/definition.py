@@ -1,6 +1,6 @@
 """What an effect is: parameters with units, defaults and priors, and how it changes torque, leg, reading or structure.
 
-An effect acts in exactly one of four ways, each a function of its module that ``Effect.function`` finds by name:
+An effect acts in exactly one of five ways, each a function of its module that ``Effect.function`` finds by name:
 
 ``torque``
     compiled, ``torque(rotation, rate, deflection, spring_rate, damper_rate, damper_torque, bearing_force, memory,
@@ -10,6 +10,8 @@ An effect acts in exactly one of four ways, each a function of its module that `
     measured angle, ``to_rotation(sign, zero, *parameters)`` turns all of them to the sense of q.
 ``leg``
     ``change(legs, joint, sign, *parameters)`` changes the columns of a ``LegLanes`` in place.
+``drive``
+    ``drive(legs, joint, sign, *parameters)`` changes in place what a ``LegLanes`` holds of a known torque's errors.
 ``reading``
     ``read(time, rotation, rate, sign, zero, *parameters)`` gives the rotation as the encoder tells it; arrays
     (n_time, n_lane), parameters (n_lane,).
@@ -27,9 +29,16 @@ from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape, po
 
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size", "stiff"]
 
-Way = Literal["torque", "leg", "reading", "structure"]
-FUNCTIONS: dict[str, str] = {"torque": "torque", "leg": "change", "reading": "read", "structure": "extend"}
-ARGUMENTS: dict[str, int] = {"torque": 8, "leg": 3, "reading": 5, "structure": 2}  # before the parameters
+Way = Literal["torque", "leg", "drive", "reading", "structure"]
+Need = Literal["spring", "no spring", "damper", "torque"]
+FUNCTIONS: dict[str, str] = {
+    "torque": "torque",
+    "leg": "change",
+    "drive": "drive",
+    "reading": "read",
+    "structure": "extend",
+}
+ARGUMENTS: dict[str, int] = {"torque": 8, "leg": 3, "drive": 3, "reading": 5, "structure": 2}  # before the parameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +54,8 @@ class Effect(PlantEffect):
     turn over at the same moments at a joint, so that legs with the one and with the other may step together; and one
     joint has no two of them.
     ``belongs_to`` : the part that takes the effect with it when a design replaces it; what belongs to the joint stays.
+    ``needs`` : what a joint must have, one of these, for the effect to act there: a spring or damper with a rate, or a
+    known torque in some trial.
     ``shows_locked`` : it shows though its joint is locked: by where the links stand, or by what the link carries along.
     """
 
@@ -58,6 +69,7 @@ class Effect(PlantEffect):
     linear: bool = False
     belongs_to: Literal["joint", "spring", "damper"] = "joint"
     kin: str = ""
+    needs: tuple[Need, ...] = ()
     shows_locked: bool = False
 
     def function(self, name: str = "") -> Callable[..., Any]:

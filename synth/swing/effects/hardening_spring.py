@@ -35,6 +35,7 @@ EFFECT = Effect(
     name="hardening_spring",
     meaning="a stiffness that grows (or falls) with deflection",
     phrase="has a spring whose rate changes with deflection",
+    needs=("spring",),
     formula="-stiffening sign(u) ((|u| - onset) / reach)^exponent, u the deflection; k u / sqrt(1 + (softening u)^2)",
     source="G. Duffing, Erzwungene Schwingungen (1918): exponent 3; bumper: exponent 1 with an onset",
     way="torque",

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from synth.arrays import Array
 
 
+LATEST = 2.0  # times 1 / w of the motion, a third of its period: a channel later than that is another recording's
 BLOCK = 24  # samples of a filter's recurrence that are summed at once
 
 
@@ -84,8 +85,8 @@ EFFECT = Effect(
     source="definition",
     way="reading",
     parameters=(
-        Parameter("delay", "s", 0.0, Prior(0.0, 0.2, lower=0.0), meaning="later by"),
-        Parameter("lag", "s", 0.0, Prior(0.0, 0.2, lower=0.0), meaning="time constant of a filter"),
+        Parameter("delay", "s", 0.0, Prior(0.0, 0.2, lower=0.0, upper=LATEST), meaning="later by"),
+        Parameter("lag", "s", 0.0, Prior(0.0, 0.2, lower=0.0, upper=LATEST), meaning="time constant of a filter"),
     ),
     strengths=("delay", "lag"),
     shapes=(

@@ -40,6 +40,7 @@ EFFECT = Effect(
     name="one_sided_spring",
     meaning="a spring that acts in one direction only, or with two rates",
     phrase="has a spring with two rates",
+    needs=("spring",),
     formula="rate k (1 - loss) on one side of the free angle + shift; the changeover rounded over width",
     source="bilinear stiffness: Shaw & Holmes, J. Sound and Vibration 90 (1983) 129",
     way="torque",

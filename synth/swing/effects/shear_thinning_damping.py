@@ -18,6 +18,7 @@ EFFECT = Effect(
     name="shear_thinning_damping",
     meaning="a damper weaker at speed than its low-speed rate says",
     phrase="has a damper that is weaker at speed",
+    needs=("damper",),
     formula="damper torque times (1 + |w/speed|^knee)^(-loss/knee)",
     source="K. Yasuda et al., Rheologica Acta 20 (1981) 163, n = 1 - loss, a = knee; Carreau: knee 2",
     way="torque",

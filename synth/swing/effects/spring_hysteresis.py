@@ -42,6 +42,7 @@ EFFECT = Effect(
     name="spring_hysteresis",
     meaning="loading and unloading follow different curves",
     phrase="has a spring with hysteresis",
+    needs=("spring",),
     formula="-stiffness z, dz/dt = w (1 - |z / slip|^knee while it loads) - z / relaxation",
     source="slip: Wen, J. Eng. Mech. 102 (1976) 249, with beta = gamma, n = knee; relaxation: Maxwell's element",
     way="torque",

@@ -20,6 +20,7 @@ EFFECT = Effect(
     name="spring_preload",
     meaning="the free angle is not where the design has it",
     phrase="has its free angle elsewhere",
+    needs=("spring",),
     formula="free angle + shift",
     source="definition",
     way="leg",

@@ -17,13 +17,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.swing import effects
-from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Parameter, Prior, Shape
+from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Need, Parameter, Prior, Shape
 
 SIZE_LIMIT = 1_000_000  # bytes: thousands of times what an effect takes
 LANES = 2  # legs side by side in a trial call
@@ -111,9 +111,13 @@ def require(effect: Effect, module: ModuleType) -> None:
     _require_functions(effect, module)
     function = getattr(module, FUNCTIONS[effect.way])
     with _called(FUNCTIONS[effect.way], str(module.__file__)):
-        {"torque": _try_torque, "leg": _try_change, "reading": _try_reading, "structure": _try_extension}[effect.way](
-            effect, function
-        )
+        {
+            "torque": _try_torque,
+            "leg": _try_change,
+            "drive": _try_change,
+            "reading": _try_reading,
+            "structure": _try_extension,
+        }[effect.way](effect, function)
 
 
 def line_of(error: BaseException, path: str | Path) -> int | None:
@@ -165,6 +169,12 @@ def _require_fields(effect: Effect) -> None:
         value = getattr(effect, key)
         if not isinstance(value, tuple) or not all(isinstance(item, kind) for item in value):
             raise WrongEffect(f"{key} must be a tuple of {kind.__name__}, such as ({_example(key)},)")
+    given: list[object] = [effect.needs, *(shape.needs for shape in effect.shapes)]
+    for group in given:
+        unknown = [need for need in group if need not in get_args(Need)] if isinstance(group, tuple) else [group]
+        if unknown:
+            known = ", ".join(map(repr, get_args(Need)))
+            raise WrongEffect(f"needs holds {unknown[0]!r}; write a tuple of some of {known}")
     for key in ("meaning", "formula", "source", "kin", "phrase", "bristle", "play"):
         if not isinstance(getattr(effect, key), str):
             raise WrongEffect(f"{key} must be text")
@@ -297,7 +307,9 @@ def _try_change(effect: Effect, function: Callable[..., Any]) -> None:
             names = [key for key, value in vars(legs).items() if isinstance(value, np.ndarray)]
             changed = [key for key in names if not np.array_equal(getattr(before, key), getattr(legs, key))]
             if changed:
-                raise WrongEffect(f"change must change nothing where every parameter is off; it changes {changed[0]}")
+                raise WrongEffect(
+                    f"{FUNCTIONS[effect.way]} must change nothing where every parameter is off; it changes {changed[0]}"
+                )
 
 
 def _try_reading(effect: Effect, function: Callable[..., Any]) -> None:

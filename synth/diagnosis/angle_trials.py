@@ -1,0 +1,204 @@
+"""Trials as the diagnosis wants them: copies struck out, the noise floor estimated, samples thinned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import Mask
+
+SAMPLES = 700  # a trial: enough for the fastest joint, few enough to be fast
+ORDER = 6  # of the differences that leave noise alone: a sixth difference of a smooth motion is next to nothing
+LATER = 40  # samples after another's start at which a copy may begin
+SAME = 0.2  # joints whose noise differs by less than this share are taken to have the same sensor
+
+
+@dataclass(frozen=True)
+class AngleTrial:
+    """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
+
+    ``relative`` (m, n): error of a sample over its channel's noise; None where all are alike.
+    """
+
+    recording: Recording
+    time: Array
+    measured: Array
+    counts: Mask
+    held_out: bool
+    relative: Array | None = None
+
+    @property
+    def free(self) -> list[int]:
+        """Joints that are not locked."""
+        return self.recording.free
+
+    @cached_property
+    def counted(self) -> Array:
+        """(n,) number of samples that count."""
+        return np.asarray(self.counts.sum(axis=0), dtype=float)
+
+    def thinner(self, samples: int) -> AngleTrial:
+        """At most about ``samples`` of the samples, evenly taken."""
+        every = max(1, round(len(self.time) / samples))
+        relative = None if self.relative is None else self.relative[::every]
+        return replace(
+            self,
+            time=self.time[::every],
+            measured=self.measured[::every],
+            counts=self.counts[::every],
+            relative=relative,
+        )
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """What turns a trial's predictions into whitened residuals of the samples that count, a row a lane.
+
+    ``index`` places of these samples in a flat (m n,) array; ``measured`` and ``scale`` (count,) theirs.
+    """
+
+    index: NDArray[np.intp] | slice
+    measured: Array
+    scale: Array
+
+    @classmethod
+    def of(cls, trial: AngleTrial, sigma: Array) -> Whitener:
+        """``sigma`` (n,) or (m, n) rad."""
+        index = slice(None) if trial.counts.all() else np.flatnonzero(trial.counts)
+        scale = 1.0 / np.broadcast_to(sigma, trial.measured.shape)
+        return cls(index, trial.measured.reshape(-1)[index], scale.reshape(-1)[index])
+
+    @property
+    def count(self) -> int:
+        """Number of samples that count."""
+        return len(self.measured)
+
+    def lanes(self, prediction: Array, out: Array | None = None) -> Array:
+        """(n_lane, count) from predictions (m, n, n_lane) rad."""
+        taken = prediction.reshape(-1, prediction.shape[2])[self.index].T
+        found = np.empty(taken.shape) if out is None else out
+        np.subtract(taken, self.measured, out=found)
+        found *= self.scale
+        return found
+
+
+def angle_trial(recording: Recording, held_out: bool) -> AngleTrial:
+    """Thin a recording, evenly in its samples."""
+    thin = recording.thinned(SAMPLES)
+    return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
+
+
+def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:
+    """Pairs (copy, original) of recordings that hold the same samples: they are one measurement.
+
+    Also where one is cut short, begins a few samples later, or is saved with fewer digits: the shared samples agree to
+    1e-3 of their range. The copy is the later one, or the one that is held out: what was learnt from cannot score.
+    """
+    found = []
+    order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
+    near = _alike([recordings[k] for k in order]) if order else []
+    for place, later in enumerate(order):
+        for earlier in (order[p] for p in near[place] if p < place):
+            if _same(recordings[later], recordings[earlier]):
+                found.append((later, earlier))
+                break
+    return found
+
+
+def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
+    """Of each recording the places of those that may hold the same samples: one's first is among the other's first.
+
+    A look at all pairs in one array operation a recording; ``_same`` at each would take minutes for a thousand.
+    """
+    count, n = len(recordings), recordings[0].rotation.shape[1]
+    heads = np.full((count, LATER, n), np.inf)
+    for index, recording in enumerate(recordings):
+        head = recording.rotation[:LATER]
+        heads[index, : len(head)] = head
+    reach = np.array([max(float(np.ptp(recording.rotation, axis=0).max()), 1e-9) for recording in recordings])
+    alike = np.zeros((count, count), dtype=bool)
+    for index in range(count):
+        apart = np.abs(heads - heads[index, 0]).max(axis=2)
+        alike[index] = (apart <= 1e-3 * np.maximum(reach, reach[index])[:, None]).any(axis=1)
+    return [np.flatnonzero(alike[index] | alike[:, index]).tolist() for index in range(count)]
+
+
+def _same(a: Recording, b: Recording) -> bool:
+    """Whether one recording's samples are the other's, from up to ``LATER`` samples after its start on."""
+    if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions or a.leg is not b.leg:
+        return False
+    reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
+    for first, second in ((a, b), (b, a)):
+        for offset in range(LATER):
+            count = min(len(first.time), len(second.time) - offset)
+            if count < 12:
+                break
+            shifted = second.time[offset : offset + count] - second.time[offset]
+            apart = np.abs(first.rotation[:count] - second.rotation[offset : offset + count])
+            if apart.max() <= 1e-3 * reach and np.allclose(first.time[:count], shifted, atol=1e-4):
+                return True
+    return False
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """``noise`` (n,) rad RMS of a reading about the truth; ``step`` (n,) rad one count, 0 where none shows."""
+
+    noise: Array
+    step: Array
+
+
+def sensor(recordings: Sequence[Recording]) -> Sensor:
+    """Noise and counts of each joint's channel, from the samples alone.
+
+    Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
+    153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``. Differences
+    beyond three robust deviations are left out. Joints that differ by less than ``SAME`` are pooled. A count that is
+    coarse against the noise makes steps that no difference shows while the joint rests; then its ``step/sqrt(12)``
+    counts (Widrow & Kollar, *Quantization Noise*, 2008, ch. 1).
+    """
+    n = recordings[0].rotation.shape[1]
+    norm = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
+    squares: list[list[float]] = [[] for _ in range(n)]
+    step = np.full(n, np.inf)
+    for recording in recordings:
+        for j in recording.free:
+            value = recording.rotation[:, j]
+            good = recording.counts[:, j]
+            difference = np.diff(value, ORDER)[np.lib.stride_tricks.sliding_window_view(good, ORDER + 1).all(axis=1)]
+            if len(difference) < 20:
+                continue
+            robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
+            kept = difference[np.abs(difference) < 3.0 * robust]
+            squares[j].append(float(np.mean(kept**2)) / norm**2 / 0.9733)  # variance of a normal cut off at 3
+            gaps = np.diff(np.unique(np.round(value[good], 12)))
+            step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
+    # The median over trials: a trial that knocks or rests is not the sensor.
+    white = np.array([np.sqrt(np.median(s)) if s else np.nan for s in squares])
+    white = np.where(np.isfinite(white), white, np.nanmedian(white))
+    step = np.where(np.isfinite(step) & _on_grid(recordings, step), step, 0.0)
+    noise = np.maximum(white, step / np.sqrt(12.0)) + 1e-9
+    usual = float(np.median(noise))
+    alike = np.abs(np.log(noise / usual)) < SAME
+    if np.any(alike):
+        noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
+    return Sensor(noise, step)
+
+
+def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
+    """(n,) True where nearly all readings lie on whole multiples of the step from one another."""
+    found = np.zeros(len(step), dtype=bool)
+    for j, width in enumerate(step):
+        if not np.isfinite(width) or width <= 0.0:
+            continue
+        values = np.concatenate([r.rotation[r.counts[:, j], j] for r in recordings if j in r.free])
+        rest = (values - values[0]) / width
+        found[j] = bool(np.mean(np.abs(rest - np.round(rest)) < 0.02 + 1e-5 * np.abs(rest)) > 0.98)
+    return found

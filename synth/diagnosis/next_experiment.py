@@ -1,0 +1,43 @@
+"""What next: the trial of a plant's menu that would best separate the explanations that are still open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from synth.diagnosis.plant import F, Plant, S, T
+from synth.diagnosis.result import Experiment
+from synth.estimation.information import expected_information, rivals_of
+from synth.threads import in_parallel
+
+
+def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str) -> Experiment | None:
+    """The trial with the largest expected information on which of the rivals holds; None with fewer than two.
+
+    ``rivals`` : fits with their weights. ``why`` : a sentence. A prediction is uncertain by the noise, by what belongs
+    to each trial, and by what the trials so far leave open of the leg.
+    """
+    menu = plant.menu() if len(rivals) > 1 else ()
+    if not menu:
+        return None
+    kept, weights = rivals_of(rivals)
+    covariances = [plant.normal(fit).covariance for fit in kept]
+
+    def information(index: int) -> float:
+        trial = menu[index].trial
+        made = [plant.forecast(fit, trial, known) for fit, known in zip(kept, covariances, strict=True)]
+        found = [forecast for forecast in made if forecast is not None]
+        if len(found) < len(kept):
+            return 0.0
+        return expected_information(weights, lambda a, b, at: found[a].distance(found[b], found[at]))
+
+    bits = in_parallel(information, len(menu))
+    order = sorted(range(len(menu)), key=lambda i: -bits[i])
+    best = menu[order[0]]
+    return Experiment(
+        f"{why} {best.what[0].upper()}{best.what[1:]} would tell most: {bits[order[0]]:.2g} bit.",
+        dict(best.keys),
+        dict(best.release),
+        bits[order[0]],
+        tuple((menu[i].what, bits[i]) for i in order),
+        best.ramp,
+    )

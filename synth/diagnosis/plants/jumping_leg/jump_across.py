@@ -1,0 +1,131 @@
+"""Across designs: does the error of the predicted jump grow with the links' length, or with the gear ratio?
+
+The error of a trial is its predicted over its measured rise, less 1. Ordinary least squares on length and ratio
+together, where both vary among the trials; intervals by Student's distribution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
+from synth.estimation.intervals import Estimate
+
+STAGES = ("as_designed", "before", "after")
+UNITS = {"length": "1/cm", "gear_ratio": "1"}
+SPREAD = 0.01  # of a mean: designs that differ by less are one
+EVEN = 0.02  # of the rise: from one end of the designs to the other, no trend worth a word
+
+
+@dataclass(frozen=True)
+class Design:
+    """One jump: its design, and rises in m by ``STAGES`` beside the measured; ``learnt`` : fits, not predictions."""
+
+    file: str
+    motor: str
+    length: float
+    gear_ratio: float
+    measured: float
+    rises: dict[str, float]
+    learnt: bool = False
+
+    def error(self, stage: str) -> float:
+        """Predicted over measured rise, less 1."""
+        return self.rises[stage] / self.measured - 1.0
+
+
+@dataclass(frozen=True)
+class Across:
+    """``slopes`` : "length" or "gear_ratio" -> stage -> change of the error a metre, a unit of ratio."""
+
+    designs: tuple[Design, ...]
+    slopes: dict[str, dict[str, Estimate]]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry ``across``."""
+        from synth.units import quantity
+
+        return {
+            "designs": [
+                {
+                    "file": d.file, "motor": d.motor, "gear_ratio": d.gear_ratio, "learnt_from": d.learnt,
+                    "leg_length": quantity(d.length, "mm"), "rise_measured": quantity(d.measured, "mm"),
+                    **{f"rise_{stage}": quantity(d.rises[stage], "mm") for stage in STAGES},
+                    "error": {stage: quantity(d.error(stage), "percent") for stage in STAGES},
+                }
+                for d in self.designs
+            ],
+            "slope": {by: {stage: e.as_json() for stage, e in found.items()} for by, found in self.slopes.items()},
+            "says": self.sentences(),
+        }  # fmt: skip
+
+    def sentences(self) -> list[str]:
+        """What the slopes say, as designed and with the explanation in."""
+        said = []
+        for by, words in (("length", "the links' length"), ("gear_ratio", "the gear ratio")):
+            values = [getattr(d, by) for d in self.designs]
+            if by not in self.slopes:
+                why = "no jump's rise is known"
+                if values:
+                    why = "all jumps have one" if max(values) == min(values) else "the jumps are too few or too alike"
+                said.append(f"Whether the error changes with {words} cannot be told: {why}.")
+                continue
+            reach = max(values) - min(values)
+            first, last = (self._trend(by, stage, reach) for stage in ("as_designed", "after"))
+            said.append(
+                f"As designed, the predicted rise's error {first} with {words}; with the explanation it {last}."
+            )
+        return said
+
+    def _trend(self, by: str, stage: str, reach: float) -> str:
+        slope = self.slopes[by][stage]
+        assert slope.low is not None
+        assert slope.high is not None
+        change = f"{100 * slope.value * reach:+.0f} % from the least to the greatest"
+        if slope.low > 0.0 or slope.high < 0.0:
+            if abs(slope.value * reach) < EVEN:
+                return f"hardly changes ({change})"
+            return f"{'grows' if slope.value > 0.0 else 'falls'} ({change})"
+        return f"shows no sure trend ({change}, which noise may make)"
+
+
+def across(gaps: JumpGaps) -> Across:
+    """From the jumps whose rise is known, scored ones first."""
+    designs = []
+    scored = list(zip(gaps.trials, gaps.rises, strict=True))
+    for trial, rise in [*scored, *gaps.learnt]:
+        rises = {stage: getattr(rise, stage) for stage in STAGES}
+        if rise.measured is None or rise.measured <= 0.0 or None in rises.values():
+            continue
+        designs.append(Design(trial.name, trial.motor.name, trial.leg.length, trial.motor.ratio, rise.measured, rises))
+    columns = {by: np.array([getattr(d, by) for d in designs]) for by in UNITS}
+    varied = [by for by, values in columns.items() if len(values) > 2 and np.std(values) > SPREAD * np.mean(values)]
+    slopes: dict[str, dict[str, Estimate]] = {by: {} for by in varied}
+    for stage in STAGES if varied else ():
+        errors = np.array([d.error(stage) for d in designs])
+        for by, estimate in _slopes({by: columns[by] for by in varied}, errors).items():
+            slopes[by][stage] = estimate
+    return Across(tuple(designs), {by: found for by, found in slopes.items() if len(found) == len(STAGES)})
+
+
+def _slopes(columns: dict[str, Array], errors: Array) -> dict[str, Estimate]:
+    """Least squares; nothing where designs are too few or too much alike to part the columns."""
+    from scipy.stats import t as student
+
+    matrix = np.column_stack([np.ones(len(errors)), *(values - values.mean() for values in columns.values())])
+    free = len(errors) - matrix.shape[1]
+    scale = np.linalg.norm(matrix, axis=0)
+    if free < 1 or np.linalg.cond(matrix / scale) > 100.0:
+        return {}
+    found, *_ = np.linalg.lstsq(matrix, errors, rcond=None)
+    left = errors - matrix @ found
+    covariance = np.linalg.inv(matrix.T @ matrix) * float(left @ left) / free
+    reach = float(student.ppf(0.95, free)) * np.sqrt(np.diag(covariance))
+    return {
+        by: Estimate(float(found[k]), UNITS[by], float(found[k] - reach[k]), float(found[k] + reach[k]))
+        for k, by in enumerate(columns, start=1)
+    }

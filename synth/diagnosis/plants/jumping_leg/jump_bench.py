@@ -1,0 +1,224 @@
+"""Hypotheses fitted to jumps, by ``synth.estimation``; each trial's own unknowns are eliminated.
+
+Derivatives are differences between lanes that share every step of the integration. A leaning trial's, but those by what
+only a lean shows, are taken upright: the planar form takes a hundred times as long as a lane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
+from synth.diagnosis.plants.jumping_leg.jump_data import Jump
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
+from synth.estimation.levenberg_marquardt import Factors, Iterate, LeastSquares, minimise
+from synth.estimation.normal_equations import ReducedNormal, Step, StepLimits, TrialNormal
+from synth.threads import in_parallel
+
+STEP = 0.05  # whitened, of differences
+ROUNDS, CONVERGED_BY, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
+HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share that a step must gain there
+WITHIN = 2.5  # deviations: what lies further off is not within tolerances, however much it would explain
+FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
+SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
+SOFT_ROUNDS = 6  # steps, see ``solve``
+# As Marquardt's: a tenth after a success, tenfold after a failure; beyond 1e6 no step lowers the cost.
+RULE = Factors(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
+
+
+@dataclass(frozen=True, eq=False)
+class JumpFit:
+    """A hypothesis with its unknowns (tolerances, then each cause's) and each trial's own (n_trial, 2), whitened.
+
+    ``residuals`` a trial (M,), ``slopes`` a trial (M, n_unknown + 2); ``cost`` half the sum of squares, priors in it.
+    """
+
+    hypothesis: tuple[JumpCandidate, ...]
+    unknowns: Array
+    own: Array
+    residuals: tuple[Array, ...] = ()
+    slopes: tuple[Array, ...] = ()
+    cost: float = np.inf
+
+    def at(self, unknowns: Array) -> JumpFit:
+        """The hypothesis with other unknowns, to predict with."""
+        return replace(self, unknowns=unknowns)
+
+    @property
+    def keys(self) -> tuple[tuple[str, str], ...]:
+        """Effect and place of each cause."""
+        return tuple(candidate.key for candidate in self.hypothesis)
+
+
+@dataclass(frozen=True, eq=False)
+class JumpBench:
+    """The trials to learn from; samples count as uncertain by ``softness`` times what they are."""
+
+    predictor: JumpPredictor
+    trials: tuple[Jump, ...]
+    softness: float = 1.0
+
+    @property
+    def n_tolerance(self) -> int:
+        """Unknowns of the leg itself."""
+        return self.predictor.tolerances.size
+
+    def bounds(self, hypothesis: Sequence[JumpCandidate]) -> tuple[Array, Array]:
+        """Least and greatest unknowns."""
+        wide = np.full(self.n_tolerance, WITHIN)
+        ends = [candidate.bounds() for candidate in hypothesis]
+        return np.concatenate([-wide, *(low for low, _ in ends)]), np.concatenate([wide, *(high for _, high in ends)])
+
+    def evaluate(self, fit: JumpFit) -> JumpFit:
+        """Residuals, derivatives and cost of the trials."""
+        found = in_parallel(lambda i: self.slopes(self.trials[i], fit, fit.own[i]), len(self.trials))
+        residuals = tuple(r / self.softness for r, _ in found)
+        cost = 0.5 * sum(float(r @ r) for r in residuals)
+        cost += 0.5 * float(fit.unknowns @ fit.unknowns) + 0.5 * float(np.sum(fit.own**2))
+        return replace(fit, residuals=residuals, slopes=tuple(s / self.softness for _, s in found), cost=cost)
+
+    def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
+        """(M,) residual and (M, n_unknown + 2) its derivatives."""
+        everything = list(range(len(fit.unknowns) + N_OWN))
+        if not jump.leaning:
+            return self._differences(jump, fit, own, everything)
+        slid = self._leaning_unknowns(fit)
+        residual, by_slide = self._differences(jump, fit, own, slid)
+        rest = [k for k in everything if k not in slid]
+        upright = jump.upright()
+        _, by_rest = self._differences(upright, fit, own, rest)
+        found = np.zeros((len(residual), len(everything)))
+        found[:, slid] = by_slide
+        size = len(jump.time)
+        for place, name in enumerate(jump.measured):
+            if name in upright.measured:
+                first = list(upright.measured).index(name) * size
+                found[place * size : (place + 1) * size, rest] = by_rest[first : first + size]
+        return residual, found
+
+    def _leaning_unknowns(self, fit: JumpFit) -> list[int]:
+        """Places of the unknowns of causes that only a lean shows."""
+        found: list[int] = []
+        first = self.n_tolerance
+        for candidate in fit.hypothesis:
+            found += range(first, first + candidate.size) if candidate.effect.leaning else ()
+            first += candidate.size
+        return found
+
+    def _differences(self, jump: Jump, fit: JumpFit, own: Array, moved: list[int]) -> tuple[Array, Array]:
+        """Residual and its derivatives by some unknowns, by steps away from the nearer bound."""
+        count = len(fit.unknowns)
+        x = np.repeat(fit.unknowns[:, None], 1 + len(moved), axis=1)
+        mine = np.repeat(own[:, None], 1 + len(moved), axis=1)
+        low, high = self.bounds(fit.hypothesis)
+        steps = np.full(count + N_OWN, STEP)
+        steps[:count] = np.where(high - fit.unknowns > fit.unknowns - low, STEP, -STEP)
+        for lane, k in enumerate(moved, start=1):
+            if k < count:
+                x[k, lane] += steps[k]
+            else:
+                mine[k - count, lane] += steps[k]
+        residual = self.predictor.residual(jump, self.predictor.predict(jump, fit.hypothesis, x, mine))
+        return residual[:, 0], (residual[:, 1:] - residual[:, :1]) / steps[moved]
+
+    def normal(self, fit: JumpFit, count: int | None = None) -> ReducedNormal:
+        """Normal equations of an evaluated fit, by its first ``count`` unknowns (all) and each trial's own."""
+        return self.normal_at(fit, fit.residuals, len(fit.unknowns) if count is None else count)
+
+    def normal_at(self, fit: JumpFit, residuals: Sequence[Array], count: int) -> ReducedNormal:
+        """As ``normal``, with the derivatives of a fit and other residuals (M,) a trial."""
+        trials = []
+        for slopes, residual, own in zip(fit.slopes, residuals, fit.own, strict=True):
+            a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_OWN :]
+            trials.append(TrialNormal(a.T @ a, a.T @ b, b.T @ b + np.eye(N_OWN), a.T @ residual, b.T @ residual + own))
+        return ReducedNormal.of(trials, np.eye(count), fit.unknowns[:count])
+
+    def prospects(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
+        """(n_point,) cost with the causes at these points (size, n_point) after one undamped step of all else.
+
+        The derivatives by all else are those of ``base``.
+        """
+        x = np.repeat(base.unknowns[:, None], points.shape[1], axis=1)
+        x = np.concatenate([x[: self.n_tolerance], points])
+
+        def missed(i: int) -> Array:
+            own = np.repeat(base.own[i][:, None], points.shape[1], axis=1)
+            return self.predictor.residual(self.trials[i], self.predictor.predict(self.trials[i], hypothesis, x, own))
+
+        residuals = in_parallel(missed, len(self.trials))
+        free = (np.full(self.n_tolerance, -np.inf), np.full(self.n_tolerance, np.inf))
+        costs = np.empty(points.shape[1])
+        for k in range(points.shape[1]):
+            here = [r[:, k] for r in residuals]
+            normal = self.normal_at(base, here, self.n_tolerance)
+            (step,) = normal.steps(base.unknowns, np.zeros(1), normal.scale, free, StepLimits())
+            moves = [np.concatenate([step.common, own]) for own in step.own]
+            left = [r + s @ d for r, s, d in zip(here, base.slopes, moves, strict=True)]
+            costs[k] = 0.5 * sum(float(r @ r) for r in left) + 0.5 * float(points[:, k] @ points[:, k])
+            costs[k] += 0.5 * float(np.sum((base.unknowns + step.common) ** 2))
+        return costs
+
+    def solve_softly(self, fit: JumpFit, best: float = np.inf) -> JumpFit:
+        """First with samples that count little, so that causes and not far-off tolerances explain what is gross.
+
+        A push ends at a stop: a few milliseconds off, every sample after is, and the way to the best fit is narrow.
+        ``best`` : as for ``solve``.
+        """
+        if any(candidate.effect.leaning for candidate in fit.hypothesis):
+            return self.solve(replace(fit, residuals=()), best=best)  # it begins where the design fits best
+        quick = [i for i, trial in enumerate(self.trials) if not trial.leaning] or list(range(len(self.trials)))
+        trials = tuple(self.trials[i] for i in quick)
+        current = replace(fit, own=fit.own[quick])
+        for softness in SOFTENING:
+            bench = replace(self, softness=softness, trials=trials)
+            current = bench.solve(replace(current, residuals=()), SOFT_ROUNDS)
+        own = fit.own.copy()
+        own[quick] = current.own
+        return self.solve(replace(current, own=own, residuals=()), best=best)
+
+    def solve(self, fit: JumpFit, rounds: int = ROUNDS, best: float = np.inf) -> JumpFit:
+        """The fit gone on with until it gains no more.
+
+        ``best`` : cost of another hypothesis; one far above it need not be brought to its last decimal.
+        """
+        start = fit if fit.residuals else self.evaluate(fit)
+        (end,) = minimise(_Hypothesis(self, best), [Iterate(start)], RULE, rounds)
+        return end.point
+
+
+@dataclass(frozen=True)
+class _Hypothesis(LeastSquares[JumpFit]):
+    """A hypothesis as a least-squares problem; ``best`` : cost of the best one so far."""
+
+    bench: JumpBench
+    best: float
+
+    def evaluate(self, points: Sequence[JumpFit]) -> list[JumpFit]:
+        """Residuals, derivatives and costs."""
+        return [self.bench.evaluate(point) for point in points]
+
+    def normal(self, point: JumpFit) -> ReducedNormal:
+        """By all unknowns."""
+        return self.bench.normal(point)
+
+    def bounds(self, point: JumpFit) -> tuple[Array, Array]:
+        """Of tolerances and causes."""
+        return self.bench.bounds(point.hypothesis)
+
+    def limits(self, point: JumpFit) -> StepLimits:
+        """Tolerances and a trial's own go ``FARTHEST`` at most; causes have their bounds."""
+        p = self.bench.n_tolerance
+        return StepLimits(np.r_[np.full(p, FARTHEST), np.full(len(point.unknowns) - p, np.inf)], FARTHEST)
+
+    def moved(self, point: JumpFit, step: Step) -> JumpFit:
+        """After a step, not evaluated."""
+        own = point.own + np.array(step.own)
+        return replace(point, unknowns=point.unknowns + step.common, own=own, cost=np.inf)
+
+    def least_gain(self, cost: float) -> float:
+        """A share of the cost, larger far above the best: such a fit need not be brought to its last decimal."""
+        return max(CONVERGED_BY, (LAZY if cost > HOPELESS * self.best else SHARE) * cost)

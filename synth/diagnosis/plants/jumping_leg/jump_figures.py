@@ -1,0 +1,78 @@
+"""How far: misses of the upper link's angle on scored trials, and how high each model jumps there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
+from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS
+
+
+@dataclass(frozen=True)
+class Rise:
+    """How far the centre of mass rises over the crouch in one trial, m; None where no model or plate tells."""
+
+    measured: float | None
+    as_designed: float | None
+    before: float | None
+    after: float | None
+
+
+@dataclass(frozen=True)
+class JumpGaps:
+    """ScoredJump trials with what each stage predicts; ``rises`` a trial.
+
+    ``learnt`` : trials to learn from that are not scored, with their rises: of these ``before`` and ``after`` are fits.
+    """
+
+    trials: tuple[Jump, ...]
+    as_designed: tuple[ScoredJump, ...]
+    before: tuple[ScoredJump, ...]
+    after: tuple[ScoredJump, ...]
+    errors: PredictionErrors
+    rises: tuple[Rise, ...]
+    learnt: tuple[tuple[Jump, Rise], ...] = ()
+
+
+def rises_of(
+    bench: JumpBench, trials: Sequence[Jump], fits: Sequence[JumpFit], stages: Sequence[Sequence[ScoredJump]]
+) -> tuple[Rise, ...]:
+    """A trial each, by the fits of the three stages and what they predict of it."""
+    return tuple(_rise(bench, trial, fits, [stage[i] for stage in stages]) for i, trial in enumerate(trials))
+
+
+def learnt_rises(bench: JumpBench, fits: Sequence[JumpFit]) -> tuple[tuple[Jump, Rise], ...]:
+    """Of the trials to learn from, by the fits themselves."""
+    return tuple(
+        (trial, _rise(bench, trial, fits, [ScoredJump({}, fit.own[i]) for fit in fits]))
+        for i, trial in enumerate(bench.trials)
+    )
+
+
+def squares(trials: Sequence[Jump], scored: Sequence[ScoredJump]) -> Array:
+    """(n_trial, BLOCKS) summed squared misses of the angle, rad^2."""
+    found = []
+    for trial, told in zip(trials, scored, strict=True):
+        away = np.nan_to_num(told.channels[ANGLE] - trial.measured[ANGLE], nan=np.pi)
+        found.append([float(part @ part) for part in np.array_split(away, BLOCKS)])
+    return np.array(found)
+
+
+def _rise(bench: JumpBench, trial: Jump, fits: Sequence[JumpFit], told: Sequence[ScoredJump]) -> Rise:
+    measured = None if trial.seen is None else trial.seen.rise
+    if trial.torque is not None or trial.leaning:
+        return Rise(measured, None, None, None)
+    rises: list[float | None] = []
+    for fit, scored in zip(fits, told, strict=True):
+        made = bench.predictor.columns(trial, fit.hypothesis, fit.unknowns[:, None], scored.own[:, None])
+        column = compiled_jump(bench.predictor.bending).run(made.workspace())[:, 0]
+        rises.append(float(column[APEX]) if column[STATUS] == LANDED_AGAIN else 0.0)
+    return Rise(measured, *rises)

@@ -1,0 +1,124 @@
+"""What the sensors would read, for many sets of unknowns at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_tolerances import JumpTolerances
+from synth.hopper.fold import fold
+from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS
+from synth.jump.jump_lanes import JumpLanes
+from synth.jump.jump_layout import LANES
+from synth.jump.jump_runs import FIRST_STEP, MAX_STEPS, compiled_jump
+from synth.jump.planar_jump import planar_record
+from synth.jump.recorder import record
+
+TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a hundredfold finer run
+PLANAR_TOLERANCE = 1e-4  # of the integrator
+N_OWN = 2  # unknowns of each trial's own: start angle and switching on, or a pull-up's first angle and rate
+START_ANGLE, START_RATE = np.radians(0.5), 0.5  # rad, rad/s: how well a pull-up's first samples tell its start
+LOST = 30.0  # whitened miss of a sample that a simulation does not reach
+
+
+@dataclass(frozen=True)
+class JumpPredictor:
+    """Predictions for unknowns ``x`` (n_unknown, n_lane) and each trial's own ``own`` (2, n_lane), whitened all."""
+
+    tolerances: JumpTolerances
+    bending: str
+    body_inertia: float
+
+    def columns(self, jump: Jump, hypothesis: Sequence[JumpCandidate], x: Array, own: Array) -> JumpLanes:
+        """The legs that the unknowns stand for."""
+        made = jump.jumps.repeat(x.shape[1])
+        size = self.tolerances.size
+        self.tolerances.apply(made, x[:size], jump.group)
+        first = size
+        for candidate in hypothesis:
+            candidate.apply(made, x[first : first + candidate.size])
+            first += candidate.size
+        if jump.torque is None:
+            made.start[:] = np.minimum(made.start + self.tolerances.tolerance.crouch * own[0], 0.999 * _locks(made))
+        return made
+
+    def predict(self, jump: Jump, hypothesis: Sequence[JumpCandidate], x: Array, own: Array) -> dict[str, Array]:
+        """Channel -> (m, n_lane), those that the trial has; nan where a simulation does not get so far."""
+        made = self.columns(jump, hypothesis, x, own)
+        if jump.torque is not None:
+            found = {ANGLE: _pull_up(jump, made, own)}
+        elif jump.leaning:
+            found = self._planar(jump, made, own)
+        else:
+            found = self._upright(jump, made, own)
+        if ANGLE in found:
+            found[ANGLE] = found[ANGLE] + self.tolerances.shift(x, "angle", jump.group)
+        if FORCE in found:
+            found[FORCE] = found[FORCE] * np.exp(self.tolerances.shift(x, "force", jump.group))
+        if CURRENT in found:
+            found["supply"] = made.voltage - made.supply_resistance * found[CURRENT]
+        return {name: found[name] for name in jump.measured if name in found}
+
+    def _times(self, jump: Jump, own: Array) -> Array:
+        """(m, n_lane) s since each lane's switching on."""
+        return np.asarray(jump.time[:, None] - self.tolerances.tolerance.start * own[1])
+
+    def _upright(self, jump: Jump, made: JumpLanes, own: Array) -> dict[str, Array]:
+        jumper = compiled_jump(self.bending)
+        layout = jumper.layout
+        rows = np.array([layout.row("angle"), layout.row("normal"), layout.row("drawn")])
+        where = np.array([layout.n_state, layout.row("derivative"), layout.row("alive"), layout.row("normal")])
+        workspace, times = made.workspace(), self._times(jump, own)
+        found = np.empty((len(times), len(rows), made.count))
+        for first in range(0, made.count, LANES):
+            lanes = np.minimum(np.arange(first, first + LANES), made.count - 1)
+            out = np.empty((len(times), len(rows), LANES))
+            record(jumper.right_hand_side, np.ascontiguousarray(workspace[:, lanes]), where, rows,
+                   np.ascontiguousarray(times[:, lanes]), TOLERANCE, FIRST_STEP, MAX_STEPS, out)  # fmt: skip
+            found[:, :, first : first + LANES] = out[:, :, : made.count - first]
+        return {ANGLE: found[:, 0], FORCE: found[:, 1], CURRENT: found[:, 2]}
+
+    def _planar(self, jump: Jump, made: JumpLanes, own: Array) -> dict[str, Array]:
+        times = self._times(jump, own)
+        names = {ANGLE: "angle", FORCE: "normal", CURRENT: "current", "pitch": "pitch", "foot slide": "slide"}
+        found = {name: np.full((len(times), made.count), np.nan) for name in names}
+        for lane in range(made.count):
+            one = made.take(slice(lane, lane + 1))
+            told = planar_record(
+                one, self.body_inertia, jump.slip_speed, jump.trial.lean, times[:, lane], PLANAR_TOLERANCE
+            )
+            for name, row in names.items():
+                found[name][:, lane] = told[row]
+        return found
+
+    def residual(self, jump: Jump, predicted: dict[str, Array]) -> Array:
+        """(M, n_lane) whitened misses of all channels, each trial's samples counted as ``EFFECTIVE`` at most."""
+        parts = [
+            (predicted[name] - measured[:, None]) * (np.sqrt(jump.weight) / jump.sigma[name][:, None])
+            for name, measured in jump.measured.items()
+        ]
+        found: Array = np.nan_to_num(np.concatenate(parts), nan=LOST, posinf=LOST, neginf=-LOST)
+        return found
+
+
+def _locks(jumps: JumpLanes) -> Array:
+    """Largest upper angle that the lower links reach."""
+    share = (jumps.lower_length - 0.5 * jumps.hip_spacing) / jumps.length
+    return np.asarray(np.arcsin(np.minimum(share, 1.0)))
+
+
+def _pull_up(jump: Jump, made: JumpLanes, own: Array) -> Array:
+    """Rigid links; what the encoder at the hip sees of their bending is put on after: a quarter of torque over rate."""
+    assert jump.torque is not None
+    head = slice(0, max(4, int(np.searchsorted(jump.time, jump.time[0] + 0.02))))
+    slope, level = np.polyfit(jump.time[head] - jump.time[0], jump.measured[ANGLE][head], 1)
+    angle = fold(made, jump.time, jump.torque, level + START_ANGLE * own[0], slope + START_RATE * own[1])
+    if jump.leg.bending == "none":
+        return np.asarray(angle)
+    rate = PRB_GAMMA * PRB_STIFFNESS * made.bending_stiffness / made.length
+    return np.asarray(angle + 0.25 * jump.torque[:, None] / rate)

@@ -1,0 +1,49 @@
+"""How far a hypothesis misses trials that took no part: only each trial's own unknowns are estimated there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_bench import STEP, JumpBench, JumpFit
+from synth.diagnosis.plants.jumping_leg.jump_data import Jump
+from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
+from synth.estimation.gauss_newton import LocalProblem, gauss_newton
+from synth.threads import in_parallel
+
+ROUNDS = 6  # steps for the trial's own unknowns
+LEAST_GAIN = 0.02  # of the cost, in units of log-likelihood: what changes no figure that is printed
+
+
+@dataclass(frozen=True)
+class ScoredJump:
+    """A trial predicted: channel -> (m,) SI, with the trial's own unknowns (2,) that fit best."""
+
+    channels: dict[str, Array]
+    own: Array
+
+
+def score(bench: JumpBench, fit: JumpFit, trials: Sequence[Jump]) -> tuple[ScoredJump, ...]:
+    """Predict trials with a hypothesis held fixed."""
+    return tuple(in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials)))
+
+
+def _one(bench: JumpBench, fit: JumpFit, jump: Jump) -> ScoredJump:
+    """With the trial's own two unknowns that fit best."""
+    predictor = bench.predictor
+    x = np.repeat(fit.unknowns[:, None], 1 + N_OWN, axis=1)
+
+    def assess(own: Array) -> LocalProblem[dict[str, Array]]:
+        mine = np.repeat(own[:, None], 1 + N_OWN, axis=1)
+        mine[[0, 1], [1, 2]] += STEP
+        predicted = predictor.predict(jump, fit.hypothesis, x, mine)
+        residual = predictor.residual(jump, predicted)
+        cost = 0.5 * float(residual[:, 0] @ residual[:, 0]) + 0.5 * float(own @ own)
+        slopes = (residual[:, 1:] - residual[:, :1]) / STEP
+        channels = {name: values[:, 0].copy() for name, values in predicted.items()}
+        return LocalProblem(channels, cost, slopes.T @ slopes + np.eye(N_OWN), slopes.T @ residual[:, 0] + own)
+
+    return ScoredJump(*gauss_newton(assess, np.zeros(N_OWN), rounds=ROUNDS, least_gain=LEAST_GAIN))

@@ -1,0 +1,89 @@
+"""Where the gap lies: shares of the squared misses above what samples are uncertain by, and the torque that lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
+from synth.diagnosis.result import PHASES, THIRDS, Where, shares
+
+PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
+STILL = 0.2  # of the fastest: the envelope below which the swing has ended
+SMOOTHED = 0.004  # s, half the stretch over which a rate is taken
+
+
+@dataclass(frozen=True, eq=False)
+class MissingHipTorque:
+    """One trial: ``torque`` (m,) N m that each hip lacks, nan where no plate tells; ``speed`` rad/s, ``phase``."""
+
+    torque: Array
+    speed: Array
+    deflection: Array
+    phase: NDArray[np.int64]
+
+
+def missing(trial: Jump, before: ScoredJump) -> MissingHipTorque:
+    """By virtual work: the missing ground force times the hips' way a radian of the upper links, half a hip each.
+
+    The leg's own inertia is left out: it is a hundredth of the body's.
+    """
+    angle = trial.measured[ANGLE]
+    speed = _rate(trial.time, angle)
+    torque = np.full(len(angle), np.nan)
+    if FORCE in trial.measured and not trial.leaning:
+        share = (0.5 * trial.leg.hip_spacing + trial.leg.length * np.sin(angle)) / trial.leg.lower_length
+        slope = np.tan(np.arcsin(np.clip(share, -0.99, 0.99)))
+        leverage = trial.leg.length * (np.sin(angle) + np.cos(angle) * slope)
+        torque = 0.5 * leverage * (trial.measured[FORCE] - before.channels[FORCE])
+    return MissingHipTorque(torque, speed, angle - angle[0], _phases(trial, speed))
+
+
+def _rate(time: Array, angle: Array) -> Array:
+    width = max(1, round(SMOOTHED / float(np.median(np.diff(time)))))
+    low = np.clip(np.arange(len(time)) - width, 0, None)
+    high = np.clip(np.arange(len(time)) + width, None, len(time) - 1)
+    return np.asarray((angle[high] - angle[low]) / (time[high] - time[low]))
+
+
+def _phases(trial: Jump, speed: Array) -> NDArray[np.int64]:
+    """Release until the first speed peak, swing until the envelope has fallen, settle until the noise, then rest."""
+    size = np.abs(speed)
+    peak = int(np.argmax(size))
+    envelope = np.maximum.accumulate(size[::-1])[::-1]
+    floor = 3.0 * trial.noise[ANGLE] / SMOOTHED
+    found = np.where(envelope >= STILL * size[peak], 1, np.where(envelope >= floor, 2, 3))
+    found[: peak + 1] = 0
+    return np.asarray(found, dtype=np.int64)
+
+
+def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[MissingHipTorque]) -> Where:
+    """Shares over all scored trials; where nothing is above the noise, evenly."""
+    places = {"hip": 0.0, "base": 0.0}
+    bins: dict[str, dict[str, float]] = {name: dict.fromkeys(THIRDS, 0.0) for name in
+                                         ("speed", "position", "load", "time")}  # fmt: skip
+    phases = dict.fromkeys(PHASES, 0.0)
+    for trial, told, lack in zip(trials, before, lacks, strict=True):
+        energy = np.zeros(len(trial.time))
+        for name, measured in trial.measured.items():
+            miss = np.nan_to_num(told.channels[name] - measured) / trial.sigma[name]
+            above = miss**2 - 1.0
+            places[PLACES.get(name, "base")] += trial.weight * max(float(above.sum()), 0.0)
+            energy += trial.weight * above
+        for index, phase in enumerate(PHASES):
+            phases[phase] += float(energy[lack.phase == index].sum())
+        load = trial.measured.get(FORCE, np.zeros(len(energy)))
+        for key, along in (("speed", np.abs(lack.speed)), ("position", np.abs(lack.deflection)),
+                           ("load", np.abs(load)), ("time", trial.time - trial.time[0])):  # fmt: skip
+            third = np.minimum((3.0 * along / max(float(along.max()), 1e-12)).astype(int), 2)
+            for index, name in enumerate(THIRDS):
+                bins[key][name] += float(energy[third == index].sum())
+    keys = ("speed", "position", "load", "time")
+    return Where(
+        *(shares([*found], np.array([*found.values()])) for found in (places, phases, *(bins[k] for k in keys)))
+    )

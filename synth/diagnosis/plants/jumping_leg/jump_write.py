@@ -1,0 +1,98 @@
+"""A diagnosis of a jumping leg as files: gap.json, what was predicted, and where torque is missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, Jump
+from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
+from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
+from synth.diagnosis.write import STAGES, basis_json, rms
+from synth.files.hopper_gap_project import HopperGapProject
+from synth.files.output import place, stems, write_csv, write_json
+from synth.jump.effects import motor_effect_named
+from synth.units import factor, quantity
+
+NAMES = {ANGLE: "hip"}  # the encoder sits there; other channels keep their name
+UNITS = {ANGLE: "deg", "ground force": "N", "current": "A", "supply": "V", "pitch": "deg", "foot slide": "mm"}
+ANGLES = {"angle": "deg", "stop": "deg", "crouch": "deg", "start": "ms"}  # tolerances that are no shares
+
+
+def write_gap(result: JumpGapResult, project: HopperGapProject, folder: Path) -> None:
+    """Write everything but the page into ``folder``."""
+    names = stems([trial.name for trial in result.gaps.trials])
+    (folder / "predicted").mkdir()
+    (folder / "where").mkdir()
+    for i, name in enumerate(names):
+        trial = result.gaps.trials[i]
+        stages = {stage: getattr(result.gaps, stage)[i] for stage in STAGES}
+        write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, stages))
+        write_csv(place(folder / "where", f"{name}.csv"), _where_columns(result, i))
+    write_json(folder / "gap.json", gap_json(result, project, names))
+
+
+def predicted_columns(trial: Jump, stages: dict[str, ScoredJump]) -> dict[str, Array]:
+    """Time, and a channel as measured beside the nominal leg at its best and with the explanation in."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for channel, measured in trial.measured.items():
+        name, unit = NAMES.get(channel, channel), UNITS[channel]
+        scale = factor(unit, {"deg": "rad", "mm": "m"}.get(unit, unit))
+        columns[f"{name} measured [{unit}]"] = measured / scale
+        for stage in ("before", "after"):
+            columns[f"{name} {stage} [{unit}]"] = stages[stage].channels[channel] / scale
+    return columns
+
+
+def _where_columns(result: JumpGapResult, i: int) -> dict[str, Array]:
+    trial, lack = result.gaps.trials[i], result.lacks[i]
+    measured = trial.measured[ANGLE]
+    errors = {
+        f"hip error {stage} [deg]": np.degrees(getattr(result.gaps, stage)[i].channels[ANGLE] - measured)
+        for stage in ("before", "after")
+    }
+    return {
+        "time [s]": trial.time,
+        "phase [1]": lack.phase.astype(float),
+        "hip missing torque [N*m]": lack.torque,
+        "hip speed [deg/s]": np.degrees(lack.speed),
+        "hip deflection [deg]": np.degrees(lack.deflection),
+        **errors,
+    }
+
+
+def gap_json(result: JumpGapResult, project: HopperGapProject, names: list[str]) -> dict[str, Any]:
+    """The content of ``gap.json``: the diagnosis, then what it rests on; ``names``: a file name a scored trial."""
+    document = result.as_json()
+    document["gap"]["joints"] = {"hip": {stage: document["gap"][stage] for stage in STAGES}}
+    return {
+        **document,
+        "trials": [_trial(result, i, name) for i, name in enumerate(names)],
+        "design_at": {name: quantity(value, "1") for name, value in result.unknowns.items()},
+        **basis_json(result, project, motor_effect_named, ANGLES, {item.name: item.sha256 for item in project.inputs}),
+    }
+
+
+def _trial(result: JumpGapResult, i: int, name: str) -> dict[str, Any]:
+    trial, rise = result.gaps.trials[i], result.gaps.rises[i]
+    errors = {}
+    for stage in STAGES:
+        value = rms(getattr(result.gaps, stage)[i].channels[ANGLE] - trial.measured[ANGLE])
+        if value is not None:
+            errors[stage] = quantity(value, "deg")
+    rises = {stage: getattr(rise, stage) for stage in ("measured", *STAGES)}
+    return {
+        "file": trial.name,
+        "kind": trial.trial.kind,
+        "motor": trial.motor.name,
+        "leg_length": quantity(trial.leg.length, "mm"),
+        "held_out": trial.trial.held_out,
+        "scored": True,
+        "predicted": f"predicted/{name}.csv",
+        "where": f"where/{name}.csv",
+        "rms": {"hip": errors},
+        "rise": {key: quantity(value, "mm") for key, value in rises.items() if value is not None},
+    }

@@ -1,0 +1,1 @@
+"""The diagnosis of a swinging chain of links."""

@@ -1,0 +1,233 @@
+"""Candidates: an effect at a place in one of its shapes, in natural sizes of the leg's motion there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.hypotheses import Key
+from synth.estimation.parameters import Parameter
+from synth.motion.smoothing import Mask
+from synth.swing.damper_curves import torque_at
+from synth.swing.effects import Effect, registered
+from synth.swing.effects.definition import Need
+from synth.swing.lane_layout import MOST_LINKS
+from synth.swing.leg_lanes import has_direction, turned_to_rotation
+from synth.swing.leg_model import Damper, Leg
+from synth.swing.mechanics import coefficients, outboard_inertia
+
+LEAST_ANGLE = 0.02  # rad, a degree: natural size of a joint that hardly moves
+RECIPROCAL = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
+
+
+@dataclass(frozen=True)
+class Scales:
+    """A joint's natural sizes, from its motion: by them a prior fits a flea's leg and an elephant's.
+
+    ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
+    leg's weight, or what moves it where there is none; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
+    motion's range, ``half`` (n,) its half width, both in the sense of q; ``time`` s, the reciprocal of the fastest
+    frequency of the trials; ``damping`` (n,) N m s/rad of the dampers as designed; ``mass`` kg of
+    the whole leg.
+    """
+
+    angle: Array
+    speed: Array
+    torque: Array
+    force: float
+    length: Array
+    middle: Array
+    half: Array
+    time: float
+    damping: Array
+    mass: float
+
+    def of(self, unit: str, joint: int) -> float:
+        """Natural size of a unit at a joint; 1 for units that have none."""
+        angle, speed, torque = self.angle[joint], self.speed[joint], self.torque[joint]
+        sizes = {
+            "rad": angle,
+            "rad/s": speed,
+            "s": min(angle / speed, self.time),
+            "kg": self.mass,
+            "N*m": torque,
+            "N*m/rad": torque / angle,
+            "N*m*s/rad": max(torque / speed, self.damping[joint]),
+            "N*m*s^2/rad^2": torque / speed**2,
+            "m": self.length[joint],
+            "N": self.force,
+            "1/rad": 1.0 / angle,
+            "s/rad": 1.0 / speed,
+            "kg*m^2": torque * angle / speed**2,
+            "N/m": torque / angle / self.length[joint] ** 2,
+        }
+        return float(sizes.get(unit, 1.0))
+
+
+def scales(leg: Leg, trials: Sequence[AngleTrial]) -> Scales:
+    """Natural sizes of each joint from the trials in which it is free."""
+    n = len(leg.joints)
+    low, high, speed, known = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n), np.zeros(n)
+    for trial in trials:
+        smoothed, driven = trial.recording.smoothed, trial.recording.known_torque
+        for j in trial.free:
+            low[j] = min(low[j], float(smoothed.angle[:, j].min()))
+            high[j] = max(high[j], float(smoothed.angle[:, j].max()))
+            speed[j] = max(speed[j], float(np.percentile(np.abs(smoothed.rate[:, j]), 98)))
+            known[j] = max(known[j], 0.0 if driven is None else float(np.percentile(np.abs(driven[1][:, j]), 98)))
+    moved = np.isfinite(low)
+    low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
+    longest = max(float(trial.time[-1]) for trial in trials)
+    speed = np.maximum(speed, LEAST_ANGLE / longest)
+    rest, half = leg.rest, np.maximum(0.5 * (high - low), 0.01)
+    angle = np.maximum(np.maximum(np.abs(low - rest), np.abs(high - rest)), LEAST_ANGLE)
+    free = {j for trial in trials for j in trial.free}
+    angle = np.where(_unsprung(leg, free), half, angle)
+    torque = _torques(leg, angle, half, speed, known)
+    mass = sum(j.link.mass for j in leg.joints)
+    weight = leg.gravity * mass
+    length = np.array([j.link.length for j in leg.joints])
+    force = weight if weight > 0.0 else float(np.max(torque / length))
+    pace = min(trial.recording.smoothed.pace for trial in trials)
+    damping = np.array([_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
+    middle = 0.5 * (low + high)
+    return Scales(angle, speed, torque, force, length, middle, half, RECIPROCAL * pace, damping, mass)
+
+
+def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
+    """(n,) True where a free joint has neither spring nor gravity to hold it to a rest: it deflects from nowhere."""
+    hanging = coefficients(leg).gravity
+    return np.array(
+        [j in free and rate <= 0.0 and not hanging[j:].any() for j, rate in enumerate(leg.spring_rate.tolist())]
+    )
+
+
+def _torques(leg: Leg, angle: Array, half: Array, speed: Array, known: Array) -> Array:
+    """(n,) N m, natural torque of each joint: the largest of what moves it.
+
+    Spring and gravity at its deflection, gravity at most as of the link held level; the ``known`` torque; the inertia
+    that it carries times its acceleration ``speed^2 / half``. Where a spring moves the joint that is what the spring
+    does, so of the inertia's half is taken: the spring's is the surer, since it asks for no speed.
+    """
+    found = coefficients(leg)
+    hanging = np.cumsum(found.gravity[::-1])[::-1]  # what gravity adds to the springs' stiffness
+    static = leg.spring_rate * angle + hanging * np.minimum(angle, 0.5 * np.pi)
+    return np.asarray(np.maximum(np.maximum(static, known), 0.5 * outboard_inertia(leg) * speed**2 / half))
+
+
+def _rate(damper: Damper | None, speed: float) -> float:
+    """N m s/rad of a damper at a speed, rad/s."""
+    if damper is None:
+        return 0.0
+    if damper.curve is not None:
+        return float(torque_at(damper.curve, np.array([speed]))[0]) / speed
+    return damper.rate or 0.0
+
+
+@dataclass(frozen=True)
+class Candidate(ShapedEffect):
+    """One effect at one joint (0 for the base) in one shape."""
+
+    effect: Effect
+    joint: int
+    scales: Scales
+    leg: Leg
+
+    @property
+    def key(self) -> Key:
+        """Effect and place, as the files name them."""
+        return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
+
+    @property
+    def links(self) -> int:
+        """How many links it adds: one for each way in which a structure gives."""
+        ways = {*self.shape.free, *self.shape.held} & {*self.effect.strengths}
+        return len(ways) if self.effect.way == "structure" else 0
+
+    @property
+    def nearly_linear(self) -> bool:
+        """What changes the leg's numbers or the readings."""
+        return self.effect.way in ("leg", "reading")
+
+    @property
+    def is_compliance(self) -> bool:
+        """A structure that gives."""
+        return self.effect.way == "structure"
+
+    def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
+        """One place holds one structure and one dry friction; and the engine has no more than so many links."""
+        links = len(self.leg.joints) + sum(each.links for each in (*others, self))
+        return links <= MOST_LINKS and all(compatible(other, self) for other in others)
+
+    def natural_size(self, parameter: Parameter) -> float:
+        """By the joint's motion, see ``Scales``."""
+        return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
+
+    def in_units(self, parameter: Parameter, value: Array) -> Array:
+        """Natural values (n_lane,) of a free parameter in SI and measured sense."""
+        if parameter.anchor != "middle":
+            return super().in_units(parameter, value)
+        joint = self.leg.joints[self.joint]
+        middle = joint.zero + joint.sign * self.scales.middle[self.joint]
+        return np.asarray(middle + value * self.scales.half[self.joint])
+
+    def in_rotation(self, x: Array) -> Array:
+        """As ``values``, turned to the sense of q where direction matters."""
+        values = self.values(x)
+        if not has_direction(self.effect):
+            return values
+        joint = self.leg.joints[self.joint]
+        turned = [turned_to_rotation(self.effect, joint.sign, joint.zero, lane) for lane in values.T.tolist()]
+        return np.array(turned).T
+
+
+def compatible(first: ShapedEffect, second: ShapedEffect) -> bool:
+    """One cause is not counted twice, and one place holds one structure and one dry friction."""
+    if first.key == second.key:
+        return False
+    if first.key[1] != second.key[1] or not (isinstance(first, Candidate) and isinstance(second, Candidate)):
+        return True
+    both = first.effect.way == second.effect.way == "structure"
+    return not both and not (first.effect.kin and first.effect.kin == second.effect.kin)
+
+
+def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
+    """Whether one of what is needed is there, or nothing is needed."""
+    return not needs or not there.isdisjoint(needs)
+
+
+def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
+    """What a joint has on which an effect can act: a spring, a damper, a known torque."""
+    spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
+    found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}
+    if damper is not None and (damper.curve is not None or (damper.rate or 0.0) > 0.0):
+        found.add("damper")
+    known = [trial.recording.known_torque for trial in trials if joint in trial.free]
+    if any(torque is not None and np.any(torque[1][:, joint] != 0.0) for torque in known):
+        found.add("torque")
+    return found
+
+
+def candidates(leg: Leg, trials: Sequence[AngleTrial], found: Scales) -> list[Candidate]:
+    """Every effect at every place where it could act and show, in every shape."""
+    free = sorted({j for trial in trials for j in trial.free})
+    made = []
+    for effect in registered():
+        # What a link weighs shows where it moves: at a free joint, or beyond one.
+        first = min(free, default=0) if effect.way == "leg" else 0
+        places = range(first, len(leg.joints)) if effect.shows_locked else free
+        for joint in [0] if effect.where == "base" else places:
+            there = _present(leg, joint, trials)
+            for shape in effect.shapes:
+                candidate = Candidate(effect, shape, joint, found, leg)
+                if effect.where == "joint" and not (_met(effect.needs, there) and _met(shape.needs, there)):
+                    continue
+                if len(leg.joints) + candidate.links <= MOST_LINKS:
+                    made.append(candidate)
+    return made

@@ -1,0 +1,270 @@
+"""The diagnosis of a swinging chain: its adapter to ``synth.diagnosis.diagnose``, and the whole from end to end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis import diagnose as any_plant
+from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor
+from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
+from synth.diagnosis.encoder_transitions import at_edges
+from synth.diagnosis.hypotheses import Hypotheses
+from synth.diagnosis.influence import hangs_on
+from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_gaps
+from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
+from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
+from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
+from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
+from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
+from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
+from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.result import Cause, Verdict
+from synth.diagnosis.score import score
+from synth.diagnosis.search import search
+from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.verdict import Judged, with_counts
+from synth.diagnosis.workbench import Fit, Workbench
+from synth.errors import UserError
+from synth.estimation.information import Forecast
+from synth.estimation.intervals import Estimate
+from synth.estimation.linearisation import LinearisedNormal
+from synth.files.tolerance import Tolerance
+from synth.fit.odd_trials import odd_trials
+from synth.fit.recordings import recordings, thinned_sentences
+from synth.swing.effects import effect_named
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
+
+if TYPE_CHECKING:
+    from synth.files.trial_list import Trial
+
+EFFECTIVE = 50.0  # samples a trial and joint that count as independent, see Workbench
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that the stages of a diagnosis share."""
+
+    leg: Leg
+    tolerances: Tolerances
+    bench: Workbench
+    given: tuple[AngleTrial, ...]
+    held: tuple[AngleTrial, ...]
+    coarse: tuple[Coarse, ...]
+    usual: Array  # (n,) rad, noise without coarse counts
+    seed: int
+
+    @property
+    def scored(self) -> tuple[AngleTrial, ...]:
+        """The trials that the gap's figures are taken on."""
+        return self.held or self.given
+
+
+class SwingingChain(Plant[Fit, AngleTrial, Array]):
+    """A leg of links that swings from releases, or is driven by known torques."""
+
+    def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
+        self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
+        self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
+        self._free: tuple[FreeTorque, ...] | None = None
+        names = scene.leg.joint_names
+        self.direct_causes = tuple(
+            Cause("encoder_quantisation", names[item.joint], {"step": Estimate(item.step, "deg")})
+            for item in scene.coarse
+        )
+
+    def search(self, say: Callable[[str], None]) -> Hypotheses[Fit]:
+        """Every effect at every place where it could show, alone and with others."""
+        leg, given = self.scene.leg, self.scene.given
+        return search(self.bench, candidates(leg, given, scales(leg, given)), say)
+
+    def designed(self) -> Fit:
+        """The nominal leg to the letter."""
+        return Fit((), np.zeros(self.n_tolerance), ())
+
+    def normal(self, fit: Fit) -> LinearisedNormal:
+        """Normal equations at a fit."""
+        return self.bench.normal(fit)
+
+    def bounds(self, fit: Fit) -> tuple[Array, Array]:
+        """Least and greatest unknowns."""
+        return self.bench.bounds(fit.hypothesis)
+
+    def predict(self, fit: Fit, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
+        """Rotations (m, n) rad in the sense of q, from the initial states that fit best."""
+        begun = [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
+        return tuple(prediction for prediction, _ in score(self.bench, fit, begun))
+
+    def as_read(self, predicted: tuple[Array, ...]) -> tuple[Array, ...]:
+        """As channels with coarse counts would read them."""
+        both = zip(self.scored, predicted, strict=True)
+        return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
+
+    def squares(self, predicted: Sequence[Array]) -> Array:
+        """Squared errors of the rotations."""
+        return squares(self.scored, predicted)
+
+    def samples(self) -> tuple[Array, Array]:
+        """Samples that count, and what the noise alone would sum to."""
+        counts = squares(self.scored, [np.ones_like(t.measured) + t.measured for t in self.scored])
+        return counts, squares(self.scored, [t.measured + self.scene.usual for t in self.scored])
+
+    def with_direct_causes(self, judged: Judged[Fit]) -> Judged[Fit]:
+        """The verdict with coarse counts in."""
+        return with_counts(judged, len(self.scene.coarse) > 0)
+
+    def remarks(self, stages: StagePredictions[Fit, Array]) -> tuple[str, ...]:
+        """Trials that the nominal leg at its best misses by far more than the others."""
+        rms = []
+        for trial, predicted in zip(self.scored, stages.before, strict=True):
+            squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
+            rms.append(np.sqrt(np.where(trial.counted > 0, squared / np.maximum(trial.counted, 1.0), np.nan)))
+        names = [trial.recording.name for trial in self.scored]
+        return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
+
+    def doubts(self, found: Hypotheses[Fit], judged: Judged[Fit]) -> tuple[str, ...]:
+        """Recordings that the verdict hangs on."""
+        return hangs_on(self.bench, found, judged).warnings()
+
+    def wording(self, errors: PredictionErrors) -> ErrorWording:
+        """How the sentence speaks of the errors."""
+        before, after = errors.figure("before"), errors.figure("after")
+        return ErrorWording(
+            nominal="the nominal leg",
+            error="the error",
+            on=scored_on(self.held_out, "releases"),
+            falls_from=angle(before),
+            before=before,
+            after=after,
+            floor=errors.floor,
+        )
+
+    def cause_text(self, cause: Cause) -> str:
+        """The knee lacks dry friction (torque 0.052 N·m)."""
+        effect = effect_named(cause.effect)
+        values = parameters_text(cause)
+        phrase = effect.phrase or f"shows {effect.meaning}"
+        return f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
+
+    def free_torques(self, nominal: Fit) -> tuple[FreeTorque, ...]:
+        """Torques of free shape beside the nominal leg at its best, taken once."""
+        if self._free is None:
+            sizes = scales(self.scene.leg, self.scene.given)
+            self._free = free_torques(self.scene.leg, self.bench, nominal, sizes)
+        return self._free
+
+    def addendum(self, verdict: Verdict, stages: StagePredictions[Fit, Array]) -> str:
+        """Where and in what torque is missing, if no effect of the library explains it."""
+        return described(self.free_torques(stages.fits[1])) if verdict == "unknown" else ""
+
+    def short_text(self, cause: Cause) -> str:
+        """Effect and joint."""
+        return f"{cause.effect} ({cause.joint})"
+
+    def menu(self) -> Sequence[MenuItem[AngleTrial]]:
+        """Releases, locked joints, added masses, tilts and torques."""
+        return menu(self.scene.leg, self.bench, self.scene.given)
+
+    def forecast(self, fit: Fit, trial: AngleTrial, covariance: Array) -> Forecast | None:
+        """What a hypothesis predicts of an imagined trial."""
+        return forecast(self.bench, fit, trial, covariance)
+
+    def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
+        """A warning where the explanation, good on the trials that it rests on, predicts scored ones no better."""
+        before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
+        names = [trial.recording.name for trial, b, a in zip(self.scored, before, after, strict=True) if a > 1.1 * b]
+        if not names:
+            return ()
+        return (
+            f"{', '.join(names)}: predicted no better with the explanation than without. Either the trials to learn "
+            "from do not fix what matters there (a tip mass shows the leg's overall mass, a tilt its gravity), or "
+            "something else is at work; add a trial of that kind to learn from",
+        )
+
+
+def diagnose(
+    leg: Leg,
+    trials: Sequence[Trial],
+    tolerance: Tolerance,
+    *,
+    seed: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> GapResult:
+    """Say what the built leg does that the nominal one does not.
+
+    Parameters
+    ----------
+    leg : as designed; every joint has a spring (its rate may be zero).
+    trials : what the built leg did; those held out take no part but in scoring.
+    tolerance : one standard deviation of what manufacturing and measuring leave open.
+    progress : told what is being done.
+
+    Raises
+    ------
+    UserError : every trial is held out, or a trial cannot be used.
+    """
+    scene, warnings = scene_of(leg, trials, tolerance, seed)
+    plant = SwingingChain(scene, warnings)
+    findings = any_plant.diagnose(plant, progress or (lambda text: None))
+    stages, errors, judged = findings.stages, findings.stages.errors, findings.judged
+    tolerances = scene.tolerances
+    nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
+    # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
+    bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
+    missing = [missing_torque(bare, trial) for trial in scene.scored]
+    return GapResult(
+        **findings.said(),
+        leg=leg,
+        where=where(nominal, scene.scored, stages.before, scene.usual, missing, _blamed(judged, leg)),
+        as_designed=errors.figure("as_designed"),
+        before=errors.figure("before"),
+        after=errors.figure("after"),
+        noise_floor=errors.floor,
+        shrink=errors.shrink(),
+        best_possible=errors.best_possible,
+        noise=dict(zip(leg.joint_names, scene.usual.tolist(), strict=True)),
+        scored_on=tuple(trial.recording.name for trial in scene.scored),
+        trials=trial_gaps(nominal, scene.scored, stages, missing, plant.held_out, scene.usual),
+        diagnosed=diagnosed_leg(leg, tolerances, findings.best, scene.coarse if findings.explained else ()),
+        free_torque=plant.free_torques(findings.found.none.fit),
+    )
+
+
+def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[Scene, tuple[str, ...]]:
+    """Trials prepared, copies struck out, noise and counts estimated."""
+    made = recordings(leg, trials, ())
+    warnings = list(thinned_sentences(made))
+    twice = copies(made, [trial.held_out for trial in trials])
+    for later, earlier in twice:
+        warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
+    struck = {later for later, _ in twice}
+    kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in struck]
+    prepared = [angle_trial(recording, held) for recording, held in kept]
+    given = tuple(trial for trial in prepared if not trial.held_out)
+    held = tuple(trial for trial in prepared if trial.held_out)
+    if not given:
+        raise UserError("every trial is held out; at least one must be there to learn from")
+    found = sensor([trial.recording for trial in given])
+    coarse = coarse_counts(found)
+    tolerances = Tolerances.of(leg, tolerance)
+    predictor = Predictor(leg, tolerances)
+    usual = usual_noise(found, coarse)
+    bench = Workbench(predictor, tuple(at_edges(trial, coarse, usual) for trial in given), usual, EFFECTIVE)
+    return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
+
+
+def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:
+    """Joint -> probability that a cause sits there."""
+    found: dict[str, float] = {}
+    for item, probability in judged.singles:
+        joint = item.keys[0][1]
+        if joint in leg.joint_names:
+            found[joint] = found.get(joint, 0.0) + probability
+    return found

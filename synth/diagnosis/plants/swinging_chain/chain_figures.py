@@ -1,0 +1,65 @@
+"""Errors of scored trials' predictions, and the trials as report and files have them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.plant import StagePredictions
+from synth.diagnosis.plants.swinging_chain.chain_result import TrialGap
+from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, phases
+from synth.diagnosis.prediction_error import BLOCKS
+from synth.diagnosis.workbench import Fit
+from synth.swing.leg_model import Leg
+
+
+def squares(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> Array:
+    """(n_trial, BLOCKS) summed squared misses."""
+    found = np.zeros((len(trials), BLOCKS))
+    for i, (trial, prediction) in enumerate(zip(trials, predicted, strict=True)):
+        away = np.where(np.isfinite(prediction), prediction - trial.measured, np.pi)
+        square = np.where(trial.counts, away**2, 0.0).sum(axis=1)
+        found[i] = [part.sum() for part in np.array_split(square, BLOCKS)]
+    return found
+
+
+def trial_gaps(
+    nominal: Leg,
+    trials: Sequence[AngleTrial],
+    stages: StagePredictions[Fit, Array],
+    missing: Sequence[MissingTorque],
+    held_out: bool,
+    noise: Array,
+) -> tuple[TrialGap, ...]:
+    """Scored trials in measured angles, for the report and the files."""
+    made = []
+    for index, trial in enumerate(trials):
+        smoothed, found = trial.recording.smoothed, missing[index]
+        nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
+        torque = np.full((len(trial.time), len(nominal.joints)), np.nan)
+        inside = (trial.time >= found.time[0]) & (trial.time <= found.time[-1]) if len(found.time) else None
+        for j in range(len(nominal.joints)):
+            if inside is not None:
+                torque[inside, j] = nominal.sign[j] * np.interp(trial.time[inside], found.time, found.torque[:, j])
+        measured = np.where(trial.counts, nominal.to_measured(trial.measured), np.nan)
+        made.append(
+            TrialGap(
+                name=trial.recording.name,
+                time=trial.time,
+                measured=measured,
+                as_designed=nominal.to_measured(stages.as_designed[index]),
+                before=nominal.to_measured(stages.before[index]),
+                after=nominal.to_measured(stages.after[index]),
+                missing_torque=torque,
+                speed=nominal.sign * smoothed.rate[nearest],
+                deflection=nominal.sign * (smoothed.angle[nearest] - nominal.rest),
+                phase=phases(trial, noise),
+                held_out=held_out,
+                scored=True,
+                alone={name: nominal.to_measured(each[index]) for name, each in stages.alone.items()},
+            )
+        )
+    return tuple(made)

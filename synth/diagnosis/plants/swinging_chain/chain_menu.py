@@ -1,0 +1,112 @@
+"""Trials of a swinging chain that could be made next, and what a hypothesis predicts of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.plant import MenuItem
+from synth.diagnosis.workbench import Fit, Workbench
+from synth.estimation.information import Forecast
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import Smoothed
+from synth.swing.chain import Conditions
+from synth.swing.leg_model import Leg
+from synth.units import write
+
+LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
+RAMP = 0.7  # of the torque that holds the widest release so far: a slow torque stays within what the joint has seen
+TILT = np.radians(30.0)  # rad, of the base in a suggested trial
+
+
+def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
+    """Releases of other sizes and sides, joints locked, a mass at the tip, the base tilted, a slow ramp of torque."""
+    usual = [trial for trial in trials if not trial.recording.conditions.locked] or list(trials)
+    starts = np.array([trial.recording.smoothed.angle[0] for trial in usual])
+    ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
+    rest = np.median(ends, axis=0)
+    widest = starts[int(np.argmax(np.abs(starts - rest).sum(axis=1)))]
+    away, plain = widest - rest, Conditions()
+
+    def item(
+        what: str,
+        share: float,
+        keys: Mapping[str, object],
+        conditions: Conditions,
+        ramp: tuple[int, float] | None = None,
+    ) -> MenuItem[AngleTrial]:
+        release = _within(leg, rest + share * away)
+        angles = dict(zip(leg.joint_names, leg.to_measured(release).tolist(), strict=True))
+        torque = None if ramp is None else (leg.joint_names[ramp[0]], ramp[1], LENGTH)
+        entry = {"file": "trials/next.csv", **keys}
+        return MenuItem(what, entry, _imagined(leg, bench.noise, release, conditions, ramp), angles, torque)
+
+    made = [
+        item("a release a third as large", 0.33, {}, plain),
+        item("a release as large as the largest so far", 1.0, {}, plain),
+        item("a release half as large again as the largest so far", 1.5, {}, plain),
+        item("a release from the other side", -1.0, {}, plain),
+    ]
+    n, names = len(leg.joints), leg.joint_names
+    tip = 0.5 * leg.joints[-1].link.mass
+    added = {"tip_mass": write(float(f"{tip:.3g}"), "kg")}
+    made += [
+        item(f"a mass of {tip * 1e3:.3g} g at the tip", 1.0, added, Conditions((), tip)),
+        item("the base tilted by 30 deg", 1.0, {"tilt": "30 deg"}, Conditions((), 0.0, TILT)),
+        item("the base tilted by -30 deg", 1.0, {"tilt": "-30 deg"}, Conditions((), 0.0, -TILT)),
+    ]
+    for j in range(n if n > 1 else 0):
+        made.append(item(f"{names[j]} locked", 1.0, {"locked": [names[j]]}, Conditions((j,))))
+    for j in range(n if n > 2 else 0):
+        others = [k for k in range(n) if k != j]
+        held = {"locked": [names[k] for k in others]}
+        made.append(item(f"all but {names[j]} locked", 1.0, held, Conditions(tuple(others))))
+    for j, joint in enumerate(leg.joints):
+        if joint.spring is not None:
+            torque = RAMP * joint.spring.rate * float(np.abs(away[j]))
+            what = f"a torque on {names[j]} that rises slowly to {torque:.3g} N m in {LENGTH:g} s, recorded with it"
+            made.append(item(what, 0.0, {}, plain, (j, torque)))
+    return made
+
+
+def _within(leg: Leg, rotation: Array) -> Array:
+    """The pose inside the joints' travel where the leg file gives one."""
+    measured = leg.to_measured(rotation)
+    for j, joint in enumerate(leg.joints):
+        if joint.range is not None:
+            measured[j] = np.clip(measured[j], *joint.range)
+    return leg.to_rotation(measured)
+
+
+def _imagined(
+    leg: Leg, noise: Array, release: Array, conditions: Conditions, ramp: tuple[int, float] | None
+) -> AngleTrial:
+    """A trial without readings; ``ramp``: joint and final torque, N m in the measured sense."""
+    n = len(release)
+    time = np.arange(0.0, LENGTH, 1.0 / RATE)
+    held = np.tile(release, (len(time), 1))
+    smoothed = Smoothed(time, held, np.zeros_like(held), noise, np.zeros(len(time), dtype=bool))
+    counts = np.ones((len(time), n), dtype=bool)
+    counts[:, list(conditions.locked)] = False
+    known = None
+    if ramp is not None:
+        joint, torque = ramp
+        applied = np.zeros((2, n))
+        applied[1, joint] = leg.joints[joint].sign * torque
+        known = (np.array([0.0, LENGTH]), applied)
+    recording = Recording("next", time, held, counts, conditions, smoothed, known)
+    return AngleTrial(recording, time, held, counts, held_out=False)
+
+
+def forecast(bench: Workbench, fit: Fit, trial: AngleTrial, covariance: Array) -> Forecast | None:
+    """Prediction and its uncertainty, whitened by the noise; its initial state is free. None where it diverges."""
+    state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
+    count = len(fit.unknowns)
+    prediction, slopes = bench.slopes(trial, fit, state, range(count))
+    if not (np.all(np.isfinite(prediction)) and np.all(np.isfinite(slopes))):
+        return None
+    mean = (prediction / bench.sigma(trial))[trial.counts]
+    return Forecast(mean, slopes[:, :count] @ np.linalg.cholesky(covariance), slopes[:, count:])

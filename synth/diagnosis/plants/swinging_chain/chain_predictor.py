@@ -1,0 +1,296 @@
+"""Readings of hypothetical legs: tolerances, effects and states in, what each encoder would have told out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import ClassVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.lanes import Block, Hypothesis
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.swing.chain import compiled_chain
+from synth.swing.lane_layout import LANES
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
+
+Places = NDArray[np.intp]
+_Placed = tuple[Candidate, Array, Places]  # with its unknowns, or what they stand for, in these lanes
+TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
+STEPS = 12_000  # of one trajectory, then it is given up
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """Predicts readings of one leg's trials."""
+
+    leg: Leg
+    tolerances: Tolerances
+    tolerance: float = TOLERANCE
+    n_lane: ClassVar[int] = LANES
+
+    @property
+    def n_tolerance(self) -> int:
+        """Number of tolerance unknowns."""
+        return self.tolerances.size
+
+    @property
+    def open_tolerances(self) -> list[int]:
+        """Those of them that are not held at their nominal value."""
+        return np.flatnonzero(self.tolerances.width.reshape(-1) > 0.0).tolist()
+
+    def coarser(self, tolerance: float) -> Predictor:
+        """The same, integrated to another relative tolerance."""
+        return replace(self, tolerance=tolerance)
+
+    def groups(self, hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
+        """Places of the blocks that step together: of one structure, and at most sixteen lanes."""
+        kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
+        for index, hypothesis in enumerate(hypotheses):
+            kinds.setdefault(_kind(hypothesis), []).append(index)
+        made = []
+        for indices in kinds.values():
+            indices.sort(key=lambda i: _cost(hypotheses[i]))
+            made += [[indices[k] for k in group] for group in _packed([widths[i] for i in indices])]
+        return made
+
+    def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
+        """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged.
+
+        Blocks of the same structure step together where they fit into sixteen lanes; where one takes the others with
+        it, since it diverges or turns over without end, each goes alone.
+        """
+        result: list[Array | None] = [None] * len(blocks)
+        hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
+        for group in self.groups(hypotheses, widths):
+            for i, found in zip(group, self.together(trial, [blocks[i] for i in group]), strict=True):
+                result[i] = found
+        return [found for found in result if found is not None]
+
+    def together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
+        """As ``predict``, for one of the ``groups``."""
+        found = self._together(trial, blocks)
+        if len(blocks) > 1 and not np.all(np.isfinite(found[0][-1])):
+            found = [self._together(trial, [block])[0] for block in blocks]
+        return found
+
+    def _together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
+        """Readings of blocks of one structure that fill at most one group of lanes."""
+        n, widths = len(self.leg.joints), [block.unknowns.shape[1] for block in blocks]
+        total, ends = sum(widths), np.cumsum([0, *widths])
+        legs = self._designed_of(trial.recording.leg or self.leg).first(total)
+        self.tolerances.apply(legs, np.concatenate([b.unknowns[: self.tolerances.size] for b in blocks], axis=1))
+        state = np.concatenate([block.state[: 2 * n] for block in blocks], axis=1)
+        pending: list[_Placed] = []
+        readings: list[_Placed] = []
+        for candidate, x, lanes in self._gathered(blocks):
+            way = candidate.effect.way
+            if way == "torque":
+                _put(legs, candidate, candidate.in_rotation(x), lanes)
+            elif way in ("leg", "drive"):
+                _change(legs, candidate, candidate.values(x), lanes)
+            elif way == "reading":
+                readings.append((candidate, candidate.values(x), lanes))
+            else:
+                pending.append((candidate, candidate.values(x), lanes))
+        for j in trial.recording.conditions.locked:  # the joint was held where its reading was that of the trial
+            read = trial.recording.rotation[0, j]
+            held = np.full(total, read)
+            for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
+                held += read - self._as_read(readings, j, trial, np.tile(held, (2, 1)), np.zeros((2, total)))[0]
+            state[j], state[n + j] = held, 0.0
+        departures = _departures(blocks, n, total) if pending else {}
+        legs, rotation, rates = _extended(legs, pending, departures, state)
+        chain = compiled_chain(legs.n)
+        workspace = chain.lanes(legs, trial.recording.conditions)
+        own = list(legs.own)
+        workspace[chain.layout.rows("rotation")], workspace[chain.layout.rows("rate")] = rotation, rates
+        known = trial.recording.known_torque
+        if known is not None and legs.n > n:
+            wide = np.zeros((len(known[0]), legs.n))
+            wide[:, own] = known[1]
+            known = (known[0], wide)
+        out = chain.run(
+            workspace, trial.time, self.tolerance, rates=bool(readings), known_torque=known, max_steps=STEPS
+        )
+        found = out if out.shape[1] == n else out[:, own]
+        if readings:
+            turning = out[:, [legs.n + j for j in own]]
+            for j in sorted({candidate.joint for candidate, _, _ in readings}):
+                found[:, j] = self._as_read(readings, j, trial, found[:, j], turning[:, j])
+        return [found[:, :, first:last] for first, last in pairwise(ends)]
+
+    @cached_property
+    def _designed(self) -> dict[int, tuple[Leg, LegLanes]]:
+        """What ``_designed_of`` has made."""
+        return {}
+
+    def _designed_of(self, leg: Leg) -> LegLanes:
+        """A leg as designed in every lane; copied, since what is made of it is changed in place."""
+        if id(leg) not in self._designed:
+            self._designed[id(leg)] = leg, LegLanes.of(leg, LANES)
+        return self._designed[id(leg)][1]
+
+    def _gathered(self, blocks: Sequence[Block]) -> list[_Placed]:
+        """Every candidate once, with its unknowns (size, n_lane) in all the lanes that it is in.
+
+        Once for each place that it takes in a hypothesis, in the order of these: a reading is shifted, then scaled.
+        """
+        found: dict[tuple[int, int], tuple[Candidate, list[Array], list[Places]]] = {}
+        first = 0
+        for block in blocks:
+            lanes = np.arange(first, first + block.unknowns.shape[1])
+            first += len(lanes)
+            for place, (candidate, x) in enumerate(_split(block, self.tolerances.size)):
+                _, unknowns, places = found.setdefault((place, id(candidate)), (candidate, [], []))
+                unknowns.append(x)
+                places.append(lanes)
+        ordered = [found[key] for key in sorted(found, key=lambda key: key[0])]
+        return [(c, np.concatenate(x, axis=1), np.concatenate(lanes)) for c, x, lanes in ordered]
+
+    def _as_read(
+        self,
+        readings: Sequence[_Placed],
+        joint: int,
+        trial: AngleTrial,
+        rotation: Array,
+        rate: Array,
+    ) -> Array:
+        """One joint's rotation (m, n_lane) as its encoder tells it."""
+        told = rotation.copy()
+        hinge = self.leg.joints[joint]
+        time = trial.time if len(rotation) == len(trial.time) else np.array([0.0, 1.0])
+        for candidate, values, lanes in readings:
+            if candidate.joint == joint:
+                read = candidate.effect.function()
+                told[:, lanes] = read(time, told[:, lanes], rate[:, lanes], hinge.sign, hinge.zero, *values)
+        return told
+
+
+def _chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
+    """The candidates of a hypothesis about this plant."""
+    return cast(tuple[Candidate, ...], hypothesis)
+
+
+def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
+    """What legs that step together must have in common: structures, and memories joint by joint."""
+    found = set()
+    for candidate in _chain(hypothesis):
+        if candidate.effect.way == "structure":
+            found.add((f"{candidate.effect.name} {candidate.shape.free} {candidate.shape.held}", candidate.joint))
+        elif candidate.effect.memory:
+            found.add((candidate.effect.kin or candidate.effect.name, candidate.joint))
+    return tuple(sorted(found))
+
+
+def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
+    """Orders blocks so that the lanes of a group ask for the same: what one asks for is computed for all.
+
+    The bearing force costs most, then each effect more.
+    """
+    load = any(_by_load(candidate) for candidate in _chain(hypothesis))
+    return load, sorted(candidate.effect.name for candidate in hypothesis)
+
+
+def _by_load(candidate: Candidate) -> bool:
+    """Whether it needs the bearing force in this shape."""
+    effect, shape = candidate.effect, candidate.shape
+    return effect.uses_load and any(name in shape.free or name in shape.held for name in effect.by_load or shape.free)
+
+
+def _packed(widths: Sequence[int]) -> list[list[int]]:
+    """Blocks into groups of at most sixteen lanes, first fit in order."""
+    groups: list[list[int]] = []
+    room: list[int] = []
+    for index, width in enumerate(widths):
+        if width > LANES:
+            raise ValueError(f"a block of {width} lanes does not fit into {LANES}")
+        for g, left in enumerate(room):
+            if width <= left:
+                groups[g].append(index)
+                room[g] -= width
+                break
+        else:
+            groups.append([index])
+            room.append(LANES - width)
+    return groups
+
+
+def _split(block: Block, first: int) -> list[tuple[Candidate, Array]]:
+    """Each candidate with its unknowns (size, n_lane)."""
+    found = []
+    for candidate in _chain(block.hypothesis):
+        found.append((candidate, block.unknowns[first : first + candidate.size]))
+        first += candidate.size
+    return found
+
+
+def _put(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
+    """Switch a torque effect on in some of the lanes."""
+    name = candidate.effect.name
+    if name not in legs.torques:
+        off = np.array([parameter.off for parameter in candidate.effect.parameters])
+        legs.torques[name] = np.tile(off[:, None, None], (1, legs.n, legs.n_lane))
+    legs.torques[name][:, candidate.joint, lanes] = values
+
+
+def _change(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
+    """Change the leg's numbers in some of the lanes; elsewhere by nothing."""
+    wide = np.zeros((len(values), legs.n_lane))
+    wide[:, lanes] = values
+    candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
+
+
+def _place(candidate: Candidate) -> tuple[str, int]:
+    return candidate.effect.name, candidate.joint
+
+
+def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, int], Array]:
+    """Of each structure, how far its links are from where they would start if held (2 m, n_lane), see ``Block``."""
+    found: dict[tuple[str, int], Array] = {}
+    first = 0
+    for block in blocks:
+        below, last = 2 * n, first + block.unknowns.shape[1]
+        for candidate in _chain(block.hypothesis):
+            if candidate.effect.way == "structure":
+                given = block.state[below : below + 2 * candidate.links]
+                wide = found.setdefault(_place(candidate), np.zeros((2 * candidate.links, total)))
+                wide[: len(given), first:last] = given
+                below += 2 * candidate.links
+        first = last
+    return found
+
+
+def _extended(
+    legs: LegLanes,
+    pending: Sequence[_Placed],
+    departures: Mapping[tuple[str, int], Array],
+    state: Array,
+) -> tuple[LegLanes, Array, Array]:
+    """The chain with the links that structure effects add, its rotations and rates (n_link, n_lane) at the start."""
+    n, total = len(state) // 2, state.shape[1]
+    rotation, rate = state[:n], state[n:]
+    for place in departures:
+        items = [item for item in pending if _place(item[0]) == place]
+        candidate = items[0][0]
+        wide = np.empty((len(candidate.effect.parameters), total))
+        for _, values, lanes in items:
+            wide[:, lanes] = values
+        made = candidate.effect.function()(legs, legs.own[candidate.joint], *wide)
+        new = range(made.newest, made.newest + made.n - legs.n)
+        rotation = made.started(candidate.effect, candidate.joint, rotation)
+        rate = np.insert(rate, [new.start] * len(new), 0.0, axis=0)
+        held = rotation.copy()
+        for k, link in enumerate(new):
+            far, fast = made.unsettled(link, made.own[candidate.joint], held)
+            rotation[link] += far * departures[place][2 * k]
+            rate[link] += fast * departures[place][2 * k + 1]
+        legs = made
+    return legs, rotation, rate

@@ -1,0 +1,200 @@
+"""Where the gap lies: the torque that the model lacks joint by joint, and the error by phase, speed, position, load."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.result import PHASES, THIRDS, Where, shares
+from synth.motion.smoothing import Smoothed, odd_points, smooth
+from synth.swing.damper_curves import torque_at
+from synth.swing.known_torque import averaged
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import coefficients, momentum_and_force
+
+WINDOW = 8 / 3  # of the smoothing's width, of the bumps that stand in for the second derivative
+SWING_END = 0.2  # of the release's envelope
+Phases = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """``time`` (w,) s of the windows' middles, ``torque`` (w, n) N m on q that the model lacks to move as recorded."""
+
+    time: Array
+    torque: Array
+
+
+def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
+    """Torque on each joint that the leg as given lacks, averaged over short windows.
+
+    Momentum outboard of a joint changes by the joint's own torque and known forces alone, so that a neighbour's missing
+    torque does not show here. In the weak form (bump times equation, integrated by parts; see ``fit.weak_form``) no
+    second derivative of a recording is taken. A trial that was made with a leg of its own is held against that one, as
+    designed.
+    """
+    leg = trial.recording.leg or leg
+    smoothed = trial.recording.smoothed
+    step = float(smoothed.time[1] - smoothed.time[0])
+    count = len(smoothed.time)
+    support = max(8, min(round(WINDOW * smoothed.width / step), (count - 1) // 3))
+    u = np.linspace(-1.0, 1.0, support + 1)
+    bump = (1.0 - u * u) ** 3
+    slope = -6.0 * u * (1.0 - u * u) ** 2 * 2.0 / (support * step)
+    conditions = trial.recording.conditions
+    found = coefficients(leg, conditions.tip)
+    momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
+    known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
+    if trial.recording.known_torque is not None:
+        known = known + averaged(trial.recording.known_torque, smoothed.time)
+    view = np.lib.stride_tricks.sliding_window_view
+    starts = np.arange(0, count - support, max(1, support // 4))
+    starts = starts[~view(smoothed.gap, support + 1)[starts].any(axis=1)]
+    area = bump.sum() * step
+    change = -(view(momentum, support + 1, axis=0)[starts] @ slope) * step
+    acting = (view(known, support + 1, axis=0)[starts] @ bump) * step
+    torque = (change - acting) / area
+    torque[:, [j for j in range(len(leg.joints)) if j not in trial.free]] = np.nan
+    return MissingTorque(smoothed.time[starts + support // 2], torque)
+
+
+def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
+    """(n_time, n) N m of springs and dampers along a motion; effects that the leg's file holds are not among them."""
+    torque = np.zeros_like(angle)
+    for j, joint in enumerate(leg.joints):
+        spring = joint.spring.rate if joint.spring else 0.0
+        torque[:, j] -= spring * (angle[:, j] - joint.rest)
+        if joint.damper is not None and joint.damper.curve is not None:
+            torque[:, j] -= torque_at(joint.damper.curve, rate[:, j])
+        elif joint.damper is not None:
+            torque[:, j] -= (joint.damper.rate or 0.0) * rate[:, j]
+    return torque
+
+
+def rate_noise(smoothed: Smoothed, noise: Array) -> Array:
+    """Standard deviation (n,) rad/s of the smoothed rates that readings' ``noise`` (n,) rad makes, see ``smooth``."""
+    step = float(np.median(np.diff(smoothed.time)))
+    half = odd_points(smoothed.width, step) // 2
+    inverse = np.linalg.pinv(np.vander(np.arange(-half, half + 1.0), 4, increasing=True))
+    return np.asarray(noise * float(np.linalg.norm(inverse[1])) / step)
+
+
+def phases(trial: AngleTrial, noise: Array) -> Phases:
+    """(m,) index into ``PHASES`` of a trial's samples.
+
+    The envelope at a time is the largest distance from the last pose that any joint has from then on; ``settle`` ends
+    where no joint's speed rises above its own noise any more.
+    """
+    smoothed = trial.recording.smoothed
+    free, time = trial.free, smoothed.time
+    count = len(time)
+    end = smoothed.angle[-max(3, count // 20) :].mean(axis=0)
+    away = np.abs(smoothed.angle - end)[:, free]
+    reach = np.maximum(away.max(axis=0), 1e-9)
+    envelope = np.maximum.accumulate((away / reach)[::-1], axis=0)[::-1].max(axis=1)
+    speed = np.abs(smoothed.rate[:, free])
+    floor = 3.5 * rate_noise(smoothed, noise[free])  # of some thousand samples none by chance
+    first_peak = int(np.argmax(_first_peaks(speed)))
+    moving = np.flatnonzero(np.any(speed > floor, axis=1))
+    rest = int(moving[-1]) + 1 if len(moving) else 0
+    swing_end = int(np.flatnonzero(envelope >= SWING_END)[-1]) + 1 if np.any(envelope >= SWING_END) else 0
+    index = np.full(count, 2)
+    index[: max(swing_end, first_peak)] = 1
+    index[:first_peak] = 0
+    index[rest:] = 3
+    nearest = np.clip(np.searchsorted(time, trial.time), 0, count - 1)
+    return index[nearest]
+
+
+def _first_peaks(speed: Array) -> NDArray[np.bool_]:
+    """(n_time,) True from the first local peak of the fastest joint's speed on."""
+    fastest = speed[:, int(np.argmax(speed.max(axis=0)))]
+    high = fastest > 0.5 * fastest.max()
+    turning = np.r_[False, (fastest[1:-1] >= fastest[:-2]) & (fastest[1:-1] > fastest[2:]), False] & high
+    return np.asarray(np.maximum.accumulate(turning))
+
+
+def where(
+    leg: Leg,
+    trials: Sequence[AngleTrial],
+    predictions: Sequence[Array],
+    noise: Array,
+    missing: Sequence[MissingTorque],
+    blamed: Mapping[str, float],
+) -> Where:
+    """Shares of the gap that the nominal leg at its best leaves.
+
+    Parameters
+    ----------
+    predictions : (m, n) rad a trial, of the nominal leg at its best.
+    missing : torque that this leg lacks, a trial.
+    blamed : joint -> probability that a cause sits there; what is left is shared by the missing torque.
+    """
+    squares = {name: np.zeros(len(labels)) for name, labels in _LABELS.items()}
+    for trial, prediction in zip(trials, predictions, strict=True):
+        excess = np.where(trial.counts, (prediction - trial.measured) ** 2 - noise**2, 0.0)
+        phase = phases(trial, noise)
+        rows = {"phase": np.broadcast_to(phase[:, None], excess.shape)}
+        rows |= _thirds(leg, trial)
+        for name, index in rows.items():
+            np.add.at(squares[name], index.ravel(), excess.ravel())
+    by_name = {name: shares(_LABELS[name], total) for name, total in squares.items()}
+    by_torque = _torque_shares(leg, trials, missing, noise)
+    rest = max(0.0, 1.0 - sum(blamed.values()))
+    joint = {name: blamed.get(name, 0.0) + rest * by_torque[name] for name in leg.joint_names}
+    total = sum(joint.values())
+    return Where({name: value / total for name, value in joint.items()}, **by_name)
+
+
+_LABELS: dict[str, tuple[str, ...]] = {
+    "phase": PHASES, "speed": THIRDS, "position": THIRDS, "load": THIRDS, "time": THIRDS
+}  # fmt: skip
+
+
+def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
+    """Index 0..2 of each sample and joint by size of speed, deflection and torque carried, and by time."""
+    smoothed = trial.recording.smoothed
+    nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
+    speed = np.abs(smoothed.rate[nearest])
+    position = np.abs(smoothed.angle[nearest] - leg.rest)
+    load = np.abs(_joint_torques(leg, smoothed.angle, smoothed.rate)[nearest])
+    time = np.repeat(trial.time[:, None], len(leg.joints), axis=1)
+    sized = {"speed": speed, "position": position, "load": load, "time": time}
+    return {
+        name: np.minimum((3.0 * value / np.maximum(value.max(axis=0), 1e-12)).astype(np.int64), 2)
+        for name, value in sized.items()
+    }
+
+
+def _torque_shares(
+    leg: Leg, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque], noise: Array
+) -> dict[str, float]:
+    """Share of each joint in the missing torque, each in units of the angle by which its spring would give to it."""
+    energy = np.zeros(len(leg.joints))
+    for trial, found in zip(trials, missing, strict=True):
+        floor = _torque_noise(leg, trial, noise)
+        square = np.nan_to_num(found.torque) ** 2 - floor**2
+        energy += np.nansum(np.where(np.isfinite(found.torque), square, 0.0), axis=0)
+    stiffness = np.array([joint.spring.rate if joint.spring else 1.0 for joint in leg.joints])
+    return shares(leg.joint_names, np.maximum(energy, 0.0) / np.maximum(stiffness, 1e-12) ** 2)
+
+
+def _torque_noise(leg: Leg, trial: AngleTrial, noise: Array) -> Array:
+    """(n,) RMS of the missing torque that the readings' noise alone makes, by adding as much again."""
+    generator = np.random.default_rng(0)
+    recording = trial.recording
+    shaken = recording.rotation + noise * generator.standard_normal(recording.rotation.shape)
+    locked = list(recording.conditions.locked)
+    lost = ~recording.counts | ~np.isfinite(shaken)
+    lost[:, locked] = False  # a locked joint's samples do not count, but it is held where the recording has it
+    again = smooth(recording.time, shaken, lost, recording.smoothed.width)
+    for j in locked:
+        again.angle[:, j], again.rate[:, j] = recording.smoothed.angle[:, j], 0.0
+    more = replace(trial, recording=replace(recording, smoothed=again))
+    difference = missing_torque(leg, more).torque - missing_torque(leg, trial).torque
+    return np.asarray(np.sqrt(np.mean(np.nan_to_num(difference) ** 2, axis=0)))

@@ -1,0 +1,118 @@
+"""The diagnosis of a swinging chain as files: gap.json, predictions, missing torques, and the diagnosed leg."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
+from synth.diagnosis.prediction_error import shrink_of_best
+from synth.diagnosis.write import STAGES, basis_json, rms
+from synth.files.gap_project import GapProject
+from synth.files.leg_file import write_leg
+from synth.files.output import place, stems, write_csv, write_json
+from synth.files.page_outline import outline_json
+from synth.swing.effects import effect_named
+from synth.units import quantity
+
+ANGLES = {"free_angle": "deg"}  # tolerances that are no shares
+
+
+def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
+    """Write everything but the page into ``folder``.
+
+    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial, ``alone/NAME.csv`` a scored trial with each of
+    the likeliest causes alone; all are named in ``gap.json`` under ``trials``.
+    """
+    names = stems([trial.name for trial in result.trials])
+    joints = result.leg.joint_names
+    (folder / "predicted").mkdir()
+    (folder / "where").mkdir()
+    for trial, name in zip(result.trials, names, strict=True):
+        if trial.scored:
+            write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, joints))
+        write_csv(place(folder / "where", f"{name}.csv"), where_columns(trial, joints))
+        if trial.alone:
+            (folder / "alone").mkdir(exist_ok=True)
+            write_csv(place(folder / "alone", f"{name}.csv"), alone_columns(trial, joints))
+    write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
+    write_json(folder / "gap.json", gap_json(result, project, names))
+    write_json(folder / "page.json", outline_json(result.leg))
+
+
+def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, and a joint its measured angle beside the nominal leg at its best and with the explanation in, deg."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for j, name in enumerate(joints):
+        for kind in ("measured", "before", "after"):
+            columns[f"{name} {kind} [deg]"] = np.degrees(getattr(trial, kind)[:, j])
+    return columns
+
+
+def alone_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, and a joint its angle with each of the likeliest causes alone, deg."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for cause, angles in trial.alone.items():
+        for j, name in enumerate(joints):
+            columns[f"{name} with {cause} [deg]"] = np.degrees(angles[:, j])
+    return columns
+
+
+def where_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
+    """Time, phase, and a joint the torque that the nominal leg at its best lacks beside speed, deflection and error."""
+    columns: dict[str, Array] = {"time [s]": trial.time, "phase [1]": trial.phase.astype(float)}
+    for j, name in enumerate(joints):
+        columns[f"{name} missing torque [N*m]"] = trial.missing_torque[:, j]
+        columns[f"{name} speed [deg/s]"] = np.degrees(trial.speed[:, j])
+        columns[f"{name} deflection [deg]"] = np.degrees(trial.deflection[:, j])
+        columns[f"{name} error before [deg]"] = np.degrees(trial.before[:, j] - trial.measured[:, j])
+        columns[f"{name} error after [deg]"] = np.degrees(trial.after[:, j] - trial.measured[:, j])
+    return columns
+
+
+def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> dict[str, Any]:
+    """The content of ``gap.json``: the diagnosis, then what it rests on; ``names``: a file name a trial."""
+    document = result.as_json()
+    gap, inputs = document.pop("gap"), document.pop("inputs")
+    of_best = shrink_of_best(
+        *(estimate.value for estimate in (result.before, result.after, result.best_possible, result.noise_floor))
+    )
+    gap["shrink_of_best"] = None if of_best is None else quantity(of_best, "1")
+    gap["joints"] = _by_joint([trial for trial in result.trials if trial.scored], result.leg.joint_names)
+    document["name"] = project.name
+    return {
+        **document,
+        "gap": gap,
+        "trials": [
+            _trial(trial, name, result.leg.joint_names) for trial, name in zip(result.trials, names, strict=True)
+        ],
+        **basis_json(result, project, effect_named, ANGLES, inputs),
+    }
+
+
+def _by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, Any]:
+    """Joint -> RMS angle error as designed, before and after, over the trials given; locked joints are left out."""
+    found: dict[str, Any] = {}
+    for j, name in enumerate(joints):
+        for stage in STAGES:
+            errors = [getattr(trial, stage)[:, j] - trial.measured[:, j] for trial in trials]
+            value = rms(np.concatenate(errors)) if errors else None
+            if value is not None:
+                found.setdefault(name, {})[stage] = quantity(value, "deg")
+    return found
+
+
+def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:
+    return {
+        "file": trial.name,
+        "held_out": trial.held_out,
+        "scored": trial.scored,
+        "predicted": f"predicted/{name}.csv" if trial.scored else None,
+        "where": f"where/{name}.csv",
+        **({"alone": f"alone/{name}.csv"} if trial.alone else {}),
+        "rms": _by_joint([trial], joints),
+    }

@@ -1,0 +1,75 @@
+"""The diagnosed leg: the nominal one at its best within the tolerances, with the accepted effects in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.encoder_counts import Coarse
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
+from synth.diagnosis.workbench import Fit
+from synth.swing.damper_curves import with_rate
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import Tolerances
+
+
+def parts(fit: Fit, n_tolerance: int) -> list[tuple[Candidate, Array]]:
+    """Each cause with its whitened unknowns (size,)."""
+    found, first = [], n_tolerance
+    for candidate in fit.hypothesis:
+        assert isinstance(candidate, Candidate)
+        found.append((candidate, fit.unknowns[first : first + candidate.size]))
+        first += candidate.size
+    return found
+
+
+def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: Fit, coarse: Sequence[Coarse]) -> Leg:
+    """A leg that a leg file can hold; effects that change a number of the leg are in that number."""
+    made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
+    for candidate, x in parts(fit, tolerances.size):
+        made = _changed(made, candidate, x) if candidate.effect.way == "leg" else _with_effect(made, candidate, x)
+    for item in coarse:
+        joint = made.joints[item.joint]
+        effects = {**joint.effects, "encoder_quantisation": {"step": item.step}}
+        made = made.with_joints(**{joint.name: {"effects": effects}})
+    return made
+
+
+def _with_effect(leg: Leg, candidate: Candidate, x: Array) -> Leg:
+    values = candidate.named(x)
+    if candidate.effect.where == "base":
+        return replace(leg, effects={**leg.effects, candidate.effect.name: values})
+    joint = leg.joints[candidate.joint]
+    return leg.with_joints(**{joint.name: {"effects": {**joint.effects, candidate.effect.name: values}}})
+
+
+def _changed(leg: Leg, candidate: Candidate, x: Array) -> Leg:
+    """The leg with the numbers that the effect changes."""
+    legs = LegLanes.of(leg)
+    values = candidate.values(x[:, None])
+    candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *values)
+    joints = []
+    for j, joint in enumerate(leg.joints):
+        link = replace(
+            joint.link,
+            length=float(legs.length[j, 0]),
+            mass=float(legs.mass[j, 0]),
+            com=float(legs.com[j, 0]),
+            inertia=float(legs.inertia[j, 0]),
+        )
+        spring = joint.spring
+        if spring is not None:
+            angle = joint.zero + joint.sign * float(legs.rest[j, 0])
+            spring = replace(spring, rate=float(legs.spring_rate[j, 0]), free_angle=angle)
+        damper, rate = joint.damper, float(legs.damper_rate[j, 0])
+        if damper is not None and damper.rate is not None:
+            damper = replace(damper, rate=rate)
+        elif damper is not None and damper.curve is not None and rate != 0.0:
+            damper = replace(damper, curve=with_rate(damper.curve, rate))
+        own = float(legs.armature[j, 0])
+        joints.append(replace(joint, link=link, spring=spring, damper=damper, armature=own))
+    return replace(leg, joints=tuple(joints), tilt=float(np.asarray(legs.tilt)[0]))

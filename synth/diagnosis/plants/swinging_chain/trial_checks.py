@@ -1,0 +1,148 @@
+"""Trials that no diagnosis can rest on are refused before any work; what they leave in doubt is said."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.diagnosis.angle_trials import copies
+from synth.errors import Problem, UserError
+from synth.fit.recordings import Recording, recordings
+from synth.swing.leg_model import Leg
+
+if TYPE_CHECKING:
+    from synth.files.trial_list import Trial
+
+LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
+LOOSE = np.radians(2.0)  # a locked joint may give that much
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """One free joint in one trial: ``travel`` from least to greatest smoothed angle, RMS ``motion`` and ``noise``."""
+
+    travel: float
+    motion: float
+    noise: float
+
+    @property
+    def told(self) -> bool:
+        """Whether the joint is seen to move."""
+        return self.travel >= LEAST_MOTION and self.motion > self.noise
+
+
+def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Warnings about the trials, one sentence each.
+
+    Raises
+    ------
+    UserError : a trial cannot be read as motion, or none of those to learn from shows any motion above its noise.
+    """
+    made = recordings(leg, trials, ())
+    seen = [{j: motion_of(recording, j) for j in recording.free} for recording in made]
+    learnt = [k for k, trial in enumerate(trials) if not trial.held_out]
+    _refuse_rest([trials[k].name for k in learnt], [seen[k] for k in learnt])
+    return (
+        *_loose(leg, trials, made),
+        *_still_trials(trials, seen, learnt),
+        *_still_joints(leg, [seen[k] for k in learnt]),
+        *_few(
+            len(learnt) - len({later for later, _ in copies([made[k] for k in learnt], [False] * len(learnt))}),
+            len(trials) - len(learnt),
+        ),
+        *_driven(leg, trials),
+    )
+
+
+def motion_of(recording: Recording, joint: int) -> JointMotion:
+    """Travel, motion and noise of a joint, all rad.
+
+    The variance of the readings is that of the motion and that of the noise together, so their difference is the
+    motion's.
+    """
+    smoothed, counts = recording.smoothed, recording.counts[:, joint]
+    noise = float(smoothed.noise[joint])
+    variance = float(np.var(recording.rotation[counts, joint]))
+    return JointMotion(float(np.ptp(smoothed.angle[:, joint])), float(np.sqrt(max(variance - noise**2, 0.0))), noise)
+
+
+def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, JointMotion]]) -> None:
+    """Refuse trials of which none shows motion, each with what it shows instead."""
+    if any(motion.told for joints in seen for motion in joints.values()):
+        return
+    problems = []
+    for name, joints in zip(names, seen, strict=True):
+        most = max(joints.values(), key=lambda motion: motion.motion)
+        if most.travel < LEAST_MOTION:
+            text = f"never moves: no joint by more than {np.degrees(most.travel):.2g} deg. A leg at rest tells nothing "
+            text += "of what its motion lacks; give a trial in which it swings"
+        else:
+            text = f"its noise, {np.degrees(most.noise):.2g} deg, is larger than its motion, "
+            text += f"{np.degrees(most.motion):.2g} deg RMS; release the leg from further away, or read it more finely"
+        problems.append(Problem(text, name))
+    raise UserError(problems)
+
+
+def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list[str]:
+    """Joints that are listed as locked and move all the same."""
+    found = []
+    for trial, recording in zip(trials, made, strict=True):
+        for j in recording.conditions.locked:
+            low, high = np.nanpercentile(trial.angles[:, j], [2.0, 98.0])
+            if high - low > max(LOOSE, 6.0 * recording.smoothed.noise[j]):
+                found.append(
+                    f"{trial.name}: {leg.joint_names[j]} is listed as locked and moves by "
+                    f"{np.degrees(high - low):.2g} deg; it is taken as held at its median"
+                )
+    return found
+
+
+def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, JointMotion]], learnt: Sequence[int]) -> list[str]:
+    still = [k for k in range(len(trials)) if not any(motion.told for motion in seen[k].values())]
+    return [
+        f"{trials[k].name}: no joint moves above its noise; it tells of the pose at rest only"
+        + ("" if k in learnt else ", and the gap scored on it is next to nothing")
+        for k in still
+    ]
+
+
+def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]:
+    found = []
+    for j, name in enumerate(leg.joint_names):
+        motions = [joints[j] for joints in seen if j in joints]
+        if not motions:
+            found.append(f"{name}: locked in every trial that is not held out; nothing can be told of this joint")
+        elif not any(motion.told for motion in motions):
+            most = np.degrees(max(motion.travel for motion in motions))
+            found.append(
+                f"{name}: never moves above its noise (by {most:.2g} deg at most); nothing can be told of this joint. "
+                "Where it was held, list it under `locked`"
+            )
+    return found
+
+
+def _few(learnt: int, held_out: int) -> list[str]:
+    """``learnt`` : different trials to learn from."""
+    if learnt > 1:
+        return []
+    scored = "the gap is scored on the trials held out" if held_out else "the gap is scored on the trial itself"
+    text = f"one trial only to learn from ({scored}): an effect and what was peculiar to this one release cannot be "
+    return [text + "told apart, nor how the shrink varies from trial to trial; give two more, from other poses"]
+
+
+def _driven(leg: Leg, trials: Sequence[Trial]) -> list[str]:
+    driven = [trial for trial in trials if trial.torques is not None]
+    if not driven:
+        return []
+    torques = [trial.torques for trial in driven if trial.torques is not None]
+    joints = [name for j, name in enumerate(leg.joint_names) if any(np.any(t[:, j] != 0.0) for t in torques)]
+    names = ", ".join(trial.name for trial in driven[:3]) + (f" and {len(driven) - 3} more" if len(driven) > 3 else "")
+    if not joints:
+        return [f"{names}: the torque columns are zero throughout"]
+    return [
+        f"{names}: the torque columns of {', '.join(joints)} are applied as known torques, without any effect of a "
+        "motor (winding, supply, gears); an error of theirs would be blamed on the joint"
+    ]

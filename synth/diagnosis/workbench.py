@@ -1,0 +1,329 @@
+"""Many hypotheses fitted side by side: each within the tolerances, each trial's initial state estimated with it.
+
+Levenberg-Marquardt (``synth.estimation``) in whitened unknowns, where the prior is the unit normal. A hypothesis
+changes a leg's motion by little, so the derivatives by tolerances and initial states are taken once, in a
+``Linearisation``, and only those by the effect's own unknowns anew at each step: a step costs two to four lanes a trial
+instead of thirty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial, Whitener
+from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor
+from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
+from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
+from synth.estimation.normal_equations import Step, StepLimits
+from synth.threads import in_parallel
+
+STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
+RATE_STEP = 30.0  # s^-1: a rate's step over an angle's, as a limb of some hertz has them
+LIMIT = 2.5  # tolerances (standard deviations): a number farther off is no tolerance any more but a cause
+DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side: lanes are cheaper than a vain step
+LONGEST = 3.0  # of an effect's whitened unknown in a step
+# After a vain step the damping rises beyond all that were tried, by 900 and 10 more; a fit whose damping passes 1e5 has
+# found no better point in two such rounds.
+RULE = Factors(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A hypothesis at one point.
+
+    ``unknowns`` (p + n_effect,); ``states`` a trial (2 n,), or with those of links that give, see ``Block``;
+    ``residuals`` a trial (M,) whitened, the states' prior below; ``columns`` a trial (M, n_effect), whitened
+    derivatives by the effect's unknowns; ``cost`` a log-likelihood.
+    """
+
+    hypothesis: Hypothesis
+    unknowns: Array
+    states: tuple[Array, ...]
+    residuals: tuple[Array, ...] = ()
+    columns: tuple[Array, ...] = ()
+    cost: float = np.inf
+    damping: float = 1e-3
+    done: bool = False
+    frame: Linearisation | None = field(default=None, repr=False)
+
+    def at(self, unknowns: Array) -> Fit:
+        """The hypothesis with other unknowns, to predict with."""
+        return replace(self, unknowns=unknowns)
+
+    @property
+    def keys(self) -> tuple[tuple[str, str], ...]:
+        """Effect and place of each candidate."""
+        return tuple(candidate.key for candidate in self.hypothesis)
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """Trials that a diagnosis fits, and how their residuals are weighted.
+
+    ``sigma`` (n,) rad: what a residual is divided by. It is larger than the noise: samples are many and what a form
+    does not get right about its cause is no white noise; ``effective`` is the number of samples a trial and joint that
+    count as independent.
+    """
+
+    predictor: LanePredictor
+    trials: tuple[AngleTrial, ...]
+    noise: Array
+    effective: float
+
+    @property
+    def n_tolerance(self) -> int:
+        """Number of tolerance unknowns."""
+        return self.predictor.n_tolerance
+
+    @cached_property
+    def total(self) -> float:
+        """Effective samples of all trials and joints."""
+        return float(sum(np.minimum(t.counts.sum(axis=0), self.effective).sum() for t in self.trials))
+
+    def cost(self, squares: float, unknowns: Array) -> float:
+        """Cost of a whitened sum of squares and unknowns, in units of log-likelihood.
+
+        ``N log(1 + squares / N) + |x|^2 / 2``: near the noise floor least squares, far above it the log-likelihood of
+        residuals whose size is not known. So a hypothesis that misses is not driven out of its tolerances by residuals
+        that no tolerance can mend.
+        """
+        return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
+
+    def tempering(self, trial: AngleTrial) -> Array:
+        """(n,) by what a channel's errors are taken larger, since its samples are not independent."""
+        return np.sqrt(np.maximum(trial.counted / self.effective, 1.0))
+
+    def sigma(self, trial: AngleTrial) -> Array:
+        """(n,) or, where samples differ, (m, n) rad."""
+        alike = self.noise * self.tempering(trial)
+        return np.asarray(alike if trial.relative is None else alike * trial.relative)
+
+    def residual(self, trial: AngleTrial, prediction: Array, state: Array) -> Array:
+        """(M,) whitened residual of one trial; inf where the motion diverged."""
+        found = self._residual(trial, self.whitener(trial), prediction[:, :, None], state)
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def whitener(self, trial: AngleTrial) -> Whitener:
+        """Of a trial's predictions."""
+        return Whitener.of(trial, self.sigma(trial))
+
+    @staticmethod
+    def _residual(trial: AngleTrial, white: Whitener, prediction: Array, state: Array) -> Array:
+        """(M,) of a prediction's first lane; not finite where it diverged."""
+        rate, deviation = trial.recording.initial_rate
+        free, n = trial.free, len(rate)
+        found = np.zeros(white.count + 2 * len(free) + len(state) - 2 * n)
+        white.lanes(prediction[:, :, :1], found[None, : white.count])
+        prior = found[white.count + len(free) :]  # none of the rotations
+        prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
+        prior[len(free) :] = state[2 * n :]
+        return found
+
+    def residuals(self, fits: Sequence[Fit]) -> list[list[Array]]:
+        """(M,) whitened residuals of every fit, a list a trial; not finite where a motion diverged."""
+        whites = [self.whitener(trial) for trial in self.trials]
+
+        def used(i: int, fit: Fit, out: Array) -> Array:
+            return self._residual(self.trials[i], whites[i], out, fit.states[i])
+
+        return self._predicted(fits, None, used)
+
+    def _predicted(self, fits: Sequence[Fit], first: int | None, use: Callable[[int, Fit, Array], T]) -> list[list[T]]:
+        """``use`` of every fit's prediction in every trial, a list a trial; each group of lanes is a piece of work.
+
+        A fit's lanes: itself, and for each unknown from ``first`` on a copy with that a step further; None for no copy.
+        A trial with all its groups would be too long a piece: of five, one core does three while the other waits.
+        """
+        moved = [range(len(fit.unknowns) if first is None else first, len(fit.unknowns)) for fit in fits]
+        packed = self.predictor.groups([fit.hypothesis for fit in fits], [1 + len(unknowns) for unknowns in moved])
+
+        def one(job: int) -> list[T]:
+            i, group = divmod(job, len(packed))
+            blocks = [_lanes_of(fits[f], i, moved[f]) for f in packed[group]]
+            found = self.predictor.together(self.trials[i], blocks)
+            return [use(i, fits[f], out) for f, out in zip(packed[group], found, strict=True)]
+
+        done = in_parallel(one, len(packed) * len(self.trials))
+        order = np.argsort([f for group in packed for f in group])
+        result = []
+        for i in range(len(self.trials)):
+            flat = [item for made in done[i * len(packed) : (i + 1) * len(packed)] for item in made]
+            result.append([flat[k] for k in order])
+        return result
+
+    def frame(self, fit: Fit) -> Linearisation:
+        """Derivatives at a fit's point."""
+        return Linearisation(
+            tuple(in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials)))
+        )
+
+    def _part(self, trial: AngleTrial, fit: Fit, state: Array) -> TrialLinearisation:
+        alive = list(self.predictor.open_tolerances)
+        _, slopes = self.slopes(trial, fit, state, alive)
+        below = self.state_prior(trial, state)
+        count, extra = len(slopes), len(below)
+        tolerance = np.zeros((count + extra, self.n_tolerance))
+        tolerance[:count, alive] = slopes[:, : len(alive)]
+        q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
+        return TrialLinearisation(tolerance, q, r)
+
+    def slopes(self, trial: AngleTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+        """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
+
+        By these ``unknowns``, then by the ``state_rows``.
+        """
+        n = trial.measured.shape[1]
+        moves = [(True, k, STEP) for k in unknowns]
+        moves += [(False, k, STEP * (RATE_STEP if n <= k < 2 * n else 1.0)) for k in state_rows(trial, state)]
+        blocks = []
+        most = self.predictor.n_lane - 1
+        for first in range(0, len(moves), most):
+            chunk = moves[first : first + most]
+            values = np.repeat(fit.unknowns[:, None], len(chunk) + 1, axis=1)
+            states = np.repeat(state[:, None], len(chunk) + 1, axis=1)
+            for column, (common, index, step) in enumerate(chunk, start=1):
+                (values if common else states)[index, column] += step
+            blocks.append(Block(fit.hypothesis, values, states))
+        found = self.predictor.predict(trial, blocks)
+        white = self.whitener(trial)
+        change, first = np.empty((len(moves), white.count)), 0
+        for out in found:
+            lanes = white.lanes(out)
+            change[first : first + len(lanes) - 1] = lanes[1:] - lanes[0]
+            first += len(lanes) - 1
+        change /= np.array([step for _, _, step in moves])[:, None]
+        return found[0][:, :, 0], change.T
+
+    @staticmethod
+    def state_prior(trial: AngleTrial, state: Array) -> Array:
+        """(n_state, n_state) rows of the prior of initial rates and of links that give, below the derivatives."""
+        free, deviation = trial.free, trial.recording.initial_rate[1]
+        links = np.ones(len(state) - 2 * len(deviation))
+        return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free], links]))
+
+    def awake(self, fit: Fit) -> Fit:
+        """The fit with the initial states of the links that its candidates add, as far as it has none."""
+        size = 2 * (len(self.noise) + sum(candidate.links for candidate in fit.hypothesis))
+        if all(len(state) == size for state in fit.states):
+            return fit
+        states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
+        return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
+
+    def evaluate(self, fits: Sequence[Fit]) -> list[Fit]:
+        """Residuals and the effects' columns of many fits at their points, packed into common lanes."""
+        p, whites = self.n_tolerance, [self.whitener(trial) for trial in self.trials]
+
+        def used(i: int, fit: Fit, out: Array) -> tuple[Array, Array]:
+            residual = self._residual(self.trials[i], whites[i], out, fit.states[i])
+            slopes = np.zeros((out.shape[2] - 1, len(residual)))
+            lanes = whites[i].lanes(out)
+            slopes[:, : whites[i].count] = (lanes[1:] - lanes[0]) / STEP
+            return residual, slopes.T
+
+        parts = self._predicted(fits, p, used)
+        made = []
+        for f, fit in enumerate(fits):
+            residuals = tuple(part[f][0] for part in parts)
+            columns = tuple(part[f][1] for part in parts)
+            cost = self.cost(sum(float(r @ r) for r in residuals), fit.unknowns)
+            if not (np.isfinite(cost) and all(np.all(np.isfinite(c)) for c in columns)):
+                cost = np.inf
+            made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
+        return made
+
+    def solve(self, fits: Sequence[Fit], frame: Linearisation | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
+        """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
+
+        A fit is done when a step lowers its cost by less than ``tolerance``.
+        """
+        current = list(fits)
+        fresh = [i for i, fit in enumerate(current) if not fit.residuals]
+        for i, fit in zip(fresh, self.evaluate([current[i] for i in fresh]), strict=True):
+            current[i] = fit
+        start = [Iterate(fit, fit.damping, CONVERGED if fit.done else "") for fit in current]
+        ends = minimise(_Hypotheses(self, frame, tolerance), start, RULE, rounds)
+        return [replace(end.point, damping=end.damping, done=end.reason == CONVERGED) for end in ends]
+
+    def normal(self, fit: Fit, frame: Linearisation | None = None) -> LinearisedNormal:
+        """Normal equations at an evaluated fit; with derivatives of its own point if it has none and none are given."""
+        weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / self.total)
+        return (frame or fit.frame or self.frame(fit)).normal(fit.residuals, fit.columns, weight, fit.unknowns)
+
+    def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
+        """Least and greatest unknowns; tolerances stay within ``LIMIT``."""
+        lows, highs = [np.full(self.n_tolerance, -LIMIT)], [np.full(self.n_tolerance, LIMIT)]
+        for candidate in hypothesis:
+            low, high = candidate.bounds()
+            lows.append(low)
+            highs.append(high)
+        return np.concatenate(lows), np.concatenate(highs)
+
+
+def _lanes_of(fit: Fit, trial: int, moved: Sequence[int]) -> Block:
+    """A fit as it is in a trial, and with each of the ``moved`` unknowns a step further."""
+    count = len(moved)
+    unknowns = np.repeat(fit.unknowns[:, None], count + 1, axis=1)
+    unknowns[moved, np.arange(1, count + 1)] += STEP
+    return Block(fit.hypothesis, unknowns, np.repeat(fit.states[trial][:, None], count + 1, axis=1))
+
+
+def state_rows(trial: AngleTrial, state: Array) -> list[int]:
+    """Rows of a trial's initial state that are free: rotations and rates of joints not locked, and links that give."""
+    n = trial.measured.shape[1]
+    return [*trial.free, *[n + j for j in trial.free], *range(2 * n, len(state))]
+
+
+@dataclass(frozen=True)
+class _Hypotheses(LeastSquares[Fit]):
+    """Hypotheses as least-squares problems; ``frame`` for those that have no linearisation of their own."""
+
+    bench: Workbench
+    frame: Linearisation | None
+    tolerance: float
+
+    def evaluate(self, points: Sequence[Fit]) -> list[Fit]:
+        """All in common lanes."""
+        return self.bench.evaluate(points)
+
+    def normal(self, point: Fit) -> LinearisedNormal:
+        """By the linearisation, and the effect's own columns."""
+        frame = point.frame or self.frame
+        assert frame is not None
+        return self.bench.normal(point, frame)
+
+    def bounds(self, point: Fit) -> tuple[Array, Array]:
+        """Of tolerances and causes."""
+        return self.bench.bounds(point.hypothesis)
+
+    def limits(self, point: Fit) -> StepLimits:
+        """An effect's unknown goes ``LONGEST`` at most; tolerances have their bounds."""
+        p = self.bench.n_tolerance
+        return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST)], follow=True)
+
+    def factors(self, point: Fit) -> tuple[float, ...]:
+        """Fewer where the cause enters all but linearly, as a shifted reading or a mass does."""
+        mild = all(candidate.nearly_linear for candidate in point.hypothesis)
+        return DAMPINGS[:2] if mild else DAMPINGS
+
+    def moved(self, point: Fit, step: Step) -> Fit:
+        """After a step, not evaluated."""
+        states = tuple(map(self._state, self.bench.trials, point.states, step.own))
+        unknowns = point.unknowns + step.common
+        return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
+
+    @staticmethod
+    def _state(trial: AngleTrial, state: Array, change: Array) -> Array:
+        moved = state.copy()
+        moved[state_rows(trial, state)] += change
+        return moved
+
+    def least_gain(self, cost: float) -> float:
+        """The tolerance, whatever the cost."""
+        return self.tolerance

@@ -1,0 +1,65 @@
+"""Expected information of a further trial: which of the explanations still open holds.
+
+A lower bound by pairwise distances of Gaussians (Kolchinsky & Tracey, Entropy 19 (2017) 361), with Bhattacharyya's
+distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from synth.arrays import Array
+
+RIVALS = 4  # explanations that a trial is to separate
+LEAST_WEIGHT = 0.02  # of a rival, however unlikely it is
+F = TypeVar("F")
+
+
+def rivals_of(explanations: Sequence[tuple[F, float]]) -> tuple[list[F], Array]:
+    """The heaviest of the explanations, and their weights (n,), which sum to 1."""
+    kept = sorted(explanations, key=lambda item: -item[1])[:RIVALS]
+    weights = np.array([weight for _, weight in kept])
+    weights = np.maximum(weights / weights.sum(), LEAST_WEIGHT)
+    return [fit for fit, _ in kept], weights / weights.sum()
+
+
+def expected_information(weights: Array, distance: Callable[[int, int, int], float]) -> float:
+    """Bits that a trial would tell of which rival holds.
+
+    ``distance(a, b, at)`` : squared Mahalanobis distance of the predictions of two rivals, uncertain as that of rival
+    ``at``, one of the two.
+    """
+    overlap = np.eye(len(weights))
+    for a in range(len(weights)):
+        for b in range(a):
+            mean = 0.5 * (distance(a, b, a) + distance(a, b, b))
+            overlap[a, b] = overlap[b, a] = np.exp(-mean / 8.0)
+    return float(-np.sum(weights * np.log2(overlap @ weights)))
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """A hypothesis' prediction of a trial that was not made, whitened by the trial's noise.
+
+    ``mean`` (M,). ``spread`` (M, k) : root of the covariance that is not noise, what earlier trials leave open.
+    ``free`` (M, l) : derivatives by what may take any value in that trial, as a release's initial state.
+    """
+
+    mean: Array
+    spread: Array
+    free: Array
+
+    def distance(self, other: Forecast, at: Forecast) -> float:
+        """Squared Mahalanobis distance of the means, as uncertain as ``at``, one of the two, is."""
+        q, _ = np.linalg.qr(at.free)
+        apart = self.mean - other.mean
+        apart = apart - q @ (q.T @ apart)
+        spread = at.spread - q @ (q.T @ at.spread)
+        # Woodbury: (1 + S S')^-1 = 1 - S (1 + S'S)^-1 S'
+        inner = np.eye(spread.shape[1]) + spread.T @ spread
+        along = spread.T @ apart
+        return max(float(apart @ apart) - float(along @ np.linalg.solve(inner, along)), 0.0)

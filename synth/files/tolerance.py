@@ -1,0 +1,107 @@
+"""What manufacturing and measuring leave open of a leg: the ``tolerance:`` of ``gap``, ``fit``, ``leg``, ``reproduce``.
+
+``tolerance: {mass: 1 %, knee: {mass: 5 %, damper: 20 %}}``: for all joints, and where a joint's name stands for that
+joint and its link alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from math import radians
+from typing import Annotated, Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.files.named_files import ProjectReader
+from synth.files.schema import Because, Default, read_section
+from synth.files.validate import Quantity
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import LINK_QUANTITIES
+from synth.units import quantity
+
+HALF_DEGREE = radians(0.5)  # what hand assembly against a drawn angle leaves: our estimate
+MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
+
+Share = Annotated[float, Quantity("1", least=0, most=MOST)]
+Turn = Annotated[float, Quantity("rad", least=0, most=radians(90))]
+
+_USUAL = "usual for a leg that was measured after it was built"
+
+
+@dataclass(frozen=True)
+class JointTolerance:
+    """One standard deviation each of what is left open of a joint and its link.
+
+    Shares of the nominal value; ``free_angle`` in rad. Zero: known exactly, so that any error of it counts as an
+    effect.
+    """
+
+    length: Annotated[Share, Because(_USUAL)] = 0.005
+    mass: Annotated[Share, Because(_USUAL)] = 0.01
+    com: Annotated[Share, Because(_USUAL)] = 0.01
+    inertia: Annotated[Share, Because(_USUAL)] = 0.02
+    spring: Annotated[Share, Because("what is left after the spring's rate was measured")] = 0.03
+    damper: Annotated[Share, Because("what is left after the damper's rate was measured")] = 0.05
+    free_angle: Annotated[Turn, Because("what assembly leaves of the spring's free angle")] = HALF_DEGREE
+
+
+@dataclass(frozen=True)
+class Tolerance(JointTolerance):
+    """The same for every joint but for what ``joints`` says: name of a joint -> quantities that differ there."""
+
+    joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def of_joint(self, name: str) -> JointTolerance:
+        """What is left open of one joint."""
+        common = {item.name: getattr(self, item.name) for item in fields(JointTolerance)}
+        return JointTolerance(**{**common, **self.joints.get(name, {})})
+
+    def widths(self, leg: Leg) -> Array:
+        """(7, n) one standard deviation of each quantity, in the order of the fields, at each joint."""
+        found = [self.of_joint(name) for name in leg.joint_names]
+        return np.array([[getattr(one, item.name) for one in found] for item in fields(JointTolerance)])
+
+
+def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance") -> Tolerance | None:
+    """The project's tolerances, with defaults that apply recorded; None after a mistake, which ``reader`` holds.
+
+    ``leg`` None: it could not be read; names of joints are then not checked.
+    """
+    written = reader.written.get(key)
+    if not isinstance(written, Mapping):
+        common = reader.section(JointTolerance, key)
+        return None if common is None else Tolerance(**vars(common))
+    names = leg.joint_names if leg is not None else ()
+    own = {name: value for name, value in written.items() if isinstance(value, Mapping) or name in names}
+    rest = {name: value for name, value in written.items() if name not in own}
+    before = len(reader.problems)
+    common = read_section(JointTolerance, reader.document, (key,), reader.problems, reader.defaults, rest)
+    if leg is not None:
+        reader.known_joints(own, leg, (key,))
+    joints = {name: _of_joint(reader, value, key, name) for name, value in own.items()}
+    if common is None or len(reader.problems) > before:
+        return None
+    return Tolerance(**vars(common), joints=joints)
+
+
+def _of_joint(reader: ProjectReader, value: Any, key: str, name: str) -> dict[str, float]:
+    """The quantities that are given for one joint."""
+    if not isinstance(value, Mapping):
+        reader.refuse(f"{value!r} is not a mapping of tolerances: write {name}: {{mass: 5 %}}", (key, name))
+        return {}
+    found = reader.entry(JointTolerance, (key, name), dict(value))
+    return {} if found is None else {quantity: getattr(found, quantity) for quantity in value}
+
+
+def links_json(tolerance: Tolerance, leg: Leg) -> dict[str, Any]:
+    """What is left open of each joint's link, as ``fit.json`` has it: one standard deviation each."""
+    found = {name: tolerance.of_joint(name) for name in leg.joint_names}
+    return {name: {item: quantity(getattr(one, item), "%") for item in LINK_QUANTITIES} for name, one in found.items()}
+
+
+def of_links(defaults: Sequence[Default]) -> list[Default]:
+    """The defaults without those of springs, dampers and free angles, which a fit seeks and does not assume."""
+    sought = {"tolerance.spring", "tolerance.damper", "tolerance.free_angle"}
+    return [default for default in defaults if default.key not in sought]

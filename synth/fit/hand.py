@@ -1,0 +1,175 @@
+"""Where free motion begins: what a hand, or a muscle, still drives after the release is no free swing of the leg.
+
+Two looks. Each recording by itself: a torque that no spring and damper of the leg makes (``motion.release``), as
+``synth import`` looks at it. And all together: a leg that swings freely from its first sample on gives the same rates
+from all samples and from later ones alone; where the two differ by more than their covariances allow, what acts at the
+start is not the leg's own (Hausman, Econometrica 46 (1978) 1251: the estimate from all samples is the efficient one, so
+that the difference's covariance is the difference of theirs).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.free_angle import chi_squared_tail
+from synth.fit.least_squares import Solution, Stage, Weights, solve
+from synth.fit.recordings import Recording
+from synth.fit.refinement import refine
+from synth.fit.starts import first_locals
+from synth.fit.trajectories import Local, TrajectoryModel
+from synth.fit.uncertainty import covariance
+from synth.motion.release import find_release, free_after
+from synth.swing.leg_model import Leg
+
+MANY = 0.5  # of the recordings: if a hand is seen in so many, it is believed without another look
+LATER = 0.3  # s after the start, from which a fit is compared with that from all samples: hands let go within 0.2 s
+CUTS = (0.1, 0.15, 0.2, 0.3)  # s, tried in turn until what is left agrees with later samples
+SIGNIFICANCE = 1e-4  # of the difference; a model that lacks something differs too, so only the plain case counts
+LEAST_SHARE = 0.4  # of the shortest recording, that a cut leaves
+LEAST_SAMPLES = 30  # that a cut leaves
+UNTOLD = 0.05  # share of a direction's variance that later samples must add for the difference to tell anything
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Until when, s from each recording's first sample, a hand is seen; None where none is."""
+
+    until: tuple[float | None, ...]
+
+    @property
+    def known(self) -> list[float]:
+        """Of the recordings in which one is seen."""
+        return [until for until in self.until if until is not None]
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is seen in so many that it is believed."""
+        return len(self.known) >= MANY * len(self.until) and bool(self.known)
+
+
+def look(leg: Leg, recordings: Sequence[Recording]) -> Seen:
+    """Each recording by itself; one that a known torque drives is not looked at."""
+    return Seen(tuple(_until(leg, recording) for recording in recordings))
+
+
+def _until(leg: Leg, recording: Recording) -> float | None:
+    if recording.known_torque is not None:
+        return None
+    conditions = recording.conditions
+    tilted = replace(leg, tilt=leg.tilt + conditions.tilt)
+    held = np.isin(np.arange(len(leg.joints)), conditions.locked)
+    angles = leg.to_measured(np.where(recording.counts | held, recording.rotation, np.nan))
+    try:
+        found = find_release(recording.time, angles, tilted, locked=conditions.locked, tip_mass=conditions.tip_mass)
+    except ValueError:
+        return None  # too short to tell
+    return found.free_from if found.driven_until is not None and found.free_from > recording.time[0] else None
+
+
+def later(recordings: Sequence[Recording], start: float) -> list[Recording] | None:
+    """The recordings from ``start`` s after their first sample on; None where too little of one would be left."""
+    cut = []
+    for recording in recordings:
+        first = int(np.searchsorted(recording.time, start))
+        left = recording.time[-1] - start
+        if len(recording.time) - first < LEAST_SAMPLES or left < LEAST_SHARE * recording.time[-1]:
+            return None
+        cut.append(recording.later(first))
+    return cut
+
+
+def cut_of(seen: Seen) -> float:
+    """Where all recordings of a series are cut for the hands that were seen in some, s."""
+    return free_after(seen.known)
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """A hand that no recording shows by itself: from ``cut`` s on what is left agrees with later samples.
+
+    ``probability`` : of such a difference between all samples and later ones in free motion.
+    """
+
+    cut: float
+    probability: float
+
+
+def unseen(
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, weight: str, least: float = 0.0
+) -> Unseen | None:
+    """Whether all samples and later ones tell of one leg; None where they do, or where there are too few to tell.
+
+    Parameters
+    ----------
+    stage : the fit to all samples.
+    least : s, the shortest cut that comes into question.
+    """
+    longest = min(recording.time[-1] for recording in recordings)
+    reference = later(recordings, min(LATER, longest * (1.0 - LEAST_SHARE)))
+    if reference is None:
+        return None
+    solution = stage.solution
+    known = refine(model, reference, solution.values, _locals(reference, solution), weight, stage.weights.spread)
+    if not np.isfinite(known.solution.cost):
+        return None
+    first = _difference(model, recordings, known, solution)
+    if first >= SIGNIFICANCE:
+        return None
+    for start in sorted({max(cut, least) for cut in CUTS}):
+        some = later(recordings, start)
+        if some is None:
+            break
+        if _difference(model, some, known, replace(solution, locals=tuple(_locals(some, solution)))) >= SIGNIFICANCE:
+            return Unseen(start, first)
+    return Unseen(min(LATER, longest * (1.0 - LEAST_SHARE)), first)
+
+
+def _locals(recordings: Sequence[Recording], solution: Solution) -> list[Local]:
+    """Starts at the recordings' own first samples, with the shifts of the fit."""
+    pairs = zip(first_locals(recordings), solution.locals, strict=True)
+    return [replace(own, shift=found.shift) for own, found in pairs]
+
+
+def _difference(model: TrajectoryModel, some: Sequence[Recording], known: Stage, start: Solution) -> float:
+    """How probable it is that ``some`` and the later samples of ``known`` are of one leg, under the latter's noise."""
+    noise = np.array(known.weights.noise)
+    weights = Weights(noise, known.weights.spread, None, known.weights.rounding)
+    here = solve(model, some, start.values, start.locals, weights, tolerance=0.01)
+    if not np.isfinite(here.cost):
+        return 1.0
+    return same_leg(here.values, covariance(model, here), known.solution.values, covariance(model, known.solution))
+
+
+def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -> float:
+    """Probability of so large a difference between an efficient estimate (p,) and one from part of the samples.
+
+    Directions in which the part knows as much as the whole say nothing and are left out.
+    """
+    root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
+    whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
+    share, vector = np.linalg.eigh(0.5 * (whitened + whitened.T))
+    off = vector.T @ np.linalg.solve(root, later_values - values)
+    tells = 1.0 - share > UNTOLD
+    if not tells.any():
+        return 1.0
+    return chi_squared_tail(float(np.sum(off[tells] ** 2 / (1.0 - share[tells]))), int(tells.sum()))
+
+
+def said_of(seen: Seen, cut: float, hidden: Unseen | None) -> str:
+    """What was found and done, in a sentence."""
+    if hidden is not None:
+        few = f" (a hand is seen in {len(seen.known)} of {len(seen.until)})" if seen.known else ""
+        return (
+            f"release: the first samples and the later ones are not of one leg{few}: p = {hidden.probability:.1g} for "
+            f"free motion throughout. Something drives it at first; only what comes {1e3 * cut:.0f} ms after each "
+            "recording's start is fitted. To fit all: release: recorded"
+        )
+    return (
+        f"release: in {len(seen.known)} of {len(seen.until)} recordings a torque acts at first that the leg's springs "
+        f"and dampers do not make; only what comes {1e3 * cut:.0f} ms after each recording's start is fitted. To fit "
+        "all: release: recorded"
+    )

@@ -1,0 +1,99 @@
+"""What an interval is made of: the share that the trials leave, and the share of each number of the leg file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.estimation.intervals import NORMAL90
+from synth.fit.link_errors import WORDS, LinkErrors
+from synth.fit.unknowns import SpringsAndDampers
+from synth.units import quantity
+
+TRIALS = "trials"
+WORTH_A_WORD = 0.5  # of the variance, from which one number of the leg file is named
+NAMED = 3  # numbers at most in a sentence
+
+
+@dataclass(frozen=True)
+class IntervalSource:
+    """One estimate's variance by source.
+
+    ``shares`` : source -> share, summing to 1: ``trials``, or a number of the leg file such as ``mass of the knee's
+    link``. ``half`` : the 90 % half-width, a share of a rate, or rad of a free angle.
+    """
+
+    joint: str
+    quantity: str
+    half: float
+    shares: Mapping[str, float]
+
+    @property
+    def of_links(self) -> float:
+        """The share that comes from the leg file's numbers."""
+        return 1.0 - self.shares[TRIALS]
+
+    @property
+    def sentence(self) -> str | None:
+        """What dominates, in words; None where the trials do."""
+        if self.of_links < WORTH_A_WORD:
+            return None
+        wide = f"{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"{100 * self.half:.2g} %"
+        ranked = sorted(((s, n) for n, s in self.shares.items() if n != TRIALS), reverse=True)
+        told: list[tuple[float, str]] = []
+        for item in ranked[:NAMED]:
+            told.append(item)
+            if sum(share for share, _ in told) >= 0.9 * self.of_links:
+                break
+        named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in told)
+        return (
+            f"{self.joint}: {100 * self.of_links:.0f} % of the variance in the {self.quantity.replace('_', ' ')}'s "
+            f"+-{wide} comes from the leg file's tolerances: {named}. More trials would not narrow it; a better "
+            "measured link would"
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry of ``interval_sources``: shares of the variance, the largest first."""
+        unit = "deg" if self.quantity == "free_angle" else "%"
+        ranked = sorted(self.shares.items(), key=lambda item: -item[1])
+        return {
+            "joint": self.joint,
+            "quantity": self.quantity,
+            "half_width90": quantity(self.half, unit),
+            "shares": {name: round(share, 4) for name, share in ranked if share >= 5e-5 or name == TRIALS},
+            "text": self.sentence,
+        }
+
+
+def sources_of(unknowns: SpringsAndDampers, covariance: Array, links: LinkErrors | None) -> tuple[IntervalSource, ...]:
+    """Of every estimate; none where the links are known exactly. ``covariance`` (p, p) of the trials alone."""
+    if links is None:
+        return ()
+    shares = links.considered.shares(covariance)
+    total = np.sqrt(np.diag(covariance) + np.diag(links.covariance))
+    names = [f"{WORDS[what]} of the {joint}'s link" for joint, what in links.names]
+    found = []
+    for joint, kind, place in _places(unknowns):
+        half = float(NORMAL90 * total[place])
+        if kind != "free_angle":
+            half = float(np.expm1(min(half, 20.0)))
+        by_name = dict(zip(names, shares[place].tolist(), strict=True))
+        found.append(IntervalSource(joint, kind, half, {TRIALS: 1.0 - sum(by_name.values()), **by_name}))
+    return tuple(found)
+
+
+def _places(unknowns: SpringsAndDampers) -> list[tuple[str, str, int]]:
+    """Joint, quantity and place among the unknowns, joint by joint."""
+    found = []
+    for j, name in enumerate(unknowns.leg.joint_names):
+        if j in unknowns.rates:
+            found.append((name, "spring_rate", unknowns.rate_at(j)))
+        if j in unknowns.dampers:
+            found.append((name, "damper_rate", unknowns.damper_at(j)))
+        if j in unknowns.rests:
+            found.append((name, "free_angle", unknowns.rest_at(j)))
+    return found

@@ -1,0 +1,135 @@
+"""What errors of the leg file's link data do to the estimates: length, mass, centre of mass and inertia of each link.
+
+The spring and damper rates that explain a swing are in proportion to the links' inertia, so a fit knows no rate better
+than it knows the links. How far the estimates move with each number follows from the sensitivities of the trajectories
+(``estimation.consider``): one run of a few lanes more for each trial, no refit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.estimation.consider import Considered, Coupling, consider
+from synth.files.static_points_file import StaticPoint
+from synth.fit.least_squares import Stage, sample_weights
+from synth.fit.recordings import Recording
+from synth.fit.static_points import balances
+from synth.fit.trajectories import Index, Local, TrajectoryModel
+from synth.fit.unknowns import SpringsAndDampers
+from synth.swing.lane_layout import LANES
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import LINK_QUANTITIES, Tolerances
+from synth.threads import shared_out
+
+STEP = 1e-4  # of a logarithm: a tenth of a thousandth; the integration's error at 1e-7 is a thousandth of the change
+WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
+
+
+@dataclass(frozen=True)
+class LinkErrors:
+    """Which of the links' numbers are open, and what that does to the common unknowns.
+
+    ``names`` : (joint, quantity) of each considered number, quantity one of ``LINK_QUANTITIES``. ``deviation`` (c,) of
+    its logarithm.
+    """
+
+    names: tuple[tuple[str, str], ...]
+    deviation: Array
+    considered: Considered
+
+    @property
+    def covariance(self) -> Array:
+        """(p, p) that the links' errors add to the common unknowns' covariance."""
+        return self.considered.covariance
+
+
+def link_errors(
+    model: TrajectoryModel,
+    recordings: Sequence[Recording],
+    stage: Stage,
+    widths: Array,
+    static: Sequence[StaticPoint] = (),
+) -> LinkErrors | None:
+    """The estimates' sensitivity to the links' numbers; None where all are known exactly, or the motion diverges.
+
+    Parameters
+    ----------
+    widths : (4, n) standard deviation of the logarithm of each link's length, mass, centre of mass and inertia.
+    static : the static points that the fit used; the weight in them is of the same links.
+    """
+    open_ = np.flatnonzero(widths.ravel() > 0.0)
+    solution, weights = stage.solution, stage.weights
+    if not len(open_) or not np.isfinite(solution.cost):
+        return None
+    deviation, legs = widths.ravel()[open_], _moved_legs(model.leg, open_)
+    n_common = len(solution.values)
+
+    def one(t: int) -> Coupling:
+        recording, local = recordings[t], solution.locals[t]
+        moved = _moved(model, recording, legs, solution.values, local) * deviation
+        found = model.evaluate(recording, solution.values, local)
+        assert found.common is not None
+        assert found.local is not None
+        root = sample_weights(recording, found.prediction, weights.noise[t], weights.rounding)
+        moved = (moved * root[:, :, None]).reshape(-1, len(open_))
+        both = np.concatenate([found.common, found.local], axis=2) * root[:, :, None]
+        product = both.reshape(len(moved), -1).T @ moved
+        return Coupling(product[:n_common], product[n_common:])
+
+    couplings = shared_out(one, len(recordings))
+    beside = _of_points(model, solution.values, open_, static) * deviation if static else None
+    names = [(name, quantity) for quantity in LINK_QUANTITIES for name in model.leg.joint_names]
+    return LinkErrors(tuple(names[k] for k in open_), deviation, consider(solution.information, couplings, beside))
+
+
+def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
+    """Groups of lanes that step together, the nominal leg first, each other one with one number moved by ``STEP``."""
+    n, groups = len(leg.joints), []
+    unit = Tolerances(np.ones((7, n)))
+    for first in range(0, len(numbers), LANES - 1):
+        some = numbers[first : first + LANES - 1]
+        x = np.zeros((unit.size, len(some) + 1))
+        x[some, 1 + np.arange(len(some))] = STEP
+        legs = LegLanes.of(leg, x.shape[1])
+        unit.apply(legs, x)
+        groups.append((legs, x.shape[1]))
+    return groups
+
+
+def _moved(
+    model: TrajectoryModel, recording: Recording, legs: Sequence[tuple[LegLanes, int]], values: Array, local: Local
+) -> Array:
+    """(m, n, c) rad by which one trial's prediction moves for a unit of each number's logarithm."""
+    layout, found = model.chain.layout, []
+    for group, count in legs:
+        lanes = model.chain.lanes(group, recording.conditions)
+        repeated = np.repeat(values[:, None], count, axis=1)
+        state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], count, axis=1)
+        out = model.run_lanes(recording, lanes, repeated, state, local.shift[:, None])
+        found.append((out[:, :, 1:] - out[:, :, :1]) / STEP)
+    assert layout.n == len(local.rotation)
+    return np.concatenate(found, axis=2)
+
+
+def _of_points(model: TrajectoryModel, values: Array, numbers: Index, static: Sequence[StaticPoint]) -> Array:
+    """(p, c) change of the static points' gradient for a unit of each number's logarithm."""
+    unknowns = model.unknowns
+    assert isinstance(unknowns, SpringsAndDampers)
+    unit = Tolerances(np.ones((7, len(model.leg.joints))))
+    found = np.zeros((len(values), len(numbers)))
+    for column, number in enumerate(numbers):
+        ends = []
+        for step in (STEP, -STEP):
+            x = np.zeros(unit.size)
+            x[number] = step
+            points = balances(unit.leg(model.leg, x), static)
+            measured = replace(unknowns, balances=points).measured(values)
+            assert measured is not None
+            ends.append(measured[1])
+        found[:, column] = (ends[0] - ends[1]) / (2 * STEP)
+    return found

@@ -1,0 +1,49 @@
+"""How fast a recording moves: the time by which smoothing, windows and natural sizes go, instead of one in seconds."""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from synth.arrays import Array
+
+HALF = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by so much in 0.505 / w
+ORDER = 6  # of the differences that leave noise alone
+ABOVE = 5.0  # times its noise, that a joint must deviate by to tell anything
+OF_SPAN = 50  # part of a recording in which nothing moves that is taken for its pace
+
+
+def pace(step: float, even: Array) -> float:
+    """Time (s) in which the fastest joint changes by half of its RMS deviation, RMS over the recording.
+
+    About 0.5 / w of a motion at the angular frequency w, however it decays and however long it rests after that, since
+    both are averages over the same samples. A steady turning is taken off. The noise's share is taken off too.
+
+    Parameters
+    ----------
+    step : s; even : (n, n_joint) rad on a grid of that step.
+    """
+    found = [lag for j in range(even.shape[1]) if (lag := _lag(even[:, j])) is not None]
+    return step * (min(found) if found else len(even) / OF_SPAN)
+
+
+def _lag(value: Array) -> float | None:
+    """In samples, of one joint; None where it does not move above its noise, or slower than the recording is long."""
+    count = len(value)
+    line = np.arange(count) - 0.5 * (count - 1)
+    value = value - value.mean()
+    value = value - line * float(line @ value) / float(line @ line)
+    norm = float(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1)))
+    noise = (1.4826 * float(np.median(np.abs(np.diff(value, ORDER))))) ** 2 / norm if count > 2 * ORDER else 0.0
+    deviation = float(value @ value) / count - noise
+    if deviation <= ABOVE**2 * noise or deviation <= 0.0:
+        return None
+    before, lag = (0.0, 0.0), 1
+    while lag < count // 2:
+        change = value[lag:] - value[:-lag]
+        size = np.sqrt(max(float(change @ change) / count - 2.0 * noise, 0.0) / deviation)
+        if size >= HALF:
+            return float(before[0] + (lag - before[0]) * (HALF - before[1]) / (size - before[1]))
+        before, lag = (float(lag), float(size)), lag + max(1, lag // 4)
+    return None

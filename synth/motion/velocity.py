@@ -1,0 +1,67 @@
+"""Recorded velocities: held against the angles' slope, and used where they are the quieter of the two."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
+
+AGREES = 0.15  # of the slope's size, by which a velocity may be scaled and still be the angle's own
+FOLLOWS = 0.9  # least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
+ORDER = 4  # of the differences that leave noise alone
+FEWEST = 20  # samples with a velocity from which there is something to compare
+
+
+def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
+    """What is wrong with a joint's velocity (m,) rad/s at ``time`` (m,) s; empty where it is the angle's slope.
+
+    Compared where the joint is fast enough that noise does not matter: above a tenth of its greatest speed.
+    """
+    good = np.isfinite(velocity)
+    slope = np.interp(time[good], smoothed.time, smoothed.rate[:, joint])
+    fast = np.abs(slope) > 0.1 * np.abs(slope).max(initial=0.0)
+    if fast.sum() < FEWEST or np.abs(slope).max() < 10.0 * _noise(slope):
+        return ""
+    seen, slope = velocity[good][fast], slope[fast]
+    size = float(np.sqrt(np.mean(seen**2) * np.mean(slope**2)))
+    likeness = float(np.mean(seen * slope)) / size if size > 0.0 else 0.0
+    factor = float(np.sqrt(np.mean(seen**2) / np.mean(slope**2)))
+    if likeness > FOLLOWS and abs(factor - 1.0) < AGREES:
+        return ""
+    if likeness < -FOLLOWS:
+        return "has the opposite sign of the angle's slope"
+    if likeness > FOLLOWS:
+        hint = "; is its unit right (rad/s or deg/s)?" if abs(np.log(factor)) > 3.0 else ""
+        return f"is {factor:.3g} times the angle's slope{hint}"
+    return f"is not the angle's slope (correlation {likeness:.2f}); is it another joint's, or late?"
+
+
+def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoothed:
+    """Rates from the velocity columns (m, n) rad/s, smoothed as the angles are, where these are the quieter.
+
+    A slope's scatter is that of the readings times what the polynomials make of it (see ``smoothing.savitzky_golay``).
+    """
+    step = float(smoothed.time[1] - smoothed.time[0])
+    points = min(odd_points(smoothed.width, step), len(smoothed.time) // 2 * 2 - 1)
+    inverse = np.linalg.pinv(np.vander(np.arange(-(points // 2), points // 2 + 1.0), 4, increasing=True))
+    of_slope, of_value = float(np.linalg.norm(inverse[1])) / step, float(np.linalg.norm(inverse[0]))
+    rate = smoothed.rate.copy()
+    for j in range(rate.shape[1]):
+        good = np.isfinite(velocities[:, j])
+        if good.sum() < FEWEST:
+            continue
+        told = np.interp(smoothed.time, time[good], velocities[good, j])
+        inside = (smoothed.time >= time[good][0]) & (smoothed.time <= time[good][-1])
+        if of_value * _noise(velocities[good, j]) < of_slope * smoothed.noise[j]:
+            rate[inside, j] = savitzky_golay(told[:, None], points, 3, step)[0][inside, 0]
+    return replace(smoothed, rate=rate)
+
+
+def _noise(values: Array) -> float:
+    """White scatter of a series, by its fourth differences."""
+    norm = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
+    return 1.4826 * float(np.median(np.abs(np.diff(values, ORDER)))) / norm

@@ -1,0 +1,162 @@
+"""A vendor's whole table into catalogue files, one a vendor, in the catalogue's own columns and units.
+
+A column is known by its header (``headers``), or by what the user says of it (``THEIRS=OURS``, ``THEIRS=OURS [unit]``).
+Its unit stands in the header, in the mapping, or in each cell (``0.08 in``, ``2 mm``); inch and metric may be mixed.
+What is not known is left out, and said.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, dataclass
+from pathlib import Path
+from typing import Any
+
+from synth.errors import Problem, UserError
+from synth.parts.headers import standard, standard_value
+from synth.parts.rows import FAMILIES, Row
+from synth.units import factor, parse
+
+IMPORTED = ("torsion_springs", "dampers")  # families whose tables vendors sell from
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Rows by vendor as cells under ``header``.
+
+    ``used`` says which column became which, ``unused`` what was left out.
+    """
+
+    family: str
+    header: tuple[str, ...]
+    rows: Mapping[str, tuple[tuple[str, ...], ...]]
+    used: tuple[tuple[str, str], ...]
+    unused: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    index: int
+    title: str
+    field: Field[Any]
+    unit: str | None  # of the column; None where each cell carries its own
+
+    @property
+    def header(self) -> str:
+        shown = self.field.metadata.get("shown")
+        return self.field.name if self.field.metadata["unit"] is None else f"{self.field.name} [{shown}]"
+
+
+def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = None) -> Imported:
+    """Read a vendor's table.
+
+    Parameters
+    ----------
+    mapping
+        their header to our column, with a unit where theirs has none.
+    vendor
+        of rows that do not name one.
+
+    Raises
+    ------
+    UserError : the file or its headers cannot be read, with every bad cell and its line.
+    """
+    name = str(path)
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            lines = [(reader_line, cells) for reader_line, cells in enumerate(csv.reader(stream), 1) if any(cells)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise UserError(Problem(f"cannot be read: {error}", name)) from None
+    if len(lines) < 2:
+        raise UserError(Problem("holds no row; the first line holds the headers", name))
+    titles = [title.strip() for title in lines[0][1]]
+    family, columns, unused = _matched(titles, mapping, name)
+    if vendor is None and not any(column.field.name == "vendor" for column in columns):
+        raise UserError(Problem("no column names the vendor; say it with --vendor NAME", name, line=1))
+    rows, problems = defaultdict[str, list[tuple[str, ...]]](list), []
+    for line, cells in lines[1:]:
+        try:
+            made = [_cell(cells[c.index] if c.index < len(cells) else "", c) for c in columns]
+        except (ValueError, UserError) as error:
+            problems.append(Problem(str(error), name, line=line))
+            continue
+        at = next((k for k, c in enumerate(columns) if c.field.name == "vendor"), None)
+        seller = (made[at] if at is not None else "") or vendor or ""
+        if at is None:
+            made = [*made, seller]
+        else:
+            made[at] = seller
+        rows[seller or "unknown vendor"].append(tuple(made))
+    if problems:
+        raise UserError(problems)
+    header = tuple(column.header for column in columns)
+    header = header if "vendor" in header else (*header, "vendor")
+    used = tuple((column.title, column.header) for column in columns)
+    return Imported(family, header, {key: tuple(value) for key, value in rows.items()}, used, tuple(unused))
+
+
+def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_Column], list[str]]:
+    """The family that most columns fit, these columns, and the titles that fit none."""
+    told = {theirs.casefold(): ours for theirs, ours in mapping.items()}
+    missing = [theirs for theirs in mapping if theirs.casefold() not in {title.casefold() for title in titles}]
+    if missing:
+        text = f"no column is called {' or '.join(missing)}; there are {', '.join(titles)}"
+        raise UserError(Problem(text, name, line=1, key="--map"))
+    best: tuple[str, list[_Column], list[str]] | None = None
+    for family in IMPORTED:
+        columns, unused = _columns(titles, told, FAMILIES[family])
+        names = {column.field.name for column in columns}
+        if "part" in names and (best is None or len(columns) > len(best[1])):
+            best = family, columns, unused
+    if best is None or len(best[1]) < 3:
+        text = "is no table of torsion springs or dampers: no part number and two more columns are known; "
+        raise UserError(Problem(text + "say what they are with --map 'THEIRS=OURS [unit]'", name, line=1))
+    for column in best[1]:
+        if column.unit is not None:
+            factor(column.unit, column.field.metadata["unit"])  # raises with what is allowed
+    return best
+
+
+def _columns(titles: Sequence[str], told: Mapping[str, str], row: type[Row]) -> tuple[list[_Column], list[str]]:
+    known = {item.name: item for item in row.columns()}
+    columns: list[_Column] = []
+    unused = []
+    for index, title in enumerate(titles):
+        ours = told.get(title.casefold()) or standard(title, frozenset(known))
+        bare, _, unit = ours.partition("[")
+        bare = bare.strip().casefold().replace(" ", "_")
+        bare = "max_torque" if bare == "torque" and "max_torque" in known else bare
+        if bare not in known or any(column.field.name == bare for column in columns):
+            unused.append(title)
+            continue
+        item = known[bare]
+        columns.append(_Column(index, title, item, unit.rstrip("] ").strip() or None))
+    return columns, unused
+
+
+def _cell(text: str, column: _Column) -> str:
+    """A cell in the catalogue's unit; ValueError with the column where it is no such quantity."""
+    text = text.strip()
+    rules = column.field.metadata
+    if not text or rules["unit"] is None:
+        return standard_value(column.field.name, text)
+    canonical, shown = rules["unit"], rules["shown"]
+    try:
+        if column.unit is not None:
+            value = float(text) * factor(column.unit, canonical)
+        elif canonical == "1":
+            value = float(text)
+        else:
+            value = parse(text, canonical)
+    except (ValueError, UserError) as error:
+        raise ValueError(f"{column.title}: {error}") from None
+    scale = 1.0 if canonical == shown or canonical == "degC" else factor(shown, canonical)
+    return f"{value / scale:.10g}"
+
+
+def file_name(vendor: str) -> str:
+    """``lee_spring.csv`` for ``Lee Spring``."""
+    kept = "".join(c if c.isalnum() else "_" for c in vendor.casefold())
+    return f"{kept.strip('_') or 'vendor'}.csv"

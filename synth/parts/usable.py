@@ -1,0 +1,125 @@
+"""Rows that lack something and can be chosen all the same: what is taken for it, from where, and how far it may be off.
+
+Nothing is made up. What can be measured when the part is in hand (the angle between the legs, the exact coils) is taken
+from the part's other published values and is to be measured before anything is printed; what the order settles (which
+torque of a range, which number behind a row of dimensions) is said with it; what no one published (the speed at which a
+torque holds) is an assumption whose whole range goes into the part's tolerance. ``status`` then begins with ``usable``
+and names each of these; ``derived`` has them singly.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from synth.parts.coil_angle import CONVENTIONS, angle_mismatch, coil_fraction, included_angle
+from synth.parts.damper_law import CONCAVE_EXPONENT
+from synth.parts.part_tolerance import TORQUE
+from synth.parts.row_check import ModulusOf, status_of
+from synth.parts.rows import RPM, DamperRow, TorsionSpringRow
+
+WHOLE = 1e-6  # coils nearer to a whole number than this were counted, not measured
+
+# TOK states the torque of its endless dampers at 20 or 30 rpm (jp.rotarydamper-tok-inc.com/technicalinformation-18).
+ENDLESS_SPEED = (20.0 * RPM, 30.0 * RPM)
+# Of vane dampers nobody in the catalogues states the speed. Stated ones lie between 20 rpm (TOK) and 50 (McMaster);
+# a vane damper brakes a lid that turns a quarter in one to three seconds, 5 to 15 rpm.
+VANE_SPEED = (5.0 * RPM, 50.0 * RPM)
+LEVELS = 1.3  # between torques of a range that are tried: half of it is within a damper's tolerance
+
+
+def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpringRow:
+    """The spring with what can be measured on receipt or ordered by, or as it is where more is missing."""
+    if row.complete:
+        return row
+    tried, derived, measure = replace(row, status=""), [], []
+    if row.part.startswith("("):
+        derived.append("the part number, which the vendor's table tells by the dimensions")
+        tried = replace(tried, part=_by_dimensions(row))
+    if row.included_angle is None and row.body_coils is not None:
+        angle = included_angle(row.body_coils, "tangent")
+        tried = replace(tried, included_angle=angle, free_angle_tolerance=math.pi)
+        derived.append(f"included angle {math.degrees(angle):.0f} deg from {row.body_coils:.4g} coils, tangent legs")
+        measure.append("included angle")
+    elif (coils := _counted(row)) is not None:
+        tried = replace(tried, body_coils=coils)
+        derived.append(f"{coils:.4g} coils from the included angle, tangent legs; {row.body_coils:.4g} were counted")
+        measure.append("coils")
+    if row.hand == "":
+        measure.append("hand")
+    if not derived or status_of(tried, modulus_of) != "complete":
+        return row
+    return replace(tried, status=_status(derived, measure), derived=tuple(derived), measure=tuple(measure))
+
+
+def _by_dimensions(row: TorsionSpringRow) -> str:
+    """A name to order by: what tells this row from the others of its table."""
+    wire, outer = row.wire_diameter, row.outer_diameter
+    sizes = [f"{value / 0.0254:.3g} in {what}" for value, what in ((wire, "wire"), (outer, "outside")) if value]
+    if row.body_coils is not None:
+        sizes.append(f"{row.body_coils:.4g} coils")
+    return f"{row.vendor} torsion spring {', '.join(sizes)}"
+
+
+def _counted(row: TorsionSpringRow) -> float | None:
+    """Coils of a spring whose published count is a whole number that its included angle cannot have."""
+    angle, coils = row.included_angle, row.body_coils
+    if angle is None or coils is None or abs(coils - round(coils)) > WHOLE or row.leg_convention:
+        return None
+    if abs(angle_mismatch(coils, angle, CONVENTIONS[0])) < math.radians(4.0):
+        return None
+    return round(coils) + coil_fraction(angle)
+
+
+def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
+    """The damper with its torque to order and an assumed speed, or as it is where more is missing."""
+    if row.complete or row.max_torque is None or row.part.startswith("family:") or not row.part:
+        return row
+    if row.status.startswith(("contradiction", "suspect", "alternate")):
+        return row
+    tried, derived, measure = replace(row, status=""), [], []
+    if row.min_torque is not None and row.min_torque < row.max_torque:
+        derived.append(f"torque to order, {row.min_torque:.3g} to {row.max_torque:.3g} N*m")
+        tried = replace(tried, min_torque=None, torque_range=(row.min_torque, row.max_torque))
+    if row.speed is None:
+        endless = row.continuous == "yes"
+        low, high = ENDLESS_SPEED if endless else VANE_SPEED
+        speed = math.sqrt(low * high)
+        share = (high / speed) ** CONCAVE_EXPONENT - 1.0
+        given = TORQUE if row.torque_tolerance is None else row.torque_tolerance
+        tried = replace(tried, speed=speed, torque_tolerance=math.hypot(given, share))
+        derived.append(f"speed {speed / RPM:.0f} rpm, assumed: {low / RPM:.0f} to {high / RPM:.0f} rpm")
+        measure.append("torque at a speed")
+    if not row.direction:
+        derived.append("direction taken as one way, the lesser; two then stand as a pair")
+        tried = replace(tried, direction="one-way")
+        measure.append("direction")
+    if row.continuous != "yes" and row.travel is None:
+        derived.append("travel not known: ask the vendor")
+        measure.append("travel")
+        tried = replace(tried, travel=None)
+    if not derived or _lacking(tried, modulus_of):
+        return row
+    return replace(tried, status=_status(derived, measure), derived=tuple(derived), measure=tuple(measure))
+
+
+def offers(row: DamperRow) -> tuple[DamperRow, ...]:
+    """The row at each torque that is tried of those that may be ordered; the row alone where there is one torque."""
+    if row.torque_range is None:
+        return (row,)
+    low, high = row.torque_range
+    count = math.ceil(math.log(high / low) / math.log(LEVELS)) + 1
+    return tuple(
+        replace(row, max_torque=low * (high / low) ** (k / (count - 1)), ordered=True) for k in range(count)
+    )  # fmt: skip
+
+
+def _lacking(row: DamperRow, modulus_of: ModulusOf) -> bool:
+    """Whether more is missing than the travel."""
+    status = status_of(row, modulus_of)
+    return status not in ("complete", "incomplete: no travel")
+
+
+def _status(derived: list[str], measure: list[str]) -> str:
+    text = "usable: " + "; ".join(derived)
+    return f"{text}; measure before printing: {', '.join(measure)}" if measure else text

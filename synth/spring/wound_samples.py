@@ -1,0 +1,185 @@
+"""Wound samples as a table, and what they say as a file.
+
+``SAMPLES.csv``, a row a coil that was wound and measured: ``mandrel [mm],wire [mm],turns [1],coils [1],
+outer_diameter [mm],free_angle [deg],rate [N*m/rad],leg_length [mm]``, in any unit of the same kind. Needed are mandrel,
+wire and coils (of the free body), and either ``turns`` (wound on the mandrel) or ``outer_diameter`` (of the free coil).
+``free_angle`` between tangent legs settles the fraction of the coils; ``rate`` is measured at ``leg_length``.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from synth.errors import Problem, UserError
+from synth.files.paths import read_bytes
+from synth.parts.coil_angle import coil_fraction
+from synth.parts.coil_rate import RateForm
+from synth.parts.wire import WireMaterial
+from synth.spring.calibration import Calibration, Sample, calibrated, flow_factor, rate_factor
+from synth.units import factor, header, quantity
+
+FORMAT = "synth/spring/calibration/1"
+COLUMNS = {
+    "mandrel": "m", "wire": "m", "turns": "1", "coils": "1", "outer_diameter": "m", "free_angle": "rad",
+    "rate": "N*m/rad", "leg_length": "m",
+}  # fmt: skip
+NEEDED = ("mandrel", "wire", "coils")
+LARGEST = 1_000_000  # bytes of either file
+HALF = 0.5  # a counted number of coils is moved to the fraction that the free angle gives, by less than this
+
+
+def read_samples(path: Path) -> tuple[Sample, ...]:
+    """Read the table.
+
+    Raises
+    ------
+    UserError : with every bad header and cell.
+    """
+    name = str(path)
+    try:
+        stream = io.StringIO(read_bytes(path, LARGEST, "a row a coil that was wound").decode("utf-8-sig"), newline="")
+        lines = [row for row in csv.reader(stream) if any(cell.strip() for cell in row)]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise UserError(Problem(f"cannot be read: {error}", name)) from None
+    if len(lines) < 2:
+        raise UserError(Problem("holds no sample; the first line holds the headers, name [unit]", name))
+    columns = _columns(lines[0], name)
+    samples, problems = [], []
+    for number, cells in enumerate(lines[1:], 2):
+        try:
+            samples.append(_sample(_values(cells, columns)))
+        except ValueError as error:
+            problems.append(Problem(str(error), name, line=number))
+    if problems:
+        raise UserError(problems)
+    return tuple(samples)
+
+
+def _columns(titles: Sequence[str], name: str) -> dict[str, tuple[int, float]]:
+    """Place and scale of each known column."""
+    columns: dict[str, tuple[int, float]] = {}
+    problems = []
+    for index, title in enumerate(titles):
+        bare = title.split("[", 1)[0].strip().casefold().replace(" ", "_")
+        if bare not in COLUMNS:
+            continue
+        if "[" not in title:
+            problems.append(Problem(f'column "{title}" has no unit: write it like {bare} [mm]', name, line=1))
+            continue
+        try:
+            columns[bare] = index, factor(header(title)[1], COLUMNS[bare])
+        except UserError as error:
+            problems.append(Problem(str(error), name, line=1, key=bare))
+    for needed in NEEDED:
+        if needed not in columns and not any(problem.key == needed for problem in problems):
+            problems.append(Problem(f"there is no column {needed}; the columns are {', '.join(COLUMNS)}", name, line=1))
+    if problems:
+        raise UserError(problems)
+    return columns
+
+
+def _values(cells: Sequence[str], columns: Mapping[str, tuple[int, float]]) -> dict[str, float]:
+    found = {}
+    for column, (index, scale) in columns.items():
+        text = cells[index].strip() if index < len(cells) else ""
+        if not text:
+            continue
+        try:
+            value = float(text) * scale
+        except ValueError:
+            raise ValueError(f'{column}: "{text}" is not a number; the unit stands in the header') from None
+        if not (math.isfinite(value) and (value > 0.0 or column in ("free_angle", "leg_length"))):
+            raise ValueError(f'{column}: "{text}" must be above 0')
+        found[column] = value
+    return found
+
+
+def _sample(values: Mapping[str, float]) -> Sample:
+    """One row as a sample; ValueError says what is missing or cannot be."""
+    for needed in NEEDED:
+        if needed not in values:
+            raise ValueError(f"no {needed}")
+    coils = values["coils"]
+    if "free_angle" in values:
+        fraction = coil_fraction(values["free_angle"])
+        exact = round(coils - fraction) + fraction
+        if abs(exact - coils) < HALF and exact > 0.0:
+            coils = exact
+    mean = None
+    if "outer_diameter" in values:
+        mean = values["outer_diameter"] - values["wire"]
+        if mean <= values["mandrel"]:
+            raise ValueError("outer_diameter is that of a coil tighter than its mandrel; a free coil is wider")
+    elif "turns" not in values:
+        raise ValueError("neither turns (wound on the mandrel) nor outer_diameter (of the free coil) is given")
+    leg = values.get("leg_length", 0.0)
+    return Sample(
+        values["mandrel"], values["wire"], coils, values.get("turns"), mean, values.get("rate"), (leg, leg)
+    )  # fmt: skip
+
+
+def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: RateForm) -> Calibration:
+    """What the samples say of a wire.
+
+    Raises
+    ------
+    UserError : no sample tells anything, because every one contradicts itself.
+    """
+    flows, rates = [], []
+    for sample in samples:
+        wire = material.properties(sample.wire)
+        if (flow := flow_factor(sample, wire.elastic_modulus, wire.strength.value)) is not None:
+            flows.append(flow)
+        if (ratio := rate_factor(sample, wire.elastic_modulus, form)) is not None:
+            rates.append(ratio)
+    if not flows and not rates:
+        raise UserError(
+            "no sample tells spring-back or rate: a free coil must be wider than its mandrel, and a rate be measured"
+        )
+    return calibrated(flows, rates)
+
+
+def calibration_json(found: Calibration, material: str, source: str, formula: str) -> dict[str, Any]:
+    """The content of the file."""
+    return {
+        "format": FORMAT,
+        "material": material,
+        "source": source,
+        "rate_formula": formula,
+        "spring_back": {**quantity(found.spring_back, "1"), "samples": found.n_back},
+        "rate": {
+            **quantity(found.rate, "1"),
+            "samples": found.n_rate,
+            **({} if found.spread is None else {"spread": quantity(found.spread, "1")}),
+        },
+    }
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read such a file.
+
+    Raises
+    ------
+    UserError : it cannot be read or is none.
+    """
+    try:
+        content = json.loads(read_bytes(path, LARGEST, "a calibration has a dozen lines").decode("utf-8"))
+        if content["format"] != FORMAT:
+            raise KeyError("format")
+        back, rate = content["spring_back"], content["rate"]
+        values = float(back["value"]), float(rate["value"])
+        if not all(0.0 < value < 10.0 for value in values):
+            raise ValueError("a factor is not above 0")
+        spread = float(rate["spread"]["value"]) if "spread" in rate else None
+        return Calibration(*values, spread, int(back["samples"]), int(rate["samples"]))
+    except UserError as error:
+        raise UserError([Problem(one.text, one.file, key="--calibration") for one in error.problems]) from None
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        text = f"is no result of synth spring calibrate ({error})"
+        raise UserError(Problem(text, str(path), key="--calibration")) from None

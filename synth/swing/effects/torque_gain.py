@@ -1,0 +1,33 @@
+"""A known torque's column is scaled: another torque constant or gear."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
+from synth.swing.lane_layout import DRIVE
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_lanes import LegLanes
+
+
+def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
+    """Torque ``share`` (n_lane,) of its column too high."""
+    legs.drive[DRIVE.index("torque_gain"), joint] += share
+
+
+EFFECT = Effect(
+    name="torque_gain",
+    meaning="a known torque's column is scaled",
+    phrase="has a torque column that is scaled",
+    formula="torque on the joint = column (1 + share)",
+    source="definition",
+    way="drive",
+    needs=("torque",),
+    parameters=(
+        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-1.0, upper=5.0), natural=False, meaning="torque too much"),
+    ),
+    strengths=("share",),
+    shapes=(Shape(("share",), {}),),
+)

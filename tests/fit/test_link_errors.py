@@ -1,0 +1,121 @@
+"""Intervals carry what the leg file leaves open of its links: against a closed form and against refits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import Rig, bare, recorded, release, releases, robot
+from synth.files.static_points_file import StaticPoint
+from synth.files.tolerance import Tolerance
+from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import FitOptions
+from synth.fit.fit_problem import model_of
+from synth.fit.fit_result import FitResult
+from synth.fit.least_squares import Stage, Weights, solve
+from synth.fit.link_errors import LinkErrors, link_errors
+from synth.fit.recordings import recordings
+from synth.fit.starts import first_locals
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+from synth.swing.tolerances import LINK_QUANTITIES, Tolerances
+
+EXACT = Tolerance(length=0.0, mass=0.0, com=0.0, inertia=0.0)
+MOVED = 0.01
+
+
+def estimates(result: FitResult) -> np.ndarray:
+    """Log spring rates, free angles rad in q's sense, log damper rates."""
+    joints = list(result.joints.values())
+    dampers = [joint.damper_rate.value for joint in joints if joint.damper_rate is not None]
+    angles = result.leg.sign * np.array([joint.free_angle.value for joint in joints])
+    return np.concatenate([np.log([joint.spring_rate.value for joint in joints]), angles, np.log(dampers)])
+
+
+def sensitivity(leg: Leg, result: FitResult, trials: list, static: tuple[StaticPoint, ...] = ()) -> LinkErrors:
+    """For a unit of each logarithm, at the fitted leg."""
+    made = recordings(leg, trials)
+    model = model_of(leg, static=static)
+    values = estimates(result)
+    n = len(leg.joints)
+    values[n : 2 * n] = leg.to_rotation(np.array([joint.free_angle.value for joint in result.joints.values()]))
+    weights = Weights(np.tile([result.clipped_rms[name] for name in leg.joint_names], (len(made), 1)), np.zeros(n))
+    solution = solve(model, made, values, first_locals(made), weights)
+    found = link_errors(model, made, Stage(solution, weights), np.ones((4, n)), static)
+    assert found is not None
+    return found
+
+
+def test_of_a_pendulum_in_small_swings_it_is_the_closed_form() -> None:
+    """(I + m c^2) q'' + b q' + (k + m g c) q = 0: the trials fix b and k + m g c over the inertia about the joint."""
+    mass, com, inertia, rate = 0.5, 0.1, 2e-3, 1.2
+    link = Link(0.2, mass, com, inertia)
+    joint = Joint("hip", link, radians(90), 1, spring=Spring(rate, radians(90)), damper=Damper(0.01))
+    leg = Leg("pendulum", (joint,))
+    generator = np.random.default_rng(3)
+    trials = [release(leg, [a], generator, Rig(noise=0.002, duration=2.0)) for a in (2.0, -3.0)]
+    given = bare(leg)
+    found = sensitivity(given, fit_leg(given, recordings(given, trials), FitOptions(free_angle="common")), trials)
+    about = inertia + mass * com**2
+    stiff, weight = rate + mass * 9.81 * com, mass * 9.81 * com
+    expected = {
+        "length": (0.0, 0.0),
+        "mass": ((mass * com**2 / about * stiff - weight) / rate, mass * com**2 / about),
+        "com": ((2 * mass * com**2 / about * stiff - weight) / rate, 2 * mass * com**2 / about),
+        "inertia": (inertia / about * stiff / rate, inertia / about),
+    }
+    assert [quantity for _, quantity in found.names] == list(LINK_QUANTITIES)
+    for column, (_, quantity) in enumerate(found.names):
+        moved = found.considered.sensitivity[[0, 2], column]
+        assert moved == pytest.approx(expected[quantity], abs=0.015)
+
+
+def test_of_a_leg_it_is_what_refits_give_static_points_too() -> None:
+    leg = robot()
+    trials, given = releases(leg, 3)[:3], bare(leg)
+    point = StaticPoint("held", np.radians([120.0, 150.0, 120.0]), np.array([2.0, 0.0, 0.0]), (0,), torque_error=0.05)
+    options = FitOptions(free_angle="common", static=(point,))
+    found = sensitivity(given, fit_leg(given, recordings(given, trials), options), trials, (point,))
+    for column in (3, 4, 6, 11):  # masses of hip and knee, com of hip, inertia of ankle
+        ends = []
+        for sign in (1.0, -1.0):
+            x = np.zeros(7 * 3)
+            x[column] = sign * MOVED
+            other = Tolerances(np.ones((7, 3))).leg(given, x)
+            ends.append(estimates(fit_leg(other, recordings(other, trials), options)))
+        refitted = (ends[0] - ends[1]) / (2 * MOVED)
+        moved = found.considered.sensitivity[:, column].copy()
+        assert moved == pytest.approx(refitted, abs=0.05 * np.abs(refitted).max() + 0.01)
+
+
+def test_exact_links_keep_the_intervals_and_open_ones_widen_them() -> None:
+    leg = robot()
+    trials, given = releases(leg, 3), bare(leg)
+    made = recordings(given, trials)
+    before, exact, wide = (fit_leg(given, made, FitOptions(tolerance=t)) for t in (None, EXACT, Tolerance()))
+    assert exact.joints == before.joints
+    assert exact.sources == ()
+    for name, joint in wide.joints.items():
+        own = before.joints[name].spring_rate
+        assert joint.spring_rate.value == own.value
+        assert np.log(joint.spring_rate.high / joint.spring_rate.low) > 2 * np.log(own.high / own.low)
+    for source in wide.sources:
+        assert sum(source.shares.values()) == pytest.approx(1.0)
+        assert 0.0 < source.shares["trials"] < 1.0
+    knee = next(s for s in wide.sources if (s.joint, s.quantity) == ("knee", "spring_rate"))
+    assert knee.sentence is not None
+    assert "leg file's tolerances" in knee.sentence
+    one = fit_leg(given, made, FitOptions(tolerance=replace(EXACT, joints={"ankle": {"mass": 0.2}})))
+    assert {name for s in one.sources for name in s.shares} == {"trials", "mass of the ankle's link"}
+
+
+def test_draws_spread_as_the_intervals_do() -> None:
+    leg = robot()
+    given = bare(leg)
+    result = fit_leg(given, recorded(leg, releases(leg, 3)), FitOptions(tolerance=Tolerance()))
+    for j, joint in enumerate(result.joints.values()):
+        drawn = np.log([one.spring_rate[j] for one in result.drawn])
+        half = 0.5 * np.log(joint.spring_rate.high / joint.spring_rate.low)
+        assert 1.645 * drawn.std() == pytest.approx(half, rel=0.3)  # 64 draws: 9 %

@@ -1,0 +1,66 @@
+"""A vendor's table as it comes, and substitutes for a part."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from synth.cli import main
+from synth.errors import UserError
+from synth.parts.alike import alike
+from synth.parts.catalog_import import import_table
+from synth.parts.catalogs import Catalogue
+
+TABLE = (
+    "ITEM NUMBER,Maker,Wire,O.D. (in),BODY COILS,Leg Angle (deg),Material,Wind,Torque (in-lb),Deflection (deg),Hue\n"
+    "A1,Acme,0.08 in,0.75,6.17,120,Music Wire,RH,6.57,90,red\n"
+    "A2,Acme,2 mm,0.75,6.17,120,MUSIC WIRE,LH,6.1,90,red\n"
+    "B1,Beta Springs,0.05 in,0.5,4.25,90,music wire,RH,2.3,90,blue\n"
+)
+
+
+def test_a_table_becomes_a_file_a_vendor_in_any_case_and_unit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("table.csv").write_text(TABLE)
+    assert main(["-q", "catalog", "import", "table.csv", "--map", "Hue=note", "--out", "mine"]) == 0
+    assert sorted(path.name for path in Path("mine").glob("*.csv")) == ["acme.csv", "beta_springs.csv"]
+    with Path("mine/acme.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(row["wire_diameter [mm]"]) for row in rows] == [2.032, 2.0]
+    assert {row["material"] for row in rows} == {"music wire"}
+    assert [row["hand"] for row in rows] == ["right", "left"]
+    assert float(rows[0]["max_torque [N*m]"]) == pytest.approx(6.57 * 0.1129848290)
+    springs = Catalogue.load([Path("mine/acme.csv"), Path("mine/beta_springs.csv")])
+    assert springs.find_spring("A1").complete
+    assert springs.find_spring("A1").rate == pytest.approx(6.57 * 0.1129848290 / 1.5707963)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "table", "said"),
+    [
+        ({"Foo": "note"}, TABLE, "no column is called Foo"),
+        ({}, TABLE.replace("2 mm", "2"), "Wire:"),
+        ({}, TABLE.replace("Maker", "Colour"), "--vendor NAME"),
+        ({}, "a,b\n1,2\n", "is no table of torsion springs or dampers"),
+    ],
+)
+def test_what_cannot_be_read_is_told(mapping: dict[str, str], table: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(table)
+    with pytest.raises(UserError, match=said):
+        import_table(path, mapping)
+
+
+def test_substitutes_are_ranked_and_say_what_differs() -> None:
+    catalogue = Catalogue.load()
+    found = alike(catalogue, catalogue.find_spring("LTR080F 10 S"))
+    assert [item.distance for item in found] == sorted(item.distance for item in found)
+    assert all(item.row.choosable for item in found)
+    assert found[0].row.part == "9271K621"
+    assert "rate -20%" in found[0].differs
+    dampers = alike(catalogue, catalogue.find_damper("6597K8"), most=40)
+    nearest = next(item for item in dampers if item.row.part == "6597K19")
+    # Same family, same law: the torque at any speed is that of the vendor's points, 31 and 7 in-oz.
+    assert nearest.differs == (f"torque {31 / 7 - 1:+.0%}",)
