@@ -34,7 +34,7 @@ WINDOW = 127.5  # deg from the arm: between two screws' slots
 RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
 SUNK_ASIDE = 0.2  # mm, of a groove beside the washers that lie in it
 VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so a degree is read
-VERNIER = (-2, -1, 0, 1, 2)
+VERNIER = (-2, -1, 0, 1, 2)  # the marks, in steps: five tell a degree of five
 LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, which prints and can be read
 
 

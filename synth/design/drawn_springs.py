@@ -27,11 +27,11 @@ from synth.units import quantity
 if TYPE_CHECKING:
     from cad import JointDimensions
 
-ROUNDS = 8
+ROUNDS = 8  # of spring and joint; the demo settles in three
 SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
-HALVINGS = 60
+HALVINGS = 60  # of a bracket of a factor of four: to the last digit
 SEAT_TRAVEL = 13.0  # deg, either way, as ``cad`` draws it unless told
-LEAST_LEFT = radians(0.1)
+LEAST_LEFT = radians(0.1)  # of a free angle, that is worth a warning; an encoder reads as much
 LEAST_PLAY = radians(0.01)  # less is rounding of meshes
 
 
