@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
+from synth.swing.time_unit import time_unit
 
 SAMPLES = 700  # a trial: enough for the fastest joint, few enough to be fast
 ORDER = 6  # of the differences that leave noise alone: a sixth difference of a smooth motion is next to nothing
@@ -38,6 +39,11 @@ class AngleTrial:
     def free(self) -> list[int]:
         """Joints that are not locked."""
         return self.recording.free
+
+    @cached_property
+    def time_unit(self) -> float:
+        """The unit (s) in which it is simulated, by its own pace."""
+        return time_unit(self.recording.smoothed.pace)
 
     @cached_property
     def counted(self) -> Array:

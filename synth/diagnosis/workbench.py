@@ -181,7 +181,8 @@ class Workbench:
         """
         n = trial.measured.shape[1]
         moves = [(True, k, STEP) for k in unknowns]
-        moves += [(False, k, STEP * (RATE_STEP if n <= k < 2 * n else 1.0)) for k in state_rows(trial, state)]
+        of_rate = STEP * RATE_STEP / trial.time_unit
+        moves += [(False, k, of_rate if n <= k < 2 * n else STEP) for k in state_rows(trial, state)]
         blocks = []
         most = self.predictor.n_lane - 1
         for first in range(0, len(moves), most):

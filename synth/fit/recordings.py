@@ -18,6 +18,7 @@ from synth.motion.velocity import unlike, with_velocities
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import no_denser
 from synth.swing.leg_model import Leg
+from synth.swing.time_unit import time_unit
 
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
@@ -163,7 +164,9 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
     known = None
     if trial.torques is not None:
         moments = trial.time - trial.time[read][0] - thin.time[0]
-        known = no_denser(moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]))
+        known = no_denser(
+            moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]), time_unit(smoothed.pace)
+        )
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
     return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence)
 

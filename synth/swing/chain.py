@@ -23,12 +23,18 @@ from synth.swing.known_torque import KnownTorque, delayed, for_integrator
 from synth.swing.lane_layout import DRIVE, LANES, MOST_MEMORIES, WORKING, Law, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
+from synth.swing.time_unit import time_exponent
 
 MAX_STEPS = 20_000  # of one trajectory; beyond this it is nan. Three links take about 140 a second
 FIRST_STEP = 1e-3  # s
 PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
 # Modules that the compiled integrator inlines: a change of one compiles it anew.
 CALLED = ("synth.swing.lane_layout", "synth.swing.turning_events", "synth.swing.effects.inlined")
+# Power of time in the unit of what is not an effect's; all else has none.
+IN_TIME = {
+    "rate": -1, "spring_rate": -2, "damper_rate": -1, "gravity": -2, "weight": -2, "curve_speed": -1,
+    "curve_slope": -1, "torque_offset": -2, "torque_delay": 1,
+}  # fmt: skip
 BEND_TOLERANCE = 1e3  # a bristle's bend, of one at most, may be wrong by a thousand times as much as an angle
 
 
@@ -164,6 +170,23 @@ class Chain:
         return found
 
     @cached_property
+    def _time_exponents(self) -> Array:
+        """(n_row,) power of time in the unit of each row's quantity."""
+        found, layout = np.zeros(self.layout.n_row), self.layout
+        for block, exponent in IN_TIME.items():
+            first, count = layout.blocks[block]
+            found[first : first + count] = exponent
+        for effect in self.effects:
+            for p, parameter in enumerate(effect.parameters):
+                found[layout.parameter_rows(effect.name, p)] = time_exponent(parameter.unit)
+        return found
+
+    def _own_effect(self, lanes: Array) -> bool:
+        """Whether an effect that is not of this package acts in some lane."""
+        switched = self.active(lanes)[1, 1:]
+        return any(on and not e.module.startswith("synth.") for e, on in zip(self.effects, switched, strict=True))
+
+    @cached_property
     def _drive_rows(self) -> list[int]:
         """Rows of what is wrong with a known torque."""
         rows = range(self.layout.n_row)
@@ -257,6 +280,7 @@ class Chain:
         rates: bool = False,
         known_torque: tuple[Array, Array] | None = None,
         max_steps: int = MAX_STEPS,
+        unit: float = 1.0,
     ) -> Array:
         """Integrate any number of lanes over the same sample times.
 
@@ -268,6 +292,8 @@ class Chain:
         tolerance : relative and absolute (rad, rad/s) error a step.
         known_torque : times (m,) s and torques on q (m, n) N m, which each lane's drive rows change: gain, offset, and
             delay. An offset acts where the torque is not zero throughout: else the joint has none.
+        unit : s, in which time is counted inside, see ``time_unit``; 1 all the same where a user's own effect acts,
+            whose torque may hold numbers with a unit.
 
         Returns
         -------
@@ -275,6 +301,13 @@ class Chain:
         because it diverged or needed more than ``max_steps``.
         """
         n, n_lane = self.layout.n, lanes.shape[1]
+        if unit != 1.0 and not self._own_effect(lanes):
+            slow = lanes * unit ** -self._time_exponents[:, None]
+            driven = None if known_torque is None else (known_torque[0] / unit, known_torque[1] * unit**2)
+            found = self.run(slow, times / unit, tolerance, rates=rates, known_torque=driven, max_steps=max_steps)
+            if rates:
+                found[:, n:] /= unit
+            return found
         wrong = known_torque is not None and bool(np.any(lanes[self._drive_rows]))
         known = for_integrator(known_torque, n)
         times = np.ascontiguousarray(times, dtype=float)

@@ -22,16 +22,19 @@ def for_integrator(known: KnownTorque | None, n: int) -> tuple[Array, Array, Arr
     return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300
 
 
-def no_denser(times: Array, torques: Array, end: float) -> KnownTorque:
+def no_denser(times: Array, torques: Array, end: float, unit: float = 1.0) -> KnownTorque:
     """A known torque from 0 to ``end`` s with knots no closer than ``CLOSEST``; where they are, their hats' means.
+
+    ``unit`` s: of the motion's own time, see ``time_unit``, in which the knots are counted.
 
     Impulses and their moments stay. Between 2000 knots a second a torque that comes and goes moves a joint by less than
     torque over inertia times ``CLOSEST``^2 / 40: 6e-6 rad at 1000 rad/s^2.
     """
     inside = int(np.count_nonzero((times >= 0.0) & (times <= end)))
-    if inside < 2 or end / (inside - 1) >= CLOSEST:
+    closest = CLOSEST * min(unit, 1.0)  # a slow motion's torque may be as dense as any
+    if inside < 2 or end / (inside - 1) >= closest:
         return times, torques
-    grid = np.linspace(0.0, end, max(int(end / CLOSEST), 2) + 1)
+    grid = np.linspace(0.0, end, max(int(end / closest), 2) + 1)
     return grid, averaged((times, torques), grid)
 
 

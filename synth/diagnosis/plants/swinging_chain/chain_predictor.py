@@ -118,7 +118,13 @@ class Predictor:
             wide[:, own] = known[1]
             known = (known[0], wide)
         out = chain.run(
-            workspace, trial.time, self.tolerance, rates=bool(readings), known_torque=known, max_steps=STEPS
+            workspace,
+            trial.time,
+            self.tolerance,
+            rates=bool(readings),
+            known_torque=known,
+            max_steps=STEPS,
+            unit=trial.time_unit,
         )
         found = out if out.shape[1] == n else out[:, own]
         if readings:

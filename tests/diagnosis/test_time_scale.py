@@ -1,0 +1,81 @@
+"""The same recordings with time scaled by 0.05, 1 and 20 say the same: from a 70 Hz oscillator to a 0.2 Hz pendulum."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.files.tolerance import Tolerance
+from synth.files.trial_list import Trial
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+
+LINK = Link(0.2, 0.5, 0.1, 2e-3)
+INERTIA = LINK.inertia + LINK.mass * LINK.com**2
+OMEGA = 2.0 * np.pi * 3.5
+STIFF = INERTIA * OMEGA**2
+FRICTION = 0.05 * STIFF  # N m
+SCALES = (0.05, 1.0, 20.0)
+
+
+def leg(scale: float, sprung: bool, friction: float) -> Leg:
+    """A joint of 3.5 Hz at scale 1 with gravity, or one with neither spring nor gravity, whose time goes slower."""
+    spring = Spring(STIFF / scale**2, 0.1) if sprung else Spring(0.0, 0.0)
+    damper = Damper((0.1 if sprung else 0.3) * INERTIA * OMEGA / scale)
+    effects = {"coulomb_friction": {"torque": friction / scale**2}} if friction else {}
+    joint = Joint("hinge", LINK, spring=spring, damper=damper, effects=effects)
+    return Leg("one", (joint,), 9.81 / scale**2 if sprung else 0.0)
+
+
+@cache
+def told(scale: float, sprung: bool, friction: float) -> GapResult:
+    """The diagnosis of four recordings; a joint without a spring is driven by a known torque."""
+    nominal, built = leg(scale, sprung, 0.0), leg(scale, sprung, friction)
+    time, random, trials = np.linspace(0.0, 2.0, 401), np.random.default_rng(1), []
+    for number, start in enumerate((0.6, -0.5, 0.4, 0.3)):
+        torque = None
+        if not sprung:
+            torque = (0.6 * STIFF * np.sin(2.0 * np.pi * (1.0 + 0.4 * number) * time + number))[:, None] / scale**2
+        known = None if torque is None else (scale * time, torque)
+        motion = simulate(built, [start], [0.0], scale * time, tolerance=1e-9, known_torque=known)
+        read = motion + np.radians(0.02) * random.standard_normal(motion.shape)
+        trials.append(Trial(f"{number}.csv", scale * time, read, torques=torque))
+    return diagnose(nominal, trials, Tolerance())
+
+
+@pytest.mark.parametrize("scale", [SCALES[0], SCALES[2]])
+@pytest.mark.parametrize("sprung", [True, False])
+def test_scaled_time_has_the_same_cause_and_figures(scale: float, sprung: bool) -> None:
+    usual, other = told(1.0, sprung, FRICTION), told(scale, sprung, FRICTION)
+    assert usual.verdict in ("effect", "tie")
+    first, same = usual.ranked[0].cause, other.ranked[0].cause
+    assert (first.effect, first.joint) == (same.effect, same.joint) == ("coulomb_friction", "hinge")
+    torque = same.parameters["torque"].value * scale**2
+    assert torque == pytest.approx(first.parameters["torque"].value, rel=0.02)
+    for figure in ("as_designed", "before", "noise_floor"):
+        assert getattr(other, figure).value == pytest.approx(getattr(usual, figure).value, rel=1e-3)
+    assert other.shrink.value == pytest.approx(usual.shrink.value, abs=0.02)
+    if sprung:
+        assert other.verdict == usual.verdict
+    else:
+        assert torque == pytest.approx(FRICTION, rel=0.05)
+
+
+@pytest.mark.parametrize("scale", [SCALES[0], SCALES[2]])
+def test_scaled_time_without_a_cause_has_none(scale: float) -> None:
+    usual, other = told(1.0, True, 0.0), told(scale, True, 0.0)
+    assert usual.verdict == other.verdict == "none"
+    assert other.probability_none == pytest.approx(usual.probability_none, abs=0.02)
+    assert other.before.value == pytest.approx(usual.before.value, rel=1e-3)
+
+
+def test_no_lag_is_longer_than_a_third_of_a_period() -> None:
+    result = told(1.0, False, FRICTION)
+    for ranked in result.ranked:
+        if ranked.cause.effect in ("latency", "torque_delay"):
+            longest = max(estimate.value for name, estimate in ranked.cause.parameters.items() if name != "joint")
+            assert longest < 1.0 / 3.0  # s, of the slowest drive's period
