@@ -2,8 +2,10 @@
 
 The leg is one strip: hip tab, upper link, lower link, lower link, upper link, hip tab, with a flexure between each two.
 From flat to folded every hinge turns the same way, so one rigid layer is always outside a fold. That outer layer holds
-the film up to the hinge's free length ``gap``, which sets the flexure's rate; the inner one is cut back so far that its
-edges meet only at the largest fold, 2 T tan(fold/2) for a rigid layer of thickness T.
+the film up to the hinge's free length: at least ``gap``, which the flexure's rate asks for, and so long that the film's
+surface strain at the largest fold, t fold / (2 gap) for a film of thickness t bent evenly, stays within ``strain``. The
+inner layer is cut back so far that its edges meet only at the largest fold, 2 T tan(fold/2) for a rigid layer of
+thickness T.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.hopper_dxf import HOLE_DIAMETER, Layer, write_layer
+from cad.hopper_dxf import HOLE_DIAMETER, Layer, write_layer, write_release
 from cad.limits import DimensionError, DimensionProblem
 
 TAB = 14.0  # length of a hip tab
@@ -21,6 +23,10 @@ HOLE = HOLE_DIAMETER
 WALL = 2.0  # of the mount
 MOUNT_DEPTH = 12.0  # mm
 PLAY = 0.2  # between motor and mount
+# Polyester film: its maker states the strength at 5 % (F-5, 10 kg/mm^2 of a modulus of 490), so it has begun to yield
+# there; it breaks at 91 % and more (DuPont Teijin Films, Mylar, H-37232-3). Beyond 5 % a hinge takes a set.
+STRAIN = 0.05
+KERF = 0.1  # mm, of a CO2 laser in thin sheet; measure a cut slot of your own
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,16 @@ class HopperDimensions:
     motor: tuple[float, float]
     round_motor: bool
     sheet: float
+    strain: float = STRAIN
+    kerf: float = KERF
+
+    def hinge_gap(self, fold: float) -> float:
+        """Free length of film (mm) at a hinge that folds so far (deg): for its rate, and for the film's strain."""
+        return max(self.gap, 0.5 * self.film * math.radians(fold) / self.strain)
+
+    def film_strain(self, fold: float) -> float:
+        """Surface strain of the film at a fold (deg)."""
+        return 0.5 * self.film * math.radians(fold) / self.hinge_gap(fold)
 
     @property
     def rigid(self) -> float:
@@ -61,7 +77,7 @@ class HopperDimensions:
 
     def cut_back(self, fold: float) -> float:
         """Gap of the inner rigid layer for a fold."""
-        return max(self.gap, 2 * self.rigid * math.tan(math.radians(0.5 * fold)) + self.adhesive_gap)
+        return max(self.hinge_gap(fold), 2 * self.rigid * math.tan(math.radians(0.5 * fold)) + self.adhesive_gap)
 
     def require(self) -> None:
         """Raise DimensionError where no such laminate can be made."""
@@ -116,9 +132,9 @@ def layers(dimensions: HopperDimensions) -> tuple[Layer, ...]:
         edges = [0.0, *(e for x, gap in zip(folds, gaps, strict=True) for e in (x - gap / 2, x + gap / 2)), end]
         return tuple(zip(edges[::2], edges[1::2], strict=True))
 
-    outer = plates([d.gap] * 5)
+    outer = plates([d.hinge_gap(fold) for _, _, fold in marks])
     inner = plates([d.cut_back(fold) for _, _, fold in marks])
-    bonded_outer = plates([d.gap + 2 * d.adhesive_gap] * 5)
+    bonded_outer = plates([d.hinge_gap(fold) + 2 * d.adhesive_gap for _, _, fold in marks])
     bonded_inner = plates([d.cut_back(fold) + 2 * d.adhesive_gap for _, _, fold in marks])
     return (
         Layer("1_outer_rigid", "rigid", d.rigid, d.width, outer, folds, holes),
@@ -184,13 +200,29 @@ def assembly(dimensions: HopperDimensions) -> Any:
 
 
 def _link(d: HopperDimensions, start: tuple[float, float], end: tuple[float, float]) -> Any:
-    """A link between two hinge axes, less half a gap at each end."""
+    """A link between two hinge axes, less half of the longest hinge at each end."""
     import cadquery as cq
 
-    length = math.dist(start, end) - d.gap
+    length = math.dist(start, end) - max(d.hinge_gap(fold) for fold in d.folds)
     angle = math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
     middle = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]), 0.5 * d.width)
     return cq.Workplane("XY").box(length, d.thickness, d.width).rotate((0, 0, 0), (0, 0, 1), angle).translate(middle)
+
+
+def _strain_notes(dimensions: HopperDimensions) -> list[str]:
+    """Which hinges are longer than their rate asks for, and what that leaves of the rate, ``E w t^3 / (12 gap)``."""
+    d, notes = dimensions, []
+    for name, _, fold in hinges(d)[:3]:
+        gap = d.hinge_gap(fold)
+        if gap <= d.gap * (1.0 + 1e-9):
+            continue
+        before = 0.5 * d.film * math.radians(fold) / d.gap
+        notes.append(
+            f"{name}: the film between plates {d.gap:.2f} mm apart, as the rate asks for, would be strained by "
+            f"{before:.0%} at a fold of {fold:.0f} deg; it is given {gap:.2f} mm and {d.strain:.0%}, and the flexure "
+            f"then has {d.gap / gap:.0%} of the simulated rate. Write that rate under flexures, or use a stiffer joint"
+        )
+    return notes
 
 
 def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
@@ -209,8 +241,10 @@ def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
     made = layers(dimensions)
     files = []
     for layer in made:
-        write_layer(layer, folder / f"{layer.name}.dxf")
+        write_layer(layer, folder / f"{layer.name}.dxf", dimensions.kerf)
         files.append(f"{layer.name}.dxf")
+    write_release(made[0], folder / "6_release_cut.dxf", dimensions.kerf)
+    files.append("6_release_cut.dxf")
     for name, solid in (("motor_mount", mount(dimensions)), ("hub", hub(dimensions))):
         write_step(cq.Assembly(name=f"{name}_part").add(cq.Workplane(obj=solid), name=name), folder / f"{name}.step")
         files.append(f"{name}.step")
@@ -223,5 +257,8 @@ def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
             f"the strip is {length:.0f} mm long, the sheet {dimensions.sheet:.0f} mm: cut it in two at the foot's "
             "hinge and join the film there"
         )
-    gaps = {f"{name}_inner_gap": dimensions.cut_back(fold) for name, _, fold in hinges(dimensions)[:3]}
+    notes += _strain_notes(dimensions)
+    three = hinges(dimensions)[:3]
+    gaps = {f"{name}_hinge_gap": dimensions.hinge_gap(fold) for name, _, fold in three}
+    gaps |= {f"{name}_inner_gap": dimensions.cut_back(fold) for name, _, fold in three}
     return HopperParts(made, tuple(files), gaps, tuple(notes))

@@ -1,13 +1,17 @@
-"""A flat layer as DXF: outlines to cut on layer CUT, fold lines on layer FOLD, millimetres."""
+"""A flat layer as DXF: what is cut on layer CUT, fold lines on FOLD, finished plates on PLATE, millimetres."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from cad.dxf import drawing
 
 HOLE_DIAMETER = 1.6  # mm
+MARGIN = 10.0  # mm of frame round the strip: room for the dowels
+OVER = 2.0  # mm by which a hinge's window reaches over the strip's edges, so that the release cut crosses it
+DOWEL = 3.0  # mm, ISO 2338: what the layers are stacked on
 
 
 @dataclass(frozen=True)
@@ -42,15 +46,55 @@ class Layer:
         return len(self.plates) == 1
 
 
-def write_layer(layer: Layer, path: Path) -> None:
-    """Write the layer; the same layer gives the same bytes."""
+def windows(layer: Layer) -> tuple[tuple[float, float], ...]:
+    """Begin and end (mm) of what is taken out of a layer at each hinge: between one plate and the next."""
+    pairs = zip(layer.plates, layer.plates[1:], strict=False)
+    return tuple((before[1], after[0]) for before, after in pairs)
+
+
+def alignment(layer: Layer) -> tuple[tuple[float, float], ...]:
+    """Places of the dowel holes in the frame, the same in every layer: at both ends and the middle, above and below.
+
+    One of them stands 2 mm off the others' symmetry, so that no layer can be laid in turned round.
+    """
+    end = layer.plates[-1][1]
+    low, high = -0.5 * MARGIN, layer.width + 0.5 * MARGIN
+    places = [(x, y) for x in (0.0, 0.5 * end, end) for y in (low, high)]
+    return (*places[:-1], (end - 2.0, high))
+
+
+def write_layer(layer: Layer, path: Path, kerf: float) -> None:
+    """Write the layer as it is cut before lamination; the same layer gives the same bytes.
+
+    The strip stays in its frame: at each hinge a window is cut that reaches over both edges, dowel holes go through the
+    frame, and every plate hangs by its long edges. These bridges go with the release cut through all layers at once.
+    What is cut is drawn smaller by half the ``kerf`` (mm) all round. PLATE has the finished outlines, not to be cut.
+    """
+    half, end = 0.5 * kerf, layer.plates[-1][1]
     with drawing(path) as (document, space):
         document.layers.add("FOLD", color=5, linetype="CONTINUOUS")
-        for begin, end in layer.plates:
-            corners = [(begin, 0.0), (end, 0.0), (end, layer.width), (begin, layer.width)]
-            space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "CUT"})
+        document.layers.add("PLATE", color=8, linetype="CONTINUOUS")
+        for begin, stop in layer.plates:
+            _rectangle(space, (begin, stop), (0.0, layer.width), "PLATE")
+        for begin, stop in windows(layer):
+            _rectangle(space, (begin + half, stop - half), (-OVER + half, layer.width + OVER - half), "CUT")
+        _rectangle(space, (-MARGIN, end + MARGIN), (-MARGIN - half, layer.width + MARGIN + half), "CUT")
         for x, y in layer.holes:
-            space.add_circle((x, y), 0.5 * HOLE_DIAMETER, dxfattribs={"layer": "CUT"})
+            space.add_circle((x, y), 0.5 * HOLE_DIAMETER - half, dxfattribs={"layer": "CUT"})
+        for x, y in alignment(layer):
+            space.add_circle((x, y), 0.5 * DOWEL - half, dxfattribs={"layer": "CUT"})
         if layer.folded:
             for x in layer.folds:
                 space.add_line((x, 0.0), (x, layer.width), dxfattribs={"layer": "FOLD"})
+
+
+def write_release(layer: Layer, path: Path, kerf: float) -> None:
+    """Write the last cut, through the whole laminate: the strip's outline, half the kerf outside it."""
+    half = 0.5 * kerf
+    with drawing(path) as (_, space):
+        _rectangle(space, (-half, layer.plates[-1][1] + half), (-half, layer.width + half), "CUT")
+
+
+def _rectangle(space: Any, x: tuple[float, float], y: tuple[float, float], layer: str) -> None:
+    corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])]
+    space.add_lwpolyline(corners, close=True, dxfattribs={"layer": layer})

@@ -1,3 +1,3 @@
 """From recorded limb motion to springs, dampers and joints, and why the built limb moves differently."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -37,7 +37,7 @@ class Mutant:
 
 MUTANTS = (
     # The chain's mechanics.
-    Mutant("a link's outboard mass has no inertia", "mass[i] * com[i] ** 2 + outboard[i] * length[i] ** 2",
+    Mutant("a link's outboard mass has no inertia", "mass[i] * com[i] ** 2 + outboard[i] * reach[i] ** 2",
            "mass[i] * com[i] ** 2", "swing/test_mechanics.py swing/test_chain.py"),
     Mutant("coupling by the wrong length", "inertia[j, i] = length[i] * first_moment[j]",
            "inertia[j, i] = length[j] * first_moment[j]", "swing/test_mechanics.py swing/test_chain_against_mujoco.py"),
@@ -58,7 +58,7 @@ MUTANTS = (
            "smoothed = recording.smoothed\n            tilt = leg.tilt + recording.conditions.tilt",
            "smoothed = recording.smoothed\n            tilt = leg.tilt",
            "fit/test_weak_form.py", "tilted"),
-    Mutant("a tip mass forgotten", "found = coefficients(leg, recording.conditions.tip_mass)\n            momentum",
+    Mutant("a tip mass forgotten", "found = coefficients(leg, recording.conditions.tip)\n            momentum",
            "found = coefficients(leg)\n            momentum", "fit/test_weak_form.py", "tilted"),
     Mutant("a known torque turned round", "force = force + averaged(", "force = force - averaged(",
            "fit/test_weak_form.py", "torque"),

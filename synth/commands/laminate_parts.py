@@ -55,6 +55,8 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
             "film_thickness": quantity(laminate.flexure_thickness, "mm"),
             "flexure_rate": quantity(leg.flexures.rate, "N*m/rad"),
             **{name: quantity(value * 1e-3, "mm") for name, value in made.gaps.items()},
+            "film_strain": quantity(max(map(dimensions.film_strain, dimensions.folds)), "1"),
+            "kerf": quantity(dimensions.kerf * 1e-3, "mm"),
         },
         "notes": notes,
     }  # fmt: skip
@@ -90,4 +92,6 @@ def dimensions_of(found: Study, size: str) -> HopperDimensions | str:
         motor=motor,
         round_motor=round_one is not None,
         sheet=parts.sheet * 1e3,
+        kerf=parts.kerf * 1e3,
+        strain=parts.film_strain,
     )

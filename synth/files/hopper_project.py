@@ -183,6 +183,12 @@ class PartsSection:
     adhesive_gap: Annotated[Length, Because("rigid layers stay clear of the fold by that much")] = 0.0002
     motor_shaft: Annotated[Length, Because("micro metal motors")] = 0.003
     sheet: Annotated[float, Quantity("m", above=0, most=10), Because("a common laser bed")] = 0.3
+    kerf: Annotated[
+        float, Quantity("m", least=0, most=0.002), Because("of a CO2 laser in thin sheet; measure a cut slot")
+    ] = 0.0001
+    film_strain: Annotated[
+        float, Quantity("1", above=0, most=1), Because("polyester yields about there (Mylar F-5, H-37232-3)")
+    ] = 0.05
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Scales
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.workbench import Fit, Workbench
+from synth.estimation.intervals import NORMAL90
 from synth.estimation.linearisation import Linearisation, LinearisedNormal
 from synth.swing.leg_model import Leg
 from synth.threads import in_parallel
@@ -38,7 +39,6 @@ STEP = 0.01  # of the joint's natural torque, by which each hat is tried
 TELLING = 0.2  # share of the error that a free torque must take on unseen trials to be worth a sentence
 LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: less is no gap
 ROUNDS = 6  # of the reweighting by the size of the residuals; it settles in three
-NORMAL90 = 1.6448536269514722
 
 
 def free_torques(leg: Leg, bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorque, ...]:
