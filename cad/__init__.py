@@ -25,10 +25,10 @@ from cad.fittings import (
     MountDimensions,
     PrintDimensions,
 )
-from cad.layout import clear_upper_arm_angle
 from cad.limits import DimensionError, DimensionProblem
 
 if TYPE_CHECKING:
+    from cad.checked_layout import clear_upper_arm_angle
     from cad.checks import CheckResult, GateError, check_leg
     from cad.export import ExportedFile, PreviewError, draw_leg, export_leg
     from cad.failures import draw_failures
@@ -48,6 +48,7 @@ _LATER = {
     "PrintPlan": "cad.printing",
     "build_leg": "cad.leg",
     "check_leg": "cad.checks",
+    "clear_upper_arm_angle": "cad.checked_layout",
     "draw_failures": "cad.failures",
     "draw_leg": "cad.export",
     "export_leg": "cad.export",

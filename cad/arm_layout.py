@@ -1,9 +1,11 @@
-"""Where a spring's arms and their shafts lie, and what they sweep as the joint turns. Plain arithmetic, no solids.
+"""Where a spring's arms lie, how they are clamped, and what they sweep as the joint turns. Plain arithmetic, no solids.
 
-Seen along z, a tangent arm of direction u starts at the tangent point T, |T| = D/2, T . u = 0. A shaft of
-diameter p touches the arm of diameter d at the distance s from T with its axis at T + s u + n (d + p)/2,
-n = T/|T| away from the hinge. Both arms are round and the shaft is parallel to z, so their common
-perpendicular lies in this plane and the contact is exact in spite of the helix' slope.
+Seen along z, a tangent arm of direction u starts at the tangent point T, |T| = D/2, T . u = 0. It is free up to its
+seat, which begins at the distance ``free`` from T, and clamped from there on: it lies in a V of 90 deg in a pad, a cap
+presses it in by two screws, one on either side. Pad, cap and wire touch without a gap, so an arm has no play, whatever
+the wire's or the print's tolerance; the arms' slope (the helix goes on in them) is the V's and the cap's as well.
+
+In an arm's own frame s runs along u, n outwards (along T) and z along the hinge axis.
 """
 
 from __future__ import annotations
@@ -12,96 +14,121 @@ import math
 from dataclasses import dataclass
 
 from cad.dimensions import JointDimensions
-from cad.outline import Point, unit
-from cad.spring_space import SpringSpace
+from cad.hardware import insert_of, screw_of
+from cad.outline import Disc, Hull, Point, hull_of, unit
+
+OVERHANG = 1.0  # mm that an arm reaches past its seat
+RIM = 1.6  # mm of print round an insert: four lines of 0.4 mm
+V_EDGE = 1.2  # mm of print between the V's mouth and an insert: three lines
+# What the print that a joint is drawn for bears (36 MPa along its layers, half of it across, safety 1.5), less 5 %.
+SEAT_PRESSURE = 0.95 * 1.5 * 36.0 / 1.5  # MPa
+CAP_STRESS = 0.95 * 36.0 / 1.5  # MPa
+CORNER = 1.0  # mm, radius of a seat's corners
+
+
+@dataclass(frozen=True)
+class SeatSize:
+    """An arm's seat, the same for both arms: what follows from wire and screws. Lengths in mm."""
+
+    screw: float  # nominal
+    length: float  # along the arm
+    half_width: float  # across it
+    screw_at: float  # distance of the screws from the arm's axis
+    gap: float  # between pad and cap
+    cap: float  # thickness of the cap under the screws' heads, at mid length
+    screw_length: float
+    insert: float  # length of the inserts, which pad and plate behind it must hold
+
+
+def seat_size(dimensions: JointDimensions) -> SeatSize:
+    """Seat of the arms: screws about as thick as the wire, of a standard length that ends within the insert."""
+    wire = dimensions.spring.wire_diameter
+    screw = screw_of(wire if dimensions.seat_screw is None else dimensions.seat_screw)
+    insert = insert_of(screw.size)
+    at = wire / math.sqrt(2) + V_EDGE + insert.hole / 2
+    least = max(insert.hole, screw.head_diameter) + 2 * RIM
+    moment = dimensions.spring_torque * 1e3 / dimensions.springs
+    asked = math.sqrt(12 * moment / (wire * SEAT_PRESSURE))  # of cad.strength: 6 M/l^2 on half of the wire's width
+    length = dimensions.seat_length if dimensions.seat_length is not None else math.ceil(max(2.5 * wire, least, asked))
+    length = max(length, least)
+    gap = wire / 2
+    engaged = max(1.5 * screw.size, insert.length - 1.0)
+    cap = max(dimensions.cap, 3.0 / length * math.sqrt(moment * at / CAP_STRESS))
+    wanted = cap + gap + engaged
+    stock = screw.length_at_least(wanted)
+    return SeatSize(
+        screw=screw.size,
+        length=length,
+        half_width=at + max(insert.hole / 2 + RIM, screw.head_diameter / 2 + 0.3),
+        screw_at=at,
+        gap=gap,
+        cap=stock - gap - engaged,
+        screw_length=stock,
+        insert=insert.length,
+    )
 
 
 @dataclass(frozen=True)
 class ArmLayout:
-    """One arm and its two shafts in the frame of the half that carries them, canonical sense."""
+    """One arm and its seat in the frame of the half that carries it, canonical sense."""
 
     direction: float  # deg, of the arm, seen along z
+    side: int  # +1: the tangent point lies 90 deg counter-clockwise of the direction; -1: clockwise
     tangent: Point  # mm, where coil and arm meet
-    bearing: Point  # mm, axis of the shaft that closes the coil
-    keeper: Point  # mm, axis of the shaft on the arm's other side
-    bottom: float  # mm, the shafts' lower end
-    top: float  # mm, the shafts' upper end
-    pin_radius: float  # mm, largest distance of a shaft's surface from the hinge axis
+    height: float  # mm, z of the wire's centre at the tangent point
+    slope: float  # dz/ds along the arm
+    free: float  # mm, tangent point to seat
+    seat: SeatSize
+
+    def at(self, s: float, n: float) -> Point:
+        """The point at ``s`` mm along the arm and ``n`` mm outwards of it."""
+        along, outward = unit(self.direction), unit(self.direction + 90.0 * self.side)
+        return (
+            self.tangent[0] + s * along[0] + n * outward[0],
+            self.tangent[1] + s * along[1] + n * outward[1],
+        )
+
+    def wire_height(self, s: float) -> float:
+        """Z (mm) of the wire's centre."""
+        return self.height + self.slope * s
+
+    @property
+    def middle(self) -> float:
+        """S (mm) of the seat's middle."""
+        return self.free + self.seat.length / 2
+
+    @property
+    def screws(self) -> tuple[Point, Point]:
+        """Axes of the seat's screws: the inner, the outer."""
+        return self.at(self.middle, -self.seat.screw_at), self.at(self.middle, self.seat.screw_at)
+
+    @property
+    def reach(self) -> float:
+        """Largest distance (mm) from the hinge axis of the seat's corners and the wire's tip."""
+        end, wide = self.free + self.seat.length, self.seat.half_width
+        corners = [self.at(end, wide), self.at(end, -wide), self.at(end + OVERHANG, 0.0)]
+        return max(math.hypot(*corner) for corner in corners)
+
+    def outline(self, more: float = 0.0) -> Hull:
+        """The seat seen along z, ``more`` mm larger on every side."""
+        radius, wide = CORNER + more, self.seat.half_width - CORNER
+        ends = (self.free + CORNER, self.free + self.seat.length - CORNER)
+        return hull_of([Disc(*self.at(s, n), radius) for s in ends for n in (-wide, wide)])
 
 
 def lay_arm(
-    dimensions: JointDimensions, direction: float, side: int, pin_reach: float, bottom: float, top: float
+    dimensions: JointDimensions, seat: SeatSize, direction: float, side: int, free: float, height: float
 ) -> ArmLayout:
-    """An arm of the given direction; ``side`` +1: its tangent point lies 90 deg counter-clockwise of it."""
-    spring, pin = dimensions.spring, dimensions.pin_diameter
-    along, outward = unit(direction), unit(direction + 90.0 * side)
-    lateral = (spring.wire_diameter + pin) / 2
-
-    def at(distance: float) -> Point:
-        return (
-            outward[0] * (spring.radius + distance) + along[0] * pin_reach,
-            outward[1] * (spring.radius + distance) + along[1] * pin_reach,
-        )
-
-    bearing, keeper = at(lateral), at(-lateral - dimensions.keeper_gap)
+    """An arm of the given direction; ``height`` mm: z at its tangent point. The lower arm falls, the upper rises."""
+    spring = dimensions.spring
+    outward = unit(direction + 90.0 * side)
+    slope = spring.drawn_pitch / (2 * math.pi * spring.radius)
     return ArmLayout(
         direction=direction,
+        side=side,
         tangent=(outward[0] * spring.radius, outward[1] * spring.radius),
-        bearing=bearing,
-        keeper=keeper,
-        bottom=bottom,
-        top=top,
-        pin_radius=max(math.hypot(*bearing), math.hypot(*keeper)) + pin / 2,
+        height=height,
+        slope=-side * slope,
+        free=free,
+        seat=seat,
     )
-
-
-def _pin_angles(dimensions: JointDimensions, arm: ArmLayout) -> tuple[float, float]:
-    """Angles (deg, relative to the arm's direction) between which its shafts lie, clearance included."""
-    edges = []
-    for x, y in (arm.bearing, arm.keeper):
-        margin = math.degrees(math.asin((dimensions.pin_diameter / 2 + dimensions.clearance) / math.hypot(x, y)))
-        angle = (math.degrees(math.atan2(y, x)) - arm.direction + 180.0) % 360.0 - 180.0
-        edges += [angle - margin, angle + margin]
-    return min(edges), max(edges)
-
-
-def _turn(pin: Point, drawn: float, loaded: float) -> float:
-    """Angle (deg) that an arm turns back on a shaft when its shaft-side distance from the hinge changes."""
-    distance = math.hypot(*pin)
-    return math.degrees(math.acos(max(-1.0, min(1.0, loaded / distance))) - math.acos(drawn / distance))
-
-
-def arm_turns(dimensions: JointDimensions, arm: ArmLayout, space: SpringSpace) -> tuple[float, float]:
-    """How far an arm turns back on its shafts at the travel's closed and open end, deg (``cad.pose``).
-
-    Where the coil's radius changes, its arms lean on their shafts at another angle; opening, they first take up the
-    keepers' gap.
-    """
-    lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
-    radius = dimensions.spring.radius
-    closed = _turn(arm.bearing, radius + lateral, space.radius_closed + lateral)
-    return closed, _turn(arm.keeper, radius - lateral - dimensions.keeper_gap, space.radius_open - lateral)
-
-
-def slips(dimensions: JointDimensions, arm: ArmLayout, space: SpringSpace, pin_reach: float) -> tuple[float, float]:
-    """How far the arm slides over its shaft towards the hinge (+) as the coil's radius changes, at both ends, mm."""
-    lateral = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
-    ends = ((arm.bearing, space.radius_closed + lateral), (arm.keeper, space.radius_open - lateral))
-    closed, opened = (math.sqrt(max(0.0, x * x + y * y - side * side)) - pin_reach for (x, y), side in ends)
-    return closed, opened
-
-
-def notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) -> tuple[float, float]:
-    """Sector (deg, in the lower half's frame) that the upper arm and its shafts sweep over the joint's range.
-
-    At the radius r an edge of the arm, w off its axis, lies ``asin((D/2 -+ w)/r)`` behind the arm's direction.
-    The coil's own quarter turn before the tangent point belongs to the sweep as well.
-    """
-    width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
-    near = math.degrees(math.asin((space.radius_closed - width) / space.tongue_radius))
-    pins = _pin_angles(dimensions, upper)
-    closed, opened = arm_turns(dimensions, upper, space)
-    behind, ahead = min(-90.0 - closed, pins[0]), max(-near - opened, pins[1])
-    # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.
-    turned = [upper.direction - dimensions.opening(angle) for angle in dimensions.ends]
-    return turned[1] + behind, turned[0] + ahead

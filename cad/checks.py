@@ -7,25 +7,26 @@ Here: what each part must be, alone and on its shafts. What moves on what is in 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from cad.arm_shaft import FLAT_DEPTH
 from cad.fittings import PrintDimensions
+from cad.flexed_wire import effective_length
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
-from cad.parts import BuiltPart, file_name
+from cad.parts import BuiltPart
+from cad.play import check_play
 from cad.printing import check_printing
 from cad.results import CheckResult, GateError, at_least, at_most, require
+from cad.spring_solid import measured_arms, measured_stiff_length
 from cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_room, check_travel, check_within, manifold
 
 SPRING_VOLUME_LIMIT = 1e-4  # relative
 SOLID_VOLUME_LIMIT = 1e-5  # relative, of parts with a closed form
 VOLUME_ERROR = 1e-3  # relative and a bound; what comes out is 3e-8 off
 MESH_VOLUME_LIMIT = 5e-3  # relative, mesh against solid
-CONTACT_TOLERANCE = 1e-3  # mm, arm to shaft on the unloaded spring
+LEVERS_LIMIT = 5e-3  # relative, of the drawn spring's rate against the designed one's
 ANGLE_TOLERANCE = 1e-3  # deg
 
 
@@ -90,72 +91,47 @@ def check_pitch(joint: BuiltJoint) -> CheckResult:
     )
 
 
-@dataclass(frozen=True)
-class _Arm:
-    """An arm's straight axis as the solid has it: a point (3,) and a unit direction (3,) outwards, mm."""
-
-    point: np.ndarray[Any, Any]
-    direction: np.ndarray[Any, Any]
-
-    def seen_angle(self) -> float:
-        """Direction seen along z, deg."""
-        return math.degrees(math.atan2(self.direction[1], self.direction[0]))
-
-    def distance_to(self, pin: BuiltPart, turn: float) -> float:
-        """Shortest distance (mm) from the arm's axis to a shaft's axis, which is parallel to z."""
-        centre = pin.solid.rotate((0, 0, 0), (0, 0, 1), turn).Center()
-        across = np.array([self.direction[1], -self.direction[0]])
-        across /= np.linalg.norm(across)
-        return float(abs(np.dot(np.array([centre.x, centre.y]) - self.point[:2], across)))
-
-
-def measured_arms(solid: Any) -> tuple[_Arm, _Arm]:
-    """Both arms of a spring's solid, read from its flat ends: lower end first.
-
-    Each end is a disc square to its arm, so its centre and outward normal are the arm's axis.
-    """
-    ends = [face for face in solid.Faces() if face.geomType() == "PLANE"]
-    if len(ends) != 2:
-        raise ValueError(f"a spring has two flat ends, this solid has {len(ends)}")
-    arms = []
-    for face in sorted(ends, key=lambda face: face.Center().z):
-        centre, normal = face.Center(), face.normalAt()
-        arms.append(_Arm(np.array(centre.toTuple()), np.array(normal.toTuple())))
-    return arms[0], arms[1]
-
-
 def check_arms(joint: BuiltJoint) -> list[CheckResult]:
-    """At the free angle the unloaded spring's arms touch their shafts: the arm offset, measured on the solids."""
+    """The drawn spring is the designed one: its arms' angle and its rate, measured on the solids."""
     return [
         result
-        for spring, upper in zip(joint.springs, ("upper", "upper_2"), strict=False)
-        for result in _check_arms(joint, spring, upper)
+        for spring, which in zip(joint.springs, ("", "_2"), strict=False)
+        for result in _check_arms(joint, spring, which)
     ]
 
 
-def _check_arms(joint: BuiltJoint, spring: BuiltPart, upper_pins: str) -> list[CheckResult]:
-    dimensions, name = joint.dimensions, file_name(joint.dimensions.name)
+def _check_arms(joint: BuiltJoint, spring: BuiltPart, which: str) -> list[CheckResult]:
+    dimensions = joint.dimensions
     arms = measured_arms(spring.solid)
     low_is_lower = joint.seat(spring)[1].flips[1] > 0
     lower, upper = arms if low_is_lower else arms[::-1]
     between = (lower.seen_angle() - upper.seen_angle()) * dimensions.opening_sign % 360.0
     error = abs((between - dimensions.spring.included_angle + 180.0) % 360.0 - 180.0)
     results = [at_most("included angle", spring.name, error, ANGLE_TOLERANCE, "deg", "between the drawn arms")]
-    touching = (dimensions.spring.wire_diameter + dimensions.pin_diameter) / 2
     turn = joint.turn("lower", dimensions.free_angle)
-    for half, arm in ((upper_pins, upper), ("lower", lower)):
-        for role, wanted in (("arm_shaft", touching), ("keeper", touching + dimensions.keeper_gap)):
-            pin = joint.part(f"{half}_{role}")
-            gap = arm.distance_to(pin, turn if half == "lower" else 0.0) - wanted
-            text = f"{name}: arm to shaft at the free angle {dimensions.free_angle:g} deg, off by"
-            results.append(at_most("arm contact", pin.name, abs(gap), CONTACT_TOLERANCE, "mm", text))
+    frees = (
+        upper.start_of(joint.part(f"upper_cap{which}").solid, 0.0),
+        lower.start_of(joint.part(f"lower_cap{which}").solid, turn),
+    )
+    found = measured_stiff_length(spring.solid, dimensions.spring.wire_diameter, frees)
+    wanted = dimensions.spring.stiff_length
+    if wanted is None:
+        wanted = effective_length(dimensions.spring.radius, dimensions.spring.drawn_coils, joint.layout.free_arm)
+    text = f"rate of the drawn spring with arms free over {frees[0]:.3f} and {frees[1]:.3f} mm, off the designed one"
+    results.append(at_most("levers", spring.name, abs(wanted / found - 1.0), LEVERS_LIMIT, "", text))
     return results
 
 
 def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list[CheckResult]:
     """What must not meet: parts of one half, the halves over the travel, the spring and everything but its shafts."""
     bodies = Bodies(joint, link)
-    return [*check_within(bodies), *check_travel(bodies), *check_spring_room(bodies), *check_gaps(bodies)]
+    return [
+        *check_within(bodies),
+        *check_travel(bodies),
+        *check_spring_room(bodies),
+        *check_gaps(bodies),
+        *check_play(bodies),
+    ]
 
 
 def check_keyed(joint: BuiltJoint) -> list[CheckResult]:

@@ -13,6 +13,8 @@ from dataclasses import MISSING, dataclass, field
 from cad.fittings import DamperDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
 from cad.limits import DimensionError, DimensionProblem, dimension, range_problems
 
+STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's tilt in its bearings are off by about one
+LEAST_STOP = 0.5  # deg past the wanted travel, that a stop's own accuracy takes
 COIL_TOLERANCE = 0.05  # turns; vendors hold the free position to 10 deg (0.028 turns) up to 10 coils
 CLOSE_WOUND_PITCH = 1.03  # of the wire diameter: neighbouring coils just do not touch, whatever the index
 _NAME = re.compile(r"\w(?:[\w .-]{0,58}[\w-])?")  # of every alphabet; it names columns and files
@@ -35,8 +37,15 @@ class SpringDimensions:
     pitch: float | None = dimension(
         None, 0.2, 60.0, "mm", "axial advance per turn; left out it is 1.03 wire diameters, close wound"
     )
-    arm_length: float | None = dimension(
-        None, 2.0, 300.0, "mm", "along the wire from the tangent point; left out it is as short as the joint allows"
+    free_arm: float | None = dimension(
+        None,
+        0.5,
+        300.0,
+        "mm",
+        "from the tangent point to its seat, seen along the axis; left out: as short as it can be",
+    )
+    stiff_length: float | None = dimension(
+        None, 1.0, 20000.0, "mm", "of a straight beam as stiff as the spring was designed: EI over its rate"
     )
     hand: str = "right"
 
@@ -135,7 +144,16 @@ class JointDimensions:
     link_width: float = dimension(20.0, 6.0, 80.0, "mm", "outer diameter of the link's tube; 20 x 1.5 is stock")
     tube_wall: float = dimension(1.5, 0.5, 10.0, "mm", "of the link's tube")
     shaft_diameter: float = dimension(8.0, 3.0, 30.0, "mm", "printed bores under 3 mm close up; 8 carries a dog's leg")
-    pin_diameter: float = dimension(4.0, 1.5, 16.0, "mm", "steel dowel that an arm bears on; 4 mm is stock")
+    seat_screw: float | None = dimension(
+        None, 2.0, 8.0, "mm", "nominal size of the screws that clamp an arm; left out about the wire's diameter"
+    )
+    seat_length: float | None = dimension(
+        None, 4.0, 80.0, "mm", "of an arm that is clamped; left out what its load asks of the print"
+    )
+    cap: float = dimension(4.0, 1.6, 20.0, "mm", "least thickness of the cap that clamps an arm")
+    seat_travel: float = dimension(
+        13.0, 0.0, 16.0, "deg", "either way, that the upper arm's seat can be turned; free angles are sold to 10 deg"
+    )
     clearance: float = dimension(0.4, 0.1, 2.0, "mm", "per side between printed faces that move on each other")
     fit: float = dimension(0.1, 0.0, 0.5, "mm", "per side of a part that is pushed in and stays; printed holes shrink")
     wall: float = dimension(3.0, 1.2, 12.0, "mm", "printed wall; under 1.2 it is two lines wide")
@@ -143,9 +161,8 @@ class JointDimensions:
     floor: float | None = dimension(
         None, 2.0, 60.0, "mm", "the lower half's floor, in which the D-shaft is keyed; left out it is a plate"
     )
-    keeper_gap: float = dimension(
-        0.1, 0.0, 2.0, "mm", "arm to the shaft on its other side, which makes the spring work both ways"
-    )
+    stops: tuple[float, float] | None = None  # measured deg at which the hard stops touch; None: STOP_MARGIN past range
+    yields: tuple[float, float] | None = None  # measured deg at which the spring yields, where that is known
     upper_arm_angle: float = dimension(
         0.0, -360.0, 360.0, "deg", "measured-angle direction of the upper arm; 0: where the angle is measured from"
     )
@@ -161,9 +178,14 @@ class JointDimensions:
         return self.plate if self.floor is None else self.floor
 
     @property
+    def stop_angles(self) -> tuple[float, float]:
+        """Measured angles, deg, at which the hard stops touch: the travel that the joint is drawn for."""
+        return self.stops if self.stops is not None else (self.range[0] - STOP_MARGIN, self.range[1] + STOP_MARGIN)
+
+    @property
     def spring_torque(self) -> float:
-        """Largest torque of all springs together over the travel, N*m; 0 where the rate is not known."""
-        turned = max(abs(angle - self.free_angle) for angle in self.range)
+        """Largest torque of all springs together from stop to stop, N*m; 0 where the rate is not known."""
+        turned = max(abs(angle - self.free_angle) for angle in self.stop_angles)
         return self.loads.spring_rate * math.radians(turned)
 
     @property
@@ -173,8 +195,8 @@ class JointDimensions:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The travel's ends, measured deg: where the arms are closed most, and where they are open most."""
-        low, high = self.range
+        """The stops, measured deg: where the arms are closed most, and where they are open most."""
+        low, high = self.stop_angles
         return (low, high) if self.closes < 0 else (high, low)
 
     def closing(self, measured_angle: float) -> float:
@@ -213,10 +235,10 @@ class JointDimensions:
         found += self.encoder.problems(prefix + "encoder.") if self.encoder is not None else []
         found += self.mount.problems(prefix + "mount.") if self.mount is not None else []
         low, high = self.range
-        if not (math.isfinite(low) and math.isfinite(high) and low < high <= low + 300.0):
+        if not (math.isfinite(low) and math.isfinite(high) and low < high <= low + 300.0 - 2 * STOP_MARGIN):
             found.append(
                 DimensionProblem(
-                    prefix + "range", self.range, "low < high, at most 300 deg apart", "the joint's travel, deg"
+                    prefix + "range", self.range, "low < high, at most 294 deg apart", "the joint's travel, deg"
                 )
             )
         elif not low <= self.rest_angle <= high:
@@ -225,6 +247,8 @@ class JointDimensions:
                     prefix + "rest_angle", self.rest_angle, f"{low:g} to {high:g} deg", "it lies in the joint's range"
                 )
             )
+        if not found:
+            found += self._stop_problems()
         if not found:
             smallest = self.shaft_diameter + 4 * self.clearance + 2.0
             if self.damper.outer_diameter < smallest:
@@ -250,6 +274,20 @@ class JointDimensions:
                 )
             )
         return found
+
+    def _stop_problems(self) -> list[DimensionProblem]:
+        """Stops that are within the wanted travel, or at which the spring yields."""
+        (low, high), name = self.range, f"{self.name}.stops"
+        first, last = self.stop_angles
+        if not (
+            math.isfinite(first) and math.isfinite(last) and first <= low - LEAST_STOP and last >= high + LEAST_STOP
+        ):
+            allowed = f"at most {low - LEAST_STOP:g} and at least {high + LEAST_STOP:g} deg"
+            return [DimensionProblem(name, self.stops, allowed, "the wanted travel lies between the stops")]
+        if self.yields is not None and not (self.yields[0] < first and last < self.yields[1]):
+            allowed = f"within {self.yields[0]:.4g} to {self.yields[1]:.4g} deg"
+            return [DimensionProblem(name, (first, last), allowed, "the spring would yield before the joint stops")]
+        return []
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from cad.encoder_seat import seat_floor
-from cad.fitting_layout import seat_screws
 from cad.joint import BuiltJoint
-from cad.mount import flange_size, mount_screws
+from cad.layout import seat_screws
 from cad.outline import Point
+from cad.outlines import flange_size, mount_screws
 from cad.parts import file_name
 
 Circle = tuple[Point, float]
@@ -61,7 +61,7 @@ def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
         FlatBracket(f"{name}_damper_bracket_ring", bracket, ((middle, ring), *screws), layout.bracket_height - d.wall),
     ]
     if d.encoder is not None:
-        small = tuple((at, d.encoder.bolt_diameter / 2) for at in seat_screws(d.encoder, layout.upper))
+        small = tuple((at, d.encoder.bolt_diameter / 2) for at in seat_screws(d.encoder, layout.upper.direction))
         bore, recess = d.shaft_diameter / 2 + clear, d.encoder.body_diameter / 2 + d.fit
         found += [
             FlatBracket(f"{name}_encoder_seat_base", layout.seat_radius, ((middle, bore), *small),

@@ -10,9 +10,8 @@ import math
 from typing import Any
 
 from cad.dimensions import JointDimensions
-from cad.fitting_layout import seat_screws
 from cad.fittings import EncoderDimensions
-from cad.layout import JointLayout
+from cad.layout import JointLayout, seat_screws
 from cad.outline import Point
 
 LEAST_FLOOR = 1.2  # mm, of print under the encoder's rim
@@ -42,7 +41,10 @@ def build_seat(dimensions: JointDimensions, layout: JointLayout) -> Any:
     cuts = [
         _cylinder(encoder.body_diameter / 2 + dimensions.fit, floor, top + 1.0),
         _cylinder(_bore(dimensions), -1.0, floor + 0.5),
-        *(_cylinder(encoder.bolt_diameter / 2, -1.0, top + 1.0, at) for at in seat_screws(encoder, layout.upper)),
+        *(
+            _cylinder(encoder.bolt_diameter / 2, -1.0, top + 1.0, at)
+            for at in seat_screws(encoder, layout.upper.direction)
+        ),
     ]
     return _cylinder(layout.seat_radius, 0.0, top).cut(*cuts)
 

@@ -21,7 +21,7 @@ from cad.scene_file import write_glb
 from cad.step_text import normalised_step
 
 Kind = Literal["step", "stl", "3mf", "glb", "dxf", "png"]
-PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat", "spring")
+PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat", "seat", "cap", "spring")
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,9 @@ def export_leg(
 ) -> list[ExportedFile]:
     """Write every part, every joint and the leg, once all gates hold.
 
-    Parts are written in their joint's frame (mm, hinge axis on z, upper link along +y), assemblies in the
-    rest pose with the spring loaded as it then is. ``checks`` are the gates' results where the caller has
+    Parts are written where they stand at the joint's free angle, in the joint's frame (mm, hinge axis on z, upper link
+    along +y), assemblies with every joint at its free angle: the spring as it is wound, no load on it. GLB and pictures
+    of the leg show the rest pose, springs bent. ``checks`` are the gates' results where the caller has
     them already.
 
     Raises
@@ -58,10 +59,12 @@ def export_leg(
     require(check_leg(leg) if checks is None else checks)
     folder.mkdir(parents=True, exist_ok=True)
     written: list[ExportedFile] = []
-    for part in leg.parts:
-        write_step(_assembly_of_part(part), folder / f"{part.name}.step")
-        write_stl([part.mesh], folder / f"{part.name}.stl")
-        written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in ("step", "stl")]
+    for joint, link in zip(leg.joints, leg.links, strict=True):
+        angle = joint.dimensions.free_angle
+        for part in (*joint.parts, link):
+            write_step(_assembly_of_part(part, joint.solid_at(part, angle)), folder / f"{part.name}.step")
+            write_stl([joint.mesh_at(part, angle)], folder / f"{part.name}.stl")
+            written += [ExportedFile(f"{part.name}.{kind}", kind, part.name) for kind in ("step", "stl")]
     for index in range(len(leg.joints)):
         written += _write_assembly(leg, index, folder)
     written += _write_assembly(leg, None, folder)
@@ -128,11 +131,11 @@ def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[Expor
     stem = f"{name}_assembly"
     assembly = cq.Assembly(name=stem)
     meshes: list[Mesh] = []
-    for index, (joint, link, place) in enumerate(zip(leg.joints, leg.links, leg.placements(), strict=True)):
+    for index, (joint, link, place) in enumerate(zip(leg.joints, leg.links, leg.placements(free=True), strict=True)):
         if only is not None and index != only:
             continue
         turn, shift = (place.turn, (place.x, place.y, 0.0)) if only is None else (0.0, (0.0, 0.0, 0.0))
-        angle = joint.dimensions.rest_angle
+        angle = joint.dimensions.free_angle
         for part in (*joint.parts, *([link] if only is None else [])):
             solid = joint.solid_at(part, angle).rotate((0, 0, 0), (0, 0, 1), turn).translate(shift)
             assembly.add(solid, name=part.name, color=cq.Color(*part.colour))
@@ -142,11 +145,11 @@ def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[Expor
     return [ExportedFile(f"{stem}.{kind}", kind, name) for kind in ("step", "stl")]
 
 
-def _assembly_of_part(part: BuiltPart) -> Any:
+def _assembly_of_part(part: BuiltPart, solid: Any) -> Any:
     """A part alone, wrapped so that its name and colour reach the file."""
     import cadquery as cq
 
-    return cq.Assembly(name=f"{part.name}_part").add(part.solid, name=part.name, color=cq.Color(*part.colour))
+    return cq.Assembly(name=f"{part.name}_part").add(solid, name=part.name, color=cq.Color(*part.colour))
 
 
 def write_step(assembly: Any, path: Path) -> None:

@@ -1,8 +1,8 @@
 """The two printed halves of a hinge, in the canonical frame of ``cad.layout``.
 
-Upper half: a clevis of two ears with round bores in which the shaft turns; ear B carries the upper arm's
-shafts, ear A the damper bracket. Lower half: a tongue whose D bore is keyed on the shaft; its cup is the
-spring's pocket, its floor plate carries the lower arm's shafts.
+Upper half: a clevis of two ears in which the shaft turns; ear B carries the upper arm's seat plate, ear A the damper
+bracket. Lower half: a tongue that is keyed on the shaft; its cup is the spring's pocket, its floor plate carries the
+lower arm's seat and the horns of the hard stops.
 """
 
 from __future__ import annotations
@@ -10,17 +10,20 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.arm_layout import ArmLayout
+from cad.arm_layout import OVERHANG, ArmLayout
 from cad.arm_shaft import build_d_bore
 from cad.damper_bracket import PILOT
 from cad.dimensions import JointDimensions
-from cad.fitting_layout import seat_screws
-from cad.layout import JointLayout
+from cad.hardware import insert_of, screw_of
+from cad.layout import SUNK_ASIDE, VERNIER, VERNIER_STEP, JointLayout, seat_screws, sunk_depth, window_half
 from cad.mount import build_flange, flange_volume
-from cad.outline import Disc, Hull, Point, hull_of
+from cad.outline import Hull, Point
+from cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
 
-THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot
+THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot and seat
 CROSS_SCREW = 3.4  # mm, M3 through socket and tube
+MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: one line of 0.4 mm prints
+SCALE_STEP = 5.0  # deg, between the ear's marks
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
@@ -28,22 +31,59 @@ def bore_radius(dimensions: JointDimensions) -> float:
     return (dimensions.shaft_diameter + dimensions.clearance) / 2
 
 
-def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
+def cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
+    """A cadquery Solid parallel to the hinge axis."""
     import cadquery as cq
 
     return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
 
 
-def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Any:
+def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Any:
+    """A cadquery Solid along the axes."""
     import cadquery as cq
 
     return cq.Solid.makeBox(x[1] - x[0], y[1] - y[0], z[1] - z[0], cq.Vector(x[0], y[0], z[0]))
 
 
-def _lobes(dimensions: JointDimensions, arm: ArmLayout) -> list[Disc]:
-    """Material round an arm's two shafts."""
-    radius = dimensions.pin_diameter / 2 + dimensions.wall
-    return [Disc(x, y, radius) for x, y in (arm.bearing, arm.keeper)]
+def prism(points: list[tuple[float, float, float]], way: tuple[float, float, float]) -> Any:
+    """A flat polygon moved along a vector, as a cadquery Solid."""
+    import cadquery as cq
+
+    corners = [cq.Vector(*point) for point in points]
+    face = cq.Face.makeFromWires(cq.Wire.makePolygon(corners, close=True))
+    return cq.Solid.extrudeLinear(face, cq.Vector(*way))
+
+
+def in_arm_frame(solid: Any, arm: ArmLayout) -> Any:
+    """A solid drawn along x from the tangent point, brought to an arm."""
+    return solid.rotate((0, 0, 0), (0, 0, 1), arm.direction).translate((*arm.tangent, 0))
+
+
+def ring_sector(inner: float, outer: float, sector: tuple[float, float], bottom: float, top: float) -> Any:
+    """A sector of a ring between two angles, deg."""
+    import cadquery as cq
+
+    whole = cq.Solid.makeCylinder(
+        outer, top - bottom, cq.Vector(0, 0, bottom), cq.Vector(0, 0, 1), sector[1] - sector[0]
+    ).rotate((0, 0, 0), (0, 0, 1), sector[0])
+    return whole.cut(cylinder(inner, bottom - 1, top + 1))
+
+
+def v_groove(arm: ArmLayout, wire: float, way: int) -> Any:
+    """The tool that cuts an arm's V of 90 deg into its pad: open towards ``way`` (+1: up), along the sloped wire."""
+    norm = math.hypot(1.0, arm.slope)
+    start = arm.free - 0.5
+    length = arm.seat.length + OVERHANG + 1.5
+    deep = wire / math.sqrt(2)
+    wide = deep + 0.75 * wire
+    up = (-arm.slope / norm * way, way / norm)  # square to the wire, in the plane of s and z, out of the pad
+    s, z = start, arm.wire_height(start)
+
+    def corner(n: float, b: float) -> tuple[float, float, float]:
+        return s + b * up[0], n, z + b * up[1]
+
+    points = [corner(0.0, -deep), corner(wide, wide - deep), corner(-wide, wide - deep)]
+    return in_arm_frame(prism(points, (length, 0.0, length * arm.slope)), arm)
 
 
 def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way: int) -> tuple[Any, list[Any]]:
@@ -55,139 +95,155 @@ def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way:
     body = cq.Solid.makeCylinder(layout.socket_outer, layout.socket_depth, origin, direction)
     bore = cq.Solid.makeCylinder(dimensions.link_width / 2 + dimensions.fit, layout.socket_depth + 1, origin, direction)
     at = way * (start + layout.socket_depth / 2)
-    screw = _cylinder(CROSS_SCREW / 2, -layout.socket_outer - 1, layout.socket_outer + 1, (0.0, at))
+    screw = cylinder(CROSS_SCREW / 2, -layout.socket_outer - 1, layout.socket_outer + 1, (0.0, at))
     return body, [bore, screw]
-
-
-def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
-    """Outlines of ear A (bracket side) and ear B (arm shaft side; of a pair of springs both are)."""
-    hub = dimensions.shaft_diameter / 2 + dimensions.clearance + 2 * dimensions.wall
-    radius = layout.web_thickness / 2
-    side = layout.socket_outer - radius
-    corners = [Disc(x, layout.upper_bottom - radius, radius) for x in (-side, side)]
-    lobes = _lobes(dimensions, layout.upper)
-    on_a = lobes if layout.mirrored else []
-    ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius)), *corners, *on_a])
-    ear_b = hull_of([Disc(0.0, 0.0, max(hub, layout.seat_radius)), *corners, *lobes])
-    return ear_a, ear_b
-
-
-def web_outline(layout: JointLayout) -> Hull:
-    """The web between the ears seen along z, its corners as round as it is thick."""
-    radius = layout.web_thickness / 2
-    side = layout.socket_outer - radius
-    return hull_of([Disc(x, layout.upper_bottom - radius, radius) for x in (-side, side)])
 
 
 def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The clevis as a cadquery Solid; the upper link points along +y."""
-    gap, outside = layout.gap, layout.gap + dimensions.plate
+    low, high = -layout.gap_a, layout.gap_b
+    bottom, top = low - dimensions.plate, high + dimensions.plate
     ear_a, ear_b = ear_outlines(dimensions, layout)
-    web = web_outline(layout).extrude(-gap, gap)
+    web = web_outline(layout).extrude(low, high)
     if dimensions.mount is None:
         end, cuts = _socket(dimensions, layout, layout.upper_bottom, 1)
     else:
         end, cuts = build_flange(dimensions, layout)
-    cuts.append(_cylinder(bore_radius(dimensions), -outside - 1, outside + 1))
-    pin = dimensions.pin_diameter / 2 + dimensions.fit
-    ears = ((gap, outside + 1), (-outside - 1, -gap))[: 2 if layout.mirrored else 1]
-    cuts += [_cylinder(pin, *ear, at) for ear in ears for at in (layout.upper.bearing, layout.upper.keeper)]
+    cuts.append(cylinder(bore_radius(dimensions), bottom - 1, top + 1))
     pilot = PILOT * dimensions.damper.bolt_diameter / 2
-    cuts += [_cylinder(pilot, -outside - 1, -gap, at) for at in layout.screws]
+    cuts += [cylinder(pilot, bottom - 1, low, at) for at in layout.screws]
     if dimensions.encoder is not None:
         pilot = PILOT * dimensions.encoder.bolt_diameter / 2
-        cuts += [_cylinder(pilot, gap, outside + 1, at) for at in seat_screws(dimensions.encoder, layout.upper)]
-    body = ear_a.extrude(-outside, -gap).fuse(ear_b.extrude(gap, outside), web, end)
+        screws = seat_screws(dimensions.encoder, layout.upper.direction)
+        cuts += [cylinder(pilot, high, top + 1, at) for at in screws]
+    cuts += _scale(dimensions, layout, high, top)
+    if layout.mirrored:
+        cuts += [cut.mirror("XY") for cut in _scale(dimensions, layout, -low, -bottom)]
+        cuts += [cut.mirror("XY") for cut in _sunk(layout, -bottom)]
+    body = ear_a.extrude(bottom, low).fuse(ear_b.extrude(high, top), web, end)
     return body.cut(*cuts)
 
 
-def tongue_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
-    """Outlines of the tongue's floor plate, which reaches round the arm's shafts, and of the cup above it."""
-    radius = layout.web_thickness / 2
-    side = layout.socket_outer - radius
-    cup = [
-        Disc(0.0, 0.0, layout.tongue_radius),
-        *(Disc(x, radius - layout.lower_bottom, radius) for x in (-side, side)),
-    ]
-    return hull_of([*cup, *_lobes(dimensions, layout.lower)]), hull_of(cup)
+def _arcs(layout: JointLayout, half_width: float) -> list[tuple[float, float]]:
+    """Sectors (deg) in which the seat plate's screws move, to ``half_width`` mm beside their axes."""
+    plate = layout.plate
+    half = plate.travel + math.degrees(math.asin(half_width / plate.radius))
+    return [(angle - half, angle + half) for angle in plate.angles]
+
+
+def _window(layout: JointLayout) -> tuple[float, float]:
+    """Sector (deg) of the window over the seat plate's marks."""
+    half = window_half(layout.plate.travel)
+    return layout.plate.window - half, layout.plate.window + half
+
+
+def scale_marks(layout: JointLayout) -> list[float]:
+    """Directions (deg) of the ear's marks, every 5 deg over the seat's travel and the vernier's ends."""
+    count = math.floor((layout.plate.travel + VERNIER_STEP * VERNIER[-1]) / SCALE_STEP)
+    return [layout.plate.window + SCALE_STEP * index for index in range(-count, count + 1)]
+
+
+def _mark(angle: float, inner: float, outer: float, face: float, depth: float) -> Any:
+    return box((inner, outer), (-MARK[0] / 2, MARK[0] / 2), (face - depth, face + 1)).rotate(
+        (0, 0, 0), (0, 0, 1), angle
+    )
+
+
+def _mark_ends(layout: JointLayout) -> tuple[float, float]:
+    """Radii (mm) between which the ear's marks run, outside the window."""
+    screw = screw_of(layout.seat.screw)
+    return layout.plate.radius + screw.hole / 2 + 0.3, layout.plate.radius + screw.washer / 2 + 0.3
+
+
+def _plus(dimensions: JointDimensions, layout: JointLayout) -> Point:
+    """The pit beside the window at its plus end: turned there, the seat makes the free angle larger."""
+    marks = scale_marks(layout)
+    end = (marks[-1] - marks[0]) / 2 + 0.6 * SCALE_STEP
+    angle = math.radians(layout.plate.window - dimensions.closes * end)
+    radius = _mark_ends(layout)[0] + MARK[0]
+    return radius * math.cos(angle), radius * math.sin(angle)
+
+
+def _scale(dimensions: JointDimensions, layout: JointLayout, low: float, top: float) -> list[Any]:
+    """Cuts in an ear: the screws' slots, the window, the marks beside it and a pit at the plus end."""
+    plate, half = layout.plate, screw_of(layout.seat.screw).hole / 2
+    inner, outer = plate.radius - half, plate.radius + half
+    cuts = [ring_sector(inner, outer, arc, low - 1, top + 1) for arc in _arcs(layout, half)]
+    cuts.append(ring_sector(inner, outer, _window(layout), low - 1, top + 1))
+    cuts += [_mark(angle, *_mark_ends(layout), top, MARK[1]) for angle in scale_marks(layout)]
+    cuts.append(cylinder(MARK[0], top - MARK[1], top + 1, _plus(dimensions, layout)))
+    return cuts
+
+
+def _sunk(layout: JointLayout, top: float) -> list[Any]:
+    screw = screw_of(layout.seat.screw)
+    half, depth = screw.washer / 2 + SUNK_ASIDE, sunk_depth(screw)
+    radius = layout.plate.radius
+    return [ring_sector(radius - half, radius + half, arc, top - depth, top + 1) for arc in _arcs(layout, half)]
 
 
 def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The tongue as a cadquery Solid; the lower link points along -y."""
-    half = layout.half_width
-    floor, cup = tongue_outlines(dimensions, layout)
+    half, floor_top, floor_bottom = layout.half_width, layout.floor_top, layout.floor_bottom
+    cup = cup_outline(layout)
     socket, cuts = _socket(dimensions, layout, layout.lower_bottom, -1)
+    horns = [
+        prism([(x, y, floor_bottom) for x, y in stop.outline()], (0.0, 0.0, floor_top - floor_bottom))
+        for stop in layout.stops
+    ]
+    pad_top = layout.lower.wire_height(layout.lower.middle)
     # Prisms that share a face only: kernels stumble over cylinders that coincide.
-    cups = [cup.extrude(layout.floor_top, half)]
-    pocket = _cylinder(layout.pocket_radius, layout.floor_top, half + 1)
-    if layout.arbor_radius:
-        pocket = pocket.cut(_cylinder(layout.arbor_radius, layout.floor_top, half + 1))
-    rooms = [pocket, _lower_slot(dimensions, layout), _lower_mouth(dimensions, layout)]
-    rooms.append(_upper_notch(dimensions, layout))
+    cups = [cup.extrude(floor_top, half), layout.lower.outline().extrude(floor_top, pad_top)]
+    pocket = cylinder(layout.space.pocket_radius, floor_top, half + 1)
+    if layout.space.arbor_radius:
+        pocket = pocket.cut(cylinder(layout.space.arbor_radius, floor_top, half + 1))
+    rooms = [pocket, _lower_slot(dimensions, layout, cup), _seat_room(dimensions, layout, cup, pad_top)]
+    rooms += [v_groove(layout.lower, dimensions.spring.wire_diameter, 1), _upper_notch(dimensions, layout)]
     if layout.mirrored:
         cups, rooms = ([*shapes, *(shape.mirror("XY") for shape in shapes)] for shapes in (cups, rooms))
-    floor_bottom = -layout.floor_top if layout.mirrored else -half
-    body = floor.extrude(floor_bottom, layout.floor_top).fuse(*cups, socket)
+    body = floor_outline(layout).extrude(floor_bottom, floor_top).fuse(*cups, *horns, socket)
     cuts += rooms
     cuts.append(build_d_bore(dimensions.shaft_diameter, dimensions.fit, -half - 1, half + 1))
-    pin = dimensions.pin_diameter / 2 + dimensions.fit
-    cuts += [_cylinder(pin, -half - 1, half + 1, at) for at in (layout.lower.bearing, layout.lower.keeper)]
+    hole = insert_of(layout.seat.screw).hole / 2
+    cuts += [cylinder(hole, -half - 1, half + 1, at) for at in layout.lower.screws]
     return body.cut(*cuts)
 
 
-def _lower_slot(dimensions: JointDimensions, layout: JointLayout) -> Any:
-    """The way of the lower arm out of the pocket, open to the top so that the spring drops in."""
+def _open_edge(edge: float, hull: Hull, arm: ArmLayout, way: int, start: float, wall: float) -> float:
+    """The edge of a cut across an arm, ``edge`` mm from it; farther out where else a blade would stay beside it.
+
+    ``way`` +1: outwards; -1: inwards. ``start`` mm: distance of the arm's line from the hinge.
+    """
+    outside = hull.reach(arm.direction + 90.0 * arm.side * way) - way * start
+    return outside + 1.0 if outside - edge < THINNEST_CHEEK * wall else edge
+
+
+def _lower_slot(dimensions: JointDimensions, layout: JointLayout, cup: Hull) -> Any:
+    """The way of the lower arm out of the pocket to its seat, open to the top so that the spring drops in."""
     arm, spring = layout.lower, dimensions.spring
     width = spring.wire_diameter / 2 + dimensions.clearance
-    # The coil's radius, and with it the arm's line near the coil and its tip, moves over the joint's travel.
-    end = layout.arm_reach + max(0.0, -layout.slips[1]) + 2 * dimensions.clearance
-    outside = layout.radius_open - spring.radius + width
-    towards_keeper = end * math.tan(math.radians(max(0.0, -layout.arm_turns[1])))
-    # What the slot leaves on its outer side is a blade when thin: then the slot is open to that side.
-    _, cup = tongue_outlines(dimensions, layout)
-    if cup.reach(arm.direction + 90.0) - spring.radius - outside < THINNEST_CHEEK * dimensions.wall:
-        outside = layout.web_radius
-    slot = _box(
-        (0.0, end),
-        (layout.radius_closed - spring.radius - width - towards_keeper, outside),
-        (layout.floor_top, layout.half_width + 1),
-    )
-    # Round the shafts it widens, or thin horns of print would stand between slot and shaft holes.
-    pin, side = dimensions.pin_diameter, 2 * dimensions.clearance
-    lateral = (spring.wire_diameter + pin) / 2
-    well = _box(
-        (layout.pin_reach - pin / 2 - dimensions.clearance, end),
-        (-lateral - dimensions.keeper_gap - pin / 2 - side, lateral + pin / 2 + side),
-        (layout.floor_top, layout.half_width + 1),
-    )
-    return slot.fuse(well).rotate((0, 0, 0), (0, 0, 1), arm.direction).translate((*arm.tangent, 0))
+    outside = _open_edge(width + layout.space.sway_out, cup, arm, 1, spring.radius, dimensions.wall)
+    inside = width + layout.space.sway_in
+    slot = box((0.0, arm.free + 0.5), (-inside, outside), (layout.floor_top, layout.half_width + 1))
+    return in_arm_frame(slot, arm)
 
 
-def _lower_mouth(dimensions: JointDimensions, layout: JointLayout) -> Any:
-    """The pocket's wall where the slot leaves it at a grazing angle: cut away, it would be a feather edge."""
-    width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
-    near = math.degrees(math.asin((layout.radius_closed - width) / layout.tongue_radius))
-    near -= max(0.0, -layout.arm_turns[1])
-    sector = (layout.lower.direction + near, layout.lower.direction + 90.0)
-    return _ring_sector(layout, dimensions.clearance, sector, layout.tongue_radius, layout.floor_top)
+def _seat_room(dimensions: JointDimensions, layout: JointLayout, cup: Hull, pad_top: float) -> Any:
+    """Room over the lower arm's pad for cap, screws and a driver."""
+    arm, radius, wall = layout.lower, dimensions.spring.radius, dimensions.wall
+    edge = arm.seat.half_width + dimensions.clearance
+    outside = _open_edge(edge, cup, arm, 1, radius, wall)
+    end = arm.free + arm.seat.length + OVERHANG + dimensions.clearance
+    far = cup.reach(arm.direction)
+    end = far + 1.0 if far - end < THINNEST_CHEEK * wall else end
+    room = box((arm.free - dimensions.clearance, end), (-edge, outside), (pad_top, layout.half_width + 1))
+    return in_arm_frame(room, arm)
 
 
 def _upper_notch(dimensions: JointDimensions, layout: JointLayout) -> Any:
-    """The sector that the upper arm and its shafts sweep, cut out of the pocket's wall."""
-    return _ring_sector(layout, dimensions.clearance, layout.notch, layout.web_radius, layout.notch_bottom)
-
-
-def _ring_sector(
-    layout: JointLayout, clearance: float, sector: tuple[float, float], outside: float, bottom: float
-) -> Any:
-    """A cut from inside the pocket to radius ``outside``, between two angles (deg), from ``bottom`` upwards."""
-    import cadquery as cq
-
-    height = layout.half_width + 1 - bottom
-    whole = cq.Solid.makeCylinder(
-        outside, height, cq.Vector(0, 0, bottom), cq.Vector(0, 0, 1), sector[1] - sector[0]
-    ).rotate((0, 0, 0), (0, 0, 1), sector[0])
-    return whole.cut(_cylinder(layout.pocket_radius - clearance / 2, bottom - 1, bottom + height + 1))
+    """The sector of the pocket's wall that the upper arm sweeps."""
+    inner = layout.space.pocket_radius - dimensions.clearance / 2
+    return ring_sector(inner, layout.web_radius, layout.notch, layout.notch_bottom, layout.half_width + 1)
 
 
 def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
@@ -195,19 +251,37 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     ear_a, ear_b = ear_outlines(dimensions, layout)
     plate, damper = dimensions.plate, dimensions.damper
     bore = math.pi * bore_radius(dimensions) ** 2
-    pins = 2 * math.pi * (dimensions.pin_diameter / 2 + dimensions.fit) ** 2
     pilots = damper.bolt_count * math.pi * (PILOT * damper.bolt_diameter / 2) ** 2
     encoder = dimensions.encoder
     seat = 0.0 if encoder is None else encoder.bolt_count * math.pi * (PILOT * encoder.bolt_diameter / 2) ** 2
-    on_a = pins if layout.mirrored else 0.0
-    ears = (ear_a.area - bore - pilots - on_a) * plate + (ear_b.area - bore - pins - seat) * plate
-    web = 2 * layout.gap * web_outline(layout).area
+    ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - seat) * plate
+    scale = _scale_volume(layout, plate)
+    ears -= scale
+    if layout.mirrored:
+        screw = screw_of(layout.seat.screw)
+        half, depth, hole = screw.washer / 2 + SUNK_ASIDE, sunk_depth(screw), screw.hole / 2
+        slots = sum(_sector_area(layout, arc, hole) for arc in _arcs(layout, hole))
+        ears -= scale + depth * (sum(_sector_area(layout, arc, half) for arc in _arcs(layout, half)) - slots)
+    web = (layout.gap_a + layout.gap_b) * web_outline(layout).area
     if dimensions.mount is not None:
         return ears + web + flange_volume(dimensions, layout)
     outer = layout.socket_outer
     inner = dimensions.link_width / 2 + dimensions.fit
     socket = math.pi * (outer**2 - inner**2) * layout.socket_depth
     return ears + web + socket - _cross_hole(outer, inner)
+
+
+def _sector_area(layout: JointLayout, arc: tuple[float, float], half: float) -> float:
+    return math.radians(arc[1] - arc[0]) * layout.plate.radius * 2 * half
+
+
+def _scale_volume(layout: JointLayout, plate: float) -> float:
+    """Volume (mm^3) that slots, window, marks and pit take from an ear."""
+    half = screw_of(layout.seat.screw).hole / 2
+    through = sum(_sector_area(layout, arc, half) for arc in (*_arcs(layout, half), _window(layout)))
+    inner, outer = _mark_ends(layout)
+    marks = len(scale_marks(layout)) * (outer - inner) * MARK[0] * MARK[1]
+    return through * plate + marks + math.pi * MARK[0] ** 2 * MARK[1]
 
 
 def _cross_hole(outer: float, inner: float) -> float:

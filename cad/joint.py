@@ -5,13 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cad import arm_shaft, damper_adapter, damper_bracket, encoder_seat, hinge, torsion_spring
+import numpy as np
+
+from cad import arm_shaft, damper_adapter, damper_bracket, encoder_seat, hinge, spring_seat, torsion_spring
 from cad.arm_layout import ArmLayout
+from cad.checked_layout import lay_out
 from cad.dimensions import JointDimensions
-from cad.fitting_layout import adapter_radius
-from cad.layout import JointLayout, lay_out
+from cad.fitting_problems import adapter_radius
+from cad.hardware import screw_of
+from cad.layout import JointLayout, sunk_depth
+from cad.outline import Point
 from cad.parts import BuiltPart, Group, Mesh, file_name, mesh_of
-from cad.pose import SpringPose, pose_spring
+from cad.pose import loaded_line
 
 
 @dataclass(frozen=True)
@@ -47,13 +52,7 @@ class BuiltJoint:
         return part.mesh.turned(self.turn(part.group, angle))
 
     def solid_at(self, part: BuiltPart, angle: float) -> Any:
-        """A part's solid at the measured joint ``angle`` (deg), the spring loaded as it then is."""
-        if part.group == "spring":
-            dimensions, layout = self.seat(part)
-            pose = pose_spring(dimensions, layout, angle)
-            solid = torsion_spring.build_spring(pose.spring, layout.arm_length)
-            turn, height = spring_placement(dimensions, layout, pose)
-            return solid.rotate((0, 0, 0), (0, 0, 1), turn).translate((0, 0, height))
+        """A part's solid at the measured joint ``angle`` (deg); the spring's as it is unloaded, at the free angle."""
         return part.solid.rotate((0, 0, 0), (0, 0, 1), self.turn(part.group, angle))
 
 
@@ -79,7 +78,7 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
         _shaft(f"{name}_shaft", dimensions, layout),
         *_adapter(name, dimensions, layout),
         *_encoder(name, dimensions, layout),
-        *_arm_shafts(name, dimensions, layout),
+        *_seats(name, dimensions, layout),
         *_springs(name, dimensions, layout),
     ]
     return BuiltJoint(dimensions, layout, tuple(parts))
@@ -110,7 +109,7 @@ def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, 
             dimensions.clearance,
             dimensions.shaft_diameter,
         )
-        solid = damper_bracket.build_bracket(*arguments).translate((0, 0, -layout.gap - dimensions.plate))
+        solid = damper_bracket.build_bracket(*arguments).translate((0, 0, -layout.gap_a - dimensions.plate))
         exact = damper_bracket.bracket_volume(arguments[0], *arguments[2:])
     return _part(name, family, group, solid, layout, exact, printed=True, made="print")
 
@@ -136,14 +135,14 @@ def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> Buil
     solid = damper_bracket.build_damper(
         dimensions.damper, layout.screws, layout.bracket_radius, layout.bracket_height, bore
     )
-    solid = solid.translate((0, 0, -layout.gap - dimensions.plate))
+    solid = solid.translate((0, 0, -layout.gap_a - dimensions.plate))
     exact = damper_bracket.damper_volume(dimensions.damper, layout.bracket_radius, bore)
     return _part(name, "damper", "upper", solid, layout, exact, printed=False, made="buy (envelope only)")
 
 
 def shaft_bottom(dimensions: JointDimensions, layout: JointLayout) -> float:
     """Z (mm) of the shaft's lower end: in the damper's bore, or in the adapter."""
-    damper, outside = dimensions.damper, layout.gap + dimensions.plate
+    damper, outside = dimensions.damper, layout.gap_a + dimensions.plate
     if damper.adapter is None:
         return damper_bracket.rotor_bottom(damper, layout.bracket_height) - outside
     return -outside - dimensions.wall - dimensions.clearance - damper.adapter.shaft_grip
@@ -151,7 +150,7 @@ def shaft_bottom(dimensions: JointDimensions, layout: JointLayout) -> float:
 
 def _shaft(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
     diameter, encoder = dimensions.shaft_diameter, dimensions.encoder
-    outside, bottom = layout.gap + dimensions.plate, shaft_bottom(dimensions, layout)
+    outside, bottom = layout.gap_b + dimensions.plate, shaft_bottom(dimensions, layout)
     pocket = (0.0, 0.0) if encoder is None else (encoder.magnet_diameter, encoder.magnet_depth)
     solid = arm_shaft.build_d_shaft(diameter, bottom, layout.half_width, outside, pocket)
     exact = arm_shaft.d_shaft_volume(diameter, layout.half_width - bottom, outside - layout.half_width, pocket)
@@ -164,7 +163,7 @@ def _adapter(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
     if adapter is None:
         return []
     arguments = (adapter, adapter_radius(dimensions), dimensions.shaft_diameter, dimensions.fit)
-    top = -layout.gap - dimensions.plate - dimensions.wall - dimensions.clearance
+    top = -layout.gap_a - dimensions.plate - dimensions.wall - dimensions.clearance
     solid = damper_adapter.build_adapter(*arguments).translate((0, 0, top))
     exact = damper_adapter.adapter_volume(*arguments)
     title = f"{name}_damper_adapter"
@@ -176,7 +175,7 @@ def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
     encoder = dimensions.encoder
     if encoder is None:
         return []
-    shift = (0, 0, layout.gap + dimensions.plate)
+    shift = (0, 0, layout.gap_b + dimensions.plate)
     seat = encoder_seat.build_seat(dimensions, layout).translate(shift)
     body = encoder_seat.build_encoder(encoder).translate(shift)
     exact, envelope = encoder_seat.seat_volume(dimensions, layout), encoder_seat.encoder_volume(encoder)
@@ -187,21 +186,53 @@ def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
     ]
 
 
-def _arm_shafts(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
-    parts = []
-    sides: list[tuple[Group, str, ArmLayout]] = [("upper", "upper", layout.upper), ("lower", "lower", layout.lower)]
+def _seats(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+    """Seat plates, caps and screws; of a pair of springs the second one's as well, mirrored in z."""
+    found = _seat_parts(name, "", dimensions, layout)
     if layout.mirrored:
-        below = replace(layout.upper, bottom=-layout.upper.top, top=-layout.upper.bottom)
-        sides.append(("upper", "upper_2", below))
-    for group, side, arm in sides:
-        for role, at in (("arm_shaft", arm.bearing), ("keeper", arm.keeper)):
-            solid = arm_shaft.build_arm_shaft(dimensions.pin_diameter, arm.bottom, arm.top, at)
-            exact = arm_shaft.arm_shaft_volume(dimensions.pin_diameter, arm.top - arm.bottom)
-            title = f"{name}_{side}_{role}"
-            parts.append(
-                _part(title, "arm_shaft", group, solid, layout, exact, printed=False, made="cut from a steel dowel")
-            )
+        below = replace(layout, flips=(layout.flips[0], -layout.flips[1]))
+        found += _seat_parts(name, "_2", dimensions, below)
+    return found
+
+
+def _seat_parts(name: str, which: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
+    plate, seat = layout.plate, layout.seat
+    solid = spring_seat.build_plate(dimensions, layout)
+    parts = [_part(f"{name}_seat{which}", "seat", "upper", solid, layout, None, printed=True, made="print")]
+    arms: list[tuple[Group, ArmLayout, int]] = [("upper", layout.upper, -1), ("lower", layout.lower, 1)]
+    for group, arm, way in arms:
+        cap, exact = spring_seat.build_cap(dimensions, arm, way), spring_seat.cap_volume(dimensions, arm)
+        parts.append(_part(f"{name}_{group}_cap{which}", "cap", group, cap, layout, exact, printed=True, made="print"))
+        face = spring_seat.cap_face(arm, way)
+        for index, at in enumerate(arm.screws, start=1):
+            title = f"{name}_{group}_screw{which}_{index}"
+            parts.append(_screw(title, group, layout, seat.screw_length, face, way, at))
+    top, length = layout.gap_b + dimensions.plate, plate.screw_length
+    if which:
+        top, length = top - sunk_depth(screw_of(seat.screw)), plate.sunk_length
+    for index, at in enumerate(plate.screws, start=1):
+        title = f"{name}_seat_screw{which}_{index}"
+        parts.append(_screw(title, "upper", layout, length, top, 1, at, washer=True))
     return parts
+
+
+def _screw(
+    title: str,
+    group: Group,
+    layout: JointLayout,
+    length: float,
+    face: float,
+    way: int,
+    at: Point,
+    *,
+    washer: bool = False,
+) -> BuiltPart:
+    screw = screw_of(layout.seat.screw)
+    solid = spring_seat.build_screw(screw.size, length, face, way, at, washer=washer)
+    exact = spring_seat.screw_volume(screw.size, length, washer=washer)
+    made = f"buy: {screw.standard} - M{screw.size:g} x {length:g}, steel"
+    made += f", with washer ISO 7089 - {screw.size:g}" * washer
+    return _part(title, "screw", group, solid, layout, exact, printed=False, made=made)
 
 
 def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple[JointDimensions, JointLayout]]:
@@ -214,29 +245,35 @@ def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple
     return seats
 
 
-def spring_placement(dimensions: JointDimensions, layout: JointLayout, pose: SpringPose) -> tuple[float, float]:
-    """Turn (deg about z) and height (mm) that bring a spring from its own frame into the joint's.
+def spring_placement(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
+    """Turn (deg about z) and height (mm) that bring an unloaded spring from its own frame into the joint's.
 
     The joint's x flip takes an arm's direction a to 180 - a; its z flip puts the canonical top, where the
     upper arm leaves, at the bottom.
     """
     flip_x, flip_z = layout.flips
-    wanted = pose.upper_direction if flip_x > 0 else 180.0 - pose.upper_direction
-    height = pose.spring.drawn_coils * pose.spring.drawn_pitch  # the coil rests on the floor; closed, it grows upwards
+    spring, direction = dimensions.spring, layout.upper.direction
+    wanted = direction if flip_x > 0 else 180.0 - direction
     if flip_z > 0:
-        return wanted - torsion_spring.top_arm_direction(pose.spring), layout.coil_start
-    return wanted - torsion_spring.bottom_arm_direction(pose.spring), -layout.coil_start - height
+        return wanted - torsion_spring.top_arm_direction(spring), layout.coil_start
+    return wanted - torsion_spring.bottom_arm_direction(spring), -layout.coil_start - layout.coil_height
 
 
-def spring_mesh_at(
-    dimensions: JointDimensions, layout: JointLayout, angle: float, fineness: tuple[int, int] | None = None
-) -> Mesh:
-    """The spring's mesh in the joint's frame at the measured ``angle``, deg; ``fineness``: sides, steps a turn."""
-    pose = pose_spring(dimensions, layout, angle)
-    turn, height = spring_placement(dimensions, layout, pose)
-    sides, steps = fineness or (torsion_spring.SIDES, torsion_spring.STEPS_PER_TURN)
-    vertices, faces = torsion_spring.spring_mesh(pose.spring, layout.arm_length, sides, steps)
-    return Mesh(vertices, faces).turned(turn, (0.0, 0.0, height))
+def spring_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float, sides: int | None = None) -> Mesh:
+    """The spring's mesh in the joint's frame at the measured ``angle``, deg; ``sides`` of its section."""
+    points = loaded_line(dimensions, layout, angle)
+    vertices, faces = torsion_spring.tube_mesh(points, dimensions.spring.wire_diameter, sides or torsion_spring.SIDES)
+    return Mesh(vertices, faces).scaled((layout.flips[0], 1, layout.flips[1]))
+
+
+def free_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float, sides: int | None = None) -> Mesh:
+    """As :func:`spring_mesh_at`, without the ends in the seats and the clearance's length before them."""
+    points = loaded_line(dimensions, layout, angle)[1:-1]
+    for end, inner in ((0, 1), (-1, -2)):
+        way = points[inner] - points[end]
+        points[end] += way * min(0.5, dimensions.clearance / float(np.linalg.norm(way)))
+    vertices, faces = torsion_spring.tube_mesh(points, dimensions.spring.wire_diameter, sides or torsion_spring.SIDES)
+    return Mesh(vertices, faces).scaled((layout.flips[0], 1, layout.flips[1]))
 
 
 def _springs(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
@@ -245,8 +282,7 @@ def _springs(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
 
 
 def _spring(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
-    pose = pose_spring(dimensions, layout, dimensions.free_angle)
-    turn, height = spring_placement(dimensions, layout, pose)
+    turn, height = spring_placement(dimensions, layout)
     solid = torsion_spring.build_spring(dimensions.spring, layout.arm_length)
     solid = solid.rotate((0, 0, 0), (0, 0, 1), turn).translate((0, 0, height))
     return BuiltPart(

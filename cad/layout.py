@@ -5,51 +5,74 @@ the straight lower link along -y. It holds a right-hand spring whose arms open a
 counter-clockwise seen from +z. Every other joint is this one mirrored (see ``flips``), except the spring,
 which is drawn in its own hand and laid in, so that the contact checks test the mirror too.
 
-Along z, upwards: damper and bracket | ear A | floor plate of the tongue | coil in its pocket | ear B.
-The lower arm leaves the coil at the floor, where stubby arm shafts stand on the floor plate; the upper arm
-leaves it at the top, where stubby shafts come down from ear B. So the shafts never meet the other arm.
+Along z, upwards: damper and bracket | ear A | floor plate of the tongue | coil in its pocket | the upper arm's seat
+plate | ear B. The lower arm leaves the coil at the floor, where a cap clamps it on a pad of the floor plate; the upper
+arm leaves it at the top and is clamped under the seat plate, which is screwed to ear B and can be turned about the
+hinge.
 
-Of a pair of springs the second is the first mirrored in z, in a pocket below the floor, its upper arm on shafts that
-stand on ear A; the lower arms' shafts go through the floor and bear both. z = 0 is then the middle of the floor:
-ear A | coil in its pocket | floor plate | coil in its pocket | ear B.
+Of a pair of springs the second is the first mirrored in z, in a pocket below the floor, its upper arm on a seat plate
+at ear A. z = 0 is then the middle of the floor: ear A | seat plate | coil | floor plate | coil | seat plate | ear B.
 
-How an arm lies on its shafts: ``cad.arm_layout``.
+Whether all of this fits is told by ``cad.checked_layout``; how an arm lies in its seat by ``cad.arm_layout``.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from cad.arm_layout import ArmLayout, arm_turns, lay_arm, notch, slips
+from cad.arm_layout import OVERHANG, RIM, ArmLayout, SeatSize, lay_arm, seat_size
 from cad.dimensions import JointDimensions
-from cad.fitting_layout import damper_screws, fitting_problems, seat_radius
-from cad.folding import travel_problems
-from cad.limits import DimensionError, DimensionProblem
-from cad.outline import Point
-from cad.spring_space import PIN_OVERHANG, SpringSpace, spring_space
+from cad.fittings import DamperDimensions, EncoderDimensions
+from cad.hardware import Screw, insert_of, screw_of
+from cad.outline import Point, unit
+from cad.spring_space import SpringSpace, spring_space
+from cad.stops import Stop, lay_stops
+
+SEAT_SCREWS = (75.0, 180.0, 285.0)  # deg from the arm: round the circle, the seat between two of them
+WINDOW = 127.5  # deg from the arm: between two screws' slots
+RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
+SUNK_ASIDE = 0.2  # mm, of a groove beside the washers that lie in it
+VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so a degree is read
+VERNIER = (-2, -1, 0, 1, 2)  # the marks, in steps: five tell a degree of five
+LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, which prints and can be read
+
+
+@dataclass(frozen=True)
+class SeatPlate:
+    """The plate that carries an upper arm's seat, and the slots in the ear by which it is turned; mm, deg."""
+
+    screw_length: float
+    sunk_length: float  # of the second spring's screws, whose heads are sunk in ear A
+    radius: float  # of the screws' circle and of the scale
+    hub: float  # outer radius round the shaft
+    angles: tuple[float, ...]  # of the screws, canonical, with the seat in its middle
+    window: float  # direction of the window over the scale
+    travel: float  # either way
+    bottom: float  # z of its face towards the coil
+    top: float  # z of its face on the ear
+
+    @property
+    def screws(self) -> tuple[Point, ...]:
+        """The screws' axes with the seat in its middle."""
+        return tuple((self.radius * x, self.radius * y) for x, y in (unit(angle) for angle in self.angles))
 
 
 @dataclass(frozen=True)
 class JointLayout:
     """Derived lengths (mm) and angles (deg) of one joint; the comments name what each one is."""
 
+    seat: SeatSize
+    free_arm: float  # tangent point to seat, seen along z
     arm_length: float  # along the wire
-    arm_reach: float  # the arm's length seen along z
-    pin_reach: float  # tangent point to contact, seen along z
-    slips: tuple[float, float]  # that the tangent point moves along the arm, off its shaft: travel's closed, open end
-    arm_turns: tuple[float, float]  # deg, that an arm turns back on its shafts; at the travel's closed, open end
     coil_start: float  # z of the wire's centre at the lower tangent point
     coil_height: float  # lower to upper tangent point
-    coil_drop: float  # that the upper one sinks to the travel's open end, where the coil has fewer turns
     half_width: float  # of the tongue along z
-    gap: float  # ear A's or ear B's inner face from z = 0
-    pocket_radius: float
-    tongue_radius: float  # outside of the pocket's wall
-    arbor_radius: float  # 0: none
-    radius_closed: float  # mean coil radius at the travel's closed end
-    radius_open: float
+    gap_a: float  # ear A's inner face below z = 0
+    gap_b: float  # ear B's inner face above it
+    space: SpringSpace
     floor_top: float
+    floor_bottom: float
     web_radius: float  # the upper half's web starts here; all that turns under it is smaller
     socket_radius: float  # the lower half's socket starts here
     bracket_radius: float
@@ -62,6 +85,8 @@ class JointLayout:
     notch: tuple[float, float]  # deg, from and to, in the lower half's frame at q = 0
     upper: ArmLayout  # in the upper half's frame
     lower: ArmLayout  # in the lower half's frame, at q = 0
+    plate: SeatPlate
+    stops: tuple[Stop, Stop]  # the lower half's horns, at the low and the high stop
     screws: tuple[Point, ...]  # axes of the damper's screws, which go into ear A
     mirrored: bool  # a second spring below the floor
     flips: tuple[int, int]  # sign of x and of z: canonical to this joint
@@ -76,6 +101,43 @@ class JointLayout:
         """Hinge axis to the end of the link tube in the lower socket."""
         return self.socket_radius + self.web_thickness
 
+    @property
+    def jaw_heights(self) -> tuple[float, float]:
+        """Z of the lower jaw's top and of the upper jaw's bottom, screws' heads included."""
+        more = jaw_height(self.seat)
+        return self.lower.wire_height(self.lower.middle) + more, self.upper.wire_height(self.upper.middle) - more
+
+
+def jaw_height(seat: SeatSize) -> float:
+    """From the wire's centre at the seat's middle to the top of the screws' heads, mm."""
+    return seat.gap + seat.cap + screw_of(seat.screw).head_height
+
+
+def seat_radius(dimensions: JointDimensions) -> float:
+    """Outside of the encoder's seat, mm; 0 without an encoder."""
+    encoder = dimensions.encoder
+    return 0.0 if encoder is None else encoder.bolt_circle / 2 + encoder.bolt_diameter / 2 + dimensions.wall
+
+
+def seat_screws(encoder: EncoderDimensions, direction: float) -> list[Point]:
+    """Screw axes (mm) on the encoder's circle; ``direction`` deg: the upper arm's."""
+    return _on_circle(encoder.bolt_circle, encoder.bolt_count, direction + 90.0)
+
+
+def damper_screws(damper: DamperDimensions) -> tuple[Point, ...]:
+    """Screw axes (mm) on the damper's circle, turned so that none lies on the link's centre line."""
+    return tuple(_on_circle(damper.bolt_circle, damper.bolt_count, 90.0 + 180.0 / damper.bolt_count))
+
+
+def window_half(travel: float) -> float:
+    """Half of the window over the seat plate's marks, deg."""
+    return travel + VERNIER_STEP * VERNIER[-1] + 2.0
+
+
+def _on_circle(diameter: float, count: int, start: float) -> list[Point]:
+    corners = [unit(start + 360.0 * index / count) for index in range(count)]
+    return [(diameter / 2 * x, diameter / 2 * y) for x, y in corners]
+
 
 @dataclass(frozen=True)
 class _Heights:
@@ -83,131 +145,143 @@ class _Heights:
 
     half_width: float
     floor_top: float
+    floor_bottom: float
     coil_start: float
     coil: float
 
 
-def _heights(dimensions: JointDimensions, space: SpringSpace, drift: float) -> _Heights:
+def floor_of(dimensions: JointDimensions, seat: SeatSize) -> float:
+    """Thickness of the floor plate, mm: as asked, and enough for the inserts; of a pair from both sides."""
+    return max(dimensions.floor_thickness, dimensions.springs * seat.insert + 0.5 * (dimensions.springs - 1))
+
+
+def _heights(dimensions: JointDimensions, space: SpringSpace, seat: SeatSize, drift: float) -> _Heights:
     """Floor, coil and the arms' rise beside it (``drift``), once, or twice with the floor in the middle."""
-    spring, floor, clear = dimensions.spring, dimensions.floor_thickness, dimensions.clearance
-    beside = drift + spring.wire_diameter / 2 + clear
+    spring, clear = dimensions.spring, dimensions.clearance
+    floor = floor_of(dimensions, seat)
     coil = spring.drawn_coils * spring.drawn_pitch
-    room = beside + coil + space.growth + beside
-    half_width = floor / 2 + room if dimensions.springs == 2 else (floor + room) / 2
-    floor_top = floor / 2 if dimensions.springs == 2 else floor - half_width
-    return _Heights(half_width, floor_top, floor_top + beside, coil)
+    beside = drift + spring.wire_diameter / 2 + clear + space.growth / 2
+    # A cap and its screws' heads must pass under the other half's plate.
+    beside = max(beside, jaw_height(seat) + clear + drift - coil)
+    room = beside + coil + beside
+    pair = dimensions.springs == 2
+    half_width = floor / 2 + room if pair else (floor + room) / 2
+    floor_top = floor / 2 if pair else floor - half_width
+    return _Heights(half_width, floor_top, -floor_top if pair else -half_width, floor_top + beside, coil)
 
 
-def lay_out(dimensions: JointDimensions) -> JointLayout:
-    """Place everything of a joint.
+def _notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) -> tuple[float, float]:
+    """Sector (deg, in the lower half's frame) of the pocket's wall that the upper arm sweeps from stop to stop.
 
-    Raises
-    ------
-    DimensionError
-        naming every dimension whose part would not fit, with the value that does.
+    At the radius r an edge of the arm, w off its axis, lies ``asin((D/2 -+ w)/r)`` behind the arm's direction.
+    The coil's own quarter turn before the tangent point belongs to the sweep as well.
     """
-    found = dimensions.problems()
-    if found:
-        raise DimensionError(found)
-    space = spring_space(dimensions)
-    problems = list(space.problems)
+    width = dimensions.spring.wire_diameter / 2 + dimensions.clearance
+    edge = (dimensions.spring.radius - space.sway_in - width) / space.tongue_radius
+    ahead = -math.degrees(math.asin(max(-1.0, edge)))
+    # In the lower half's frame at q = 0 the upper half stands turned back by the joint's rotation.
+    turned = [upper.direction - dimensions.opening(angle) for angle in dimensions.ends]
+    return turned[1] - 90.0, turned[0] + ahead
+
+
+def _seat_plate(
+    dimensions: JointDimensions, seat: SeatSize, upper: ArmLayout, bottom: float, outer: float
+) -> SeatPlate:
+    """The seat plate's screws on a circle outside the hub and the encoder's seat (radius ``outer``)."""
+    screw, insert = screw_of(seat.screw), insert_of(seat.screw)
+    hub = dimensions.shaft_diameter / 2 + dimensions.clearance + dimensions.wall
+    aside = screw.washer / 2 + dimensions.clearance
+    between = math.radians(SEAT_SCREWS[1] - WINDOW - dimensions.seat_travel - window_half(dimensions.seat_travel))
+    radius = max(LEAST_SCALE, hub + aside, outer + aside, (screw.hole / 2 + RIM) / math.sin(between))
+    if dimensions.springs == 2:  # there the heads are sunk, and their grooves end beside the marks
+        radius = max(radius, (screw.washer / 2 + SUNK_ASIDE) / math.sin(between))
+        circle, beside = dimensions.damper.bolt_circle / 2, beside_damper(dimensions, screw)
+        if abs(circle - radius) < beside:
+            radius = circle + beside
+    ear, thick = dimensions.plate + screw.washer_thickness, max(dimensions.plate, insert.length)
+    length = screw.length_at_least(ear + 1.5 * screw.size)
+    thick, sunk = max(thick, length - ear), length
+    if dimensions.springs == 2:
+        ear -= sunk_depth(screw)
+        sunk = screw.length_at_least(ear + 1.5 * screw.size)
+        thick = max(thick, sunk - ear)
+    return SeatPlate(
+        screw_length=length,
+        sunk_length=sunk,
+        radius=radius,
+        hub=hub,
+        angles=tuple(upper.direction + turn for turn in SEAT_SCREWS),
+        window=upper.direction + WINDOW,
+        travel=dimensions.seat_travel,
+        bottom=bottom,
+        top=bottom + thick,
+    )
+
+
+def sunk_depth(screw: Screw) -> float:
+    """Depth (mm) of the groove for heads and washers under the damper's bracket."""
+    return screw.head_height + screw.washer_thickness + RECESS
+
+
+def beside_damper(dimensions: JointDimensions, screw: Screw) -> float:
+    """Least distance (mm) of a pair's seat screws from the damper's circle: both stand in ear A."""
+    return screw.washer / 2 + SUNK_ASIDE + dimensions.damper.bolt_diameter / 2 + dimensions.wall / 2
+
+
+def place(dimensions: JointDimensions) -> JointLayout:
+    """Place everything of a joint whose dimensions are in range, whether it fits or not."""
+    space, seat = spring_space(dimensions), seat_size(dimensions)
     spring, clear, wall = dimensions.spring, dimensions.clearance, dimensions.wall
-    arm_length = spring.arm_length if spring.arm_length is not None else math.ceil(space.shortest_arm)
-    if arm_length < space.shortest_arm:
-        problems.append(
-            DimensionProblem(
-                f"{dimensions.name}.spring.arm_length",
-                arm_length,
-                f"at least {space.shortest_arm:.4g} mm",
-                "the arm must reach its shafts outside the pocket's wall",
-            )
-        )
     slope = spring.drawn_pitch / (2 * math.pi * spring.radius)
-    reach = arm_length / math.hypot(1.0, slope)
-    pin_reach = reach - dimensions.pin_diameter / 2 - PIN_OVERHANG
-    wire_radius = spring.wire_diameter / 2
-    heights = _heights(dimensions, space, slope * reach)
-    gap, pair = heights.half_width + clear, dimensions.springs == 2
+    reach = space.free_arm + seat.length + OVERHANG
+    heights = _heights(dimensions, space, seat, slope * reach)
+    pair = dimensions.springs == 2
     ref = 270.0 + dimensions.closes * (dimensions.zero_angle - dimensions.upper_arm_angle)
-    # The coil stands on the floor: opened it is lower, and its upper arm with it.
-    lowest = heights.coil_start + heights.coil - space.drop - wire_radius - PIN_OVERHANG
-    pin_bottom = max(lowest, heights.floor_top + clear)
-    upper = lay_arm(dimensions, ref, -1, pin_reach, pin_bottom, gap + dimensions.plate)
-    pin_top = heights.coil_start + wire_radius + PIN_OVERHANG
-    pin_bottom = -pin_top if pair else -heights.half_width
-    lower = lay_arm(dimensions, 270.0 + dimensions.closes * dimensions.arm_offset, 1, pin_reach, pin_bottom, pin_top)
-    tip = math.hypot(space.radius_open + wire_radius, reach)
-    seat = max(upper.pin_radius, lower.pin_radius) + wall
+    upper = lay_arm(dimensions, seat, ref, -1, space.free_arm, heights.coil_start + heights.coil)
+    lower_direction = 270.0 + dimensions.closes * dimensions.arm_offset
+    lower = lay_arm(dimensions, seat, lower_direction, 1, space.free_arm, heights.coil_start)
+    plate = _seat_plate(dimensions, seat, upper, heights.half_width + clear, seat_radius(dimensions))
     damper = dimensions.damper
     adapter = damper.adapter.length + clear if damper.adapter is not None else 0.0
     bracket_radius = damper.bolt_circle / 2 + damper.bolt_diameter / 2 + wall
+    turning = max(upper.reach, lower.reach, space.tongue_radius, plate.radius + insert_of(seat.screw).hole / 2 + RIM)
     # The bracket must not reach the upper socket, all that turns must pass under the web.
-    web_radius = max(
-        max(tip, seat, space.tongue_radius) + 2 * clear,
-        bracket_radius + clear - 2 * wall,
-        seat_radius(dimensions) + clear - 2 * wall,
-    )
-    notch_bottom = upper.bottom - clear
-    layout = JointLayout(
-        arm_length=arm_length,
-        arm_reach=reach,
-        pin_reach=pin_reach,
-        slips=slips(dimensions, upper, space, pin_reach),
-        arm_turns=arm_turns(dimensions, upper, space),
+    web_radius = max(turning + 2 * clear, bracket_radius + clear - 2 * wall, ear_radius(plate, dimensions) - 2 * wall)
+    web_thickness = 2 * wall
+    socket_outer = dimensions.link_width / 2 + dimensions.fit + wall
+    return JointLayout(
+        seat=seat,
+        free_arm=space.free_arm,
+        arm_length=reach * math.hypot(1.0, slope),
         coil_start=heights.coil_start,
         coil_height=heights.coil,
-        coil_drop=space.drop,
         half_width=heights.half_width,
-        gap=gap,
-        pocket_radius=space.pocket_radius,
-        tongue_radius=space.tongue_radius,
-        arbor_radius=space.arbor_radius,
-        radius_closed=space.radius_closed,
-        radius_open=space.radius_open,
+        gap_a=heights.half_width + clear + (plate.top - plate.bottom if pair else 0.0),
+        gap_b=plate.top,
+        space=space,
         floor_top=heights.floor_top,
+        floor_bottom=heights.floor_bottom,
         web_radius=web_radius,
         socket_radius=max(web_radius, bracket_radius + clear),
         bracket_radius=bracket_radius,
         bracket_height=wall + damper.body_length + clear + adapter,
         seat_radius=seat_radius(dimensions),
-        socket_outer=dimensions.link_width / 2 + dimensions.fit + wall,
+        socket_outer=socket_outer,
         socket_depth=1.2 * dimensions.link_width,
-        web_thickness=2 * wall,
-        notch_bottom=notch_bottom,
-        notch=notch(dimensions, upper, space),
+        web_thickness=web_thickness,
+        notch_bottom=upper.height - space.growth / 2 - space.drop - spring.wire_diameter / 2 - clear,
+        notch=_notch(dimensions, upper, space),
         upper=upper,
         lower=lower,
-        screws=damper_screws(dimensions.damper, upper if pair else None),
+        plate=plate,
+        stops=lay_stops(dimensions, web_radius, web_thickness, socket_outer),
+        screws=damper_screws(damper),
         mirrored=pair,
         flips=(dimensions.opening_sign, dimensions.opening_sign * spring.hand_sign),
     )
-    problems += travel_problems(dimensions, layout) + fitting_problems(dimensions, layout)
-    if problems:
-        raise DimensionError(problems)
-    return layout
 
 
-def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
-    """An ``upper_arm_angle`` that the joint's travel allows.
-
-    0 (the thesis' way) where it is free, else along the upper link, else the free direction nearest to that in steps of
-    15 deg; the arm offset follows from it, whichever it is.
-
-    Raises
-    ------
-    DimensionError
-        where none is.
-    """
-    along = dimensions.zero_angle - 180.0
-    turns = sorted(range(-165, 181, 15), key=abs)
-    problems: list[DimensionProblem] = []
-    for angle in dict.fromkeys((0.0, *(along + turn for turn in turns))):
-        if not -360.0 <= angle <= 360.0:
-            continue
-        try:
-            lay_out(replace(dimensions, upper_arm_angle=angle))
-        except DimensionError as error:
-            problems = problems or error.problems
-        else:
-            return angle
-    raise DimensionError(problems)
+def ear_radius(plate: SeatPlate, dimensions: JointDimensions) -> float:
+    """Outside of an ear that a seat plate is screwed to, mm: a wall round the washers."""
+    screw = screw_of(seat_size(dimensions).screw)
+    return plate.radius + screw.washer / 2 + dimensions.wall / 2

@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cad.checked_layout import lay_out
 from cad.dimensions import JointDimensions, LegDimensions
 from cad.joint import BuiltJoint, assemble
-from cad.layout import JointLayout, lay_out
+from cad.layout import JointLayout
 from cad.limits import DimensionError, DimensionProblem
 from cad.parts import BuiltPart, Mesh, file_name, mesh_of
 
@@ -35,13 +36,13 @@ class BuiltLeg:
         """Every part, joint by joint, each joint's link tube last."""
         return tuple(part for joint, link in zip(self.joints, self.links, strict=True) for part in (*joint.parts, link))
 
-    def placements(self) -> tuple[Placement, ...]:
-        """Where each joint stands with every joint at its rest angle; the first hangs at the origin."""
+    def placements(self, *, free: bool = False) -> tuple[Placement, ...]:
+        """Where each joint stands with every joint at its rest (or free) angle; the first hangs at the origin."""
         x = y = 0.0
         turn, result = self.dimensions.tilt, []
         for joint in self.dimensions.joints:
             result.append(Placement(x, y, turn))
-            turn += joint.rotation(joint.rest_angle)
+            turn += joint.rotation(joint.free_angle if free else joint.rest_angle)
             x += joint.link_length * math.sin(math.radians(turn))
             y -= joint.link_length * math.cos(math.radians(turn))
         return tuple(result)

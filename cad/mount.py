@@ -9,26 +9,8 @@ import math
 from typing import Any
 
 from cad.dimensions import JointDimensions
-from cad.fitting_layout import mount_across
 from cad.layout import JointLayout
-from cad.outline import Point
-
-
-def mount_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Point]:
-    """The four screws' axes (mm) in the flange: across the ears (x) and along the hinge axis (z)."""
-    mount = dimensions.mount
-    assert mount is not None
-    across = mount.spacing_across if mount.spacing_across is not None else mount_across(dimensions, layout)
-    return [(x * across / 2, z * mount.spacing_along / 2) for x in (-1, 1) for z in (-1, 1)]
-
-
-def flange_size(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
-    """Across and along (mm): over the screws' rims, and at least over the ears."""
-    mount = dimensions.mount
-    assert mount is not None
-    rim = mount.bolt_diameter + 2 * dimensions.wall
-    (x, z) = mount_screws(dimensions, layout)[-1]
-    return 2 * x + rim, max(2 * z + rim, 2 * (layout.gap + dimensions.plate))
+from cad.outlines import flange_size, mount_screws
 
 
 def build_flange(dimensions: JointDimensions, layout: JointLayout) -> tuple[Any, list[Any]]:

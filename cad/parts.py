@@ -24,7 +24,9 @@ COLOURS: dict[str, tuple[float, float, float]] = {
     "damper": (0.25, 0.25, 0.28),
     "spring": (0.72, 0.73, 0.76),
     "shaft": (0.55, 0.56, 0.60),
-    "arm_shaft": (0.80, 0.30, 0.30),
+    "seat": (0.80, 0.30, 0.30),
+    "cap": (0.55, 0.20, 0.20),
+    "screw": (0.35, 0.37, 0.42),
     "link": (0.86, 0.86, 0.84),
     "damper_adapter": (0.55, 0.35, 0.65),
     "encoder_seat": (0.45, 0.70, 0.70),
@@ -32,8 +34,8 @@ COLOURS: dict[str, tuple[float, float, float]] = {
 }
 
 # g/cm^3 of what is not printed; the bought damper's and encoder's insides are not known.
-DENSITIES = {"spring": 7.85, "shaft": 7.85, "arm_shaft": 7.85, "link": 2.70}
-MATERIALS = {"spring": "spring steel", "shaft": "steel", "arm_shaft": "steel", "link": "aluminium tube"}
+DENSITIES = {"spring": 7.85, "shaft": 7.85, "screw": 7.85, "link": 2.70}
+MATERIALS = {"spring": "spring steel", "shaft": "steel", "screw": "steel", "link": "aluminium tube"}
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,15 @@ class Mesh:
         """Signed volume, mm^3, by the divergence theorem."""
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         return float(np.sum(np.cross(a, b) * c) / 6.0)
+
+
+@dataclass(frozen=True)
+class Moments:
+    """What mass and inertia follow from by the density: volume mm^3, its centre mm, about z through it mm^5."""
+
+    volume: float
+    centre: tuple[float, float, float]
+    about_z: float
 
 
 @dataclass(frozen=True)
@@ -89,6 +100,16 @@ class BuiltPart:
         """Extent along x, y and z, mm, to a hundredth."""
         x, y, z = (round(float(extent), 2) for extent in np.ptp(self.mesh.vertices, axis=0))
         return x, y, z
+
+    def moments(self) -> Moments:
+        """Volume, centre and second moment of the solid, by the kernel; the lower half's parts with q = 0."""
+        from OCP.BRepGProp import BRepGProp
+        from OCP.GProp import GProp_GProps
+
+        found = GProp_GProps()
+        BRepGProp.VolumeProperties_s(self.solid.wrapped, found)
+        centre, matrix = found.CentreOfMass(), found.MatrixOfInertia()
+        return Moments(float(found.Mass()), (centre.X(), centre.Y(), centre.Z()), float(matrix.Value(3, 3)))
 
     def mass(self, print_density: float) -> float | None:
         """Mass in g, printed parts solid at ``print_density`` g/cm^3; None where the material is not known."""

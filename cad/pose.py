@@ -1,66 +1,76 @@
-"""How the spring stands at a joint angle: closed or opened, its arms still on their shafts."""
+"""How the spring stands at a joint angle: bent between its seats, as ``cad.flexed_wire`` has it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from functools import lru_cache
 
-from cad.dimensions import JointDimensions, SpringDimensions
+import numpy as np
+
+from cad.arm_layout import OVERHANG
+from cad.dimensions import JointDimensions
+from cad.flexed_wire import FlexedWire, flexed
 from cad.layout import JointLayout
-from cad.spring_space import loaded_diameter
+from cad.parts import Array
 
 
-@dataclass(frozen=True)
-class SpringPose:
-    """The spring at one joint angle, in the canonical upper frame."""
-
-    spring: SpringDimensions  # with the loaded diameter, coils and included angle
-    closing: float  # deg, by which the coil is closed (negative: opened)
-    upper_direction: float  # deg, of the upper arm
+@lru_cache(maxsize=512)
+def _flexed(radius: float, coils: float, arm: float, closing: float) -> FlexedWire | None:
+    return flexed(radius, coils, arm, closing)
 
 
-def pose_spring(dimensions: JointDimensions, layout: JointLayout, angle: float) -> SpringPose:
-    """The spring at the measured joint ``angle`` (deg), coil concentric with the hinge, arms straight.
+def loaded_wire(dimensions: JointDimensions, layout: JointLayout, angle: float) -> FlexedWire:
+    """The bent wire at the measured joint ``angle``, deg, in its own frame.
 
-    The wire keeps its length, so a coil closed by c has ``D N / (N + c/360)``. Its tangent arms then run
-    nearer to the hinge and turn a little on their shafts: an arm of a coil of radius R touches a shaft at P
-    when its normal is ``acos((R +- (d + p)/2) / |P|)`` from P. Closing presses the arms on the bearing
-    shafts, opening on the keepers; within the keepers' gap it keeps its shape and both arms share the play.
-    The closing is found by bisection.
+    Raises
+    ------
+    ValueError
+        where the wire cannot be bent so far; a joint that was laid out never asks for that.
     """
-    wanted = dimensions.closing(angle)  # deg that the joint closes beyond the unloaded pose
-    spring, coils = dimensions.spring, dimensions.spring.drawn_coils
-    lateral = (spring.wire_diameter + dimensions.pin_diameter) / 2
-    if wanted >= 0.0:
-        pin, offset, drawn = layout.upper.bearing, lateral, spring.radius + lateral
-    else:
-        pin, offset = layout.upper.keeper, -lateral
-        drawn = spring.radius - lateral - dimensions.keeper_gap
-    distance = math.hypot(*pin)
+    spring = dimensions.spring
+    closing = round(dimensions.closing(angle), 6)
+    wire = _flexed(spring.radius, spring.drawn_coils, round(layout.free_arm, 6), closing)
+    if wire is None:
+        raise ValueError(f"no shape of the spring at {angle:g} deg")
+    return wire
 
-    def turned(closing: float) -> float:
-        """Angle (deg) that each arm turns back on its shaft when the coil closes by ``closing``."""
-        radius = loaded_diameter(spring.mean_diameter, coils, closing) / 2
-        cosine = max(-1.0, min(1.0, (radius + offset) / distance))
-        return math.degrees(math.acos(cosine) - math.acos(drawn / distance))
 
-    def excess(closing: float) -> float:
-        return closing + 2 * turned(closing) - wanted
+def loaded_line(dimensions: JointDimensions, layout: JointLayout, angle: float) -> Array:
+    """Points (n, 3) mm on the wire's centre line at the measured joint ``angle`` (deg), canonical upper frame.
 
-    if (wanted >= 0.0) == (excess(0.0) >= 0.0):
-        closing, turn = 0.0, wanted / 2  # within the keepers' gap the spring only turns, half as far as the joint
-    else:
-        near, far = 0.0, wanted
-        for _ in range(60):
-            middle = (near + far) / 2
-            near, far = (middle, far) if (excess(middle) < 0.0) == (excess(near) < 0.0) else (near, middle)
-        closing = (near + far) / 2
-        turn = turned(closing)
-    loaded = replace(
-        spring,
-        mean_diameter=loaded_diameter(spring.mean_diameter, coils, closing),
-        coils=coils + closing / 360.0,
-        included_angle=spring.included_angle - closing,
-        pitch=spring.drawn_pitch,
-    )
-    return SpringPose(loaded, closing, layout.upper.direction - turn)
+    From the lower arm's tip to the upper's. Both ends lie in their seats; along the hinge axis the coil keeps its pitch
+    about its middle, so that it grows as it winds, and the free arms make up for it.
+    """
+    closing, wire = dimensions.closing(angle), loaded_wire(dimensions, layout, angle)
+    # The wire's own frame: the still arm is the lower one, its tangent point on +x, winding counter-clockwise.
+    seat = layout.seat.length + OVERHANG
+    end = math.pi / 2 + float(np.sum(wire.curvature * np.diff(wire.lengths)))
+    first = wire.points[:1] + seat * np.array([[0.0, -1.0]])
+    last = wire.points[-1:] + seat * np.array([[math.cos(end), math.sin(end)]])
+    flat = np.vstack([first, wire.points, last])
+    heights = _heights(dimensions, layout, wire, closing, seat)
+    # The upper arm's direction is known in the upper frame; the whole is turned so that it lies there.
+    turn = math.radians(layout.upper.direction) - end
+    c, s = math.cos(turn), math.sin(turn)
+    return np.column_stack([c * flat[:, 0] - s * flat[:, 1], s * flat[:, 0] + c * flat[:, 1], heights])
+
+
+def _heights(dimensions: JointDimensions, layout: JointLayout, wire: FlexedWire, closing: float, seat: float) -> Array:
+    """Z (n + 2,) mm along the wire: sloped in seats and coil, between them as the free arms have to."""
+    slope = layout.upper.slope
+    coils = dimensions.spring.drawn_coils
+    lengths = wire.lengths - wire.lengths[wire.first]
+    total = lengths[wire.last]
+    middle = layout.coil_start + layout.coil_height / 2
+    wound = layout.coil_height * (coils + closing / 360.0) / coils
+    coil = middle + wound * (lengths / total - 0.5)
+    bottom = layout.coil_start + slope * lengths  # where the unloaded wire lies
+    heights = np.where((lengths >= 0.0) & (lengths <= total), coil, bottom)
+    off = coil[wire.first] - layout.coil_start
+    before, after = lengths < 0.0, lengths > total
+    arm = -lengths[0]
+    blend = np.zeros_like(lengths)
+    blend[before] = off * (1.0 + lengths[before] / arm)
+    blend[after] = -off * (1.0 - (lengths[after] - total) / arm)
+    heights = heights + np.where(before | after, blend, 0.0)
+    return np.concatenate([[bottom[0] - slope * seat], heights, [bottom[-1] + slope * seat]])

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
+from typing import Any
 
+from cad.arm_layout import seat_size
+from cad.checked_layout import clear_upper_arm_angle, lay_out
 from cad.dimensions import JointDimensions
 from cad.fittings import PrintDimensions
-from cad.layout import clear_upper_arm_angle, lay_out
+from cad.hardware import screws
+from cad.layout import floor_of
 from cad.limits import DimensionError
 from cad.strength import ALL_AROUND, Stress, stresses
 
-STOCK: dict[str, tuple[float, ...]] = {  # mm, as dowels and ground shafts are sold
-    "pin_diameter": (2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0),
+STOCK: dict[str, tuple[float, ...]] = {  # mm, as screws and ground shafts are sold
+    "seat_screw": tuple(screw.size for screw in screws()),
     "shaft_diameter": (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0),
 }
-SIZED = ("pin_diameter", "plate", "floor", "adapter.shaft_grip", "adapter.output_grip")
+SIZED = ("seat_screw", "seat_length", "cap", "plate", "floor", "adapter.shaft_grip", "adapter.output_grip")
 # The three ways in which a part may lie on the bed.
 WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
 
@@ -54,7 +58,9 @@ def _cost(now: JointDimensions, tried: JointDimensions, printing: PrintDimension
         for weight, before, after in (
             (2.0, now.plate, tried.plate),
             (1.0, now.floor_thickness, tried.floor_thickness),
-            (2.0, now.pin_diameter, tried.pin_diameter),
+            (0.5, now.cap, tried.cap),
+            (1.0, seat_size(now).length, seat_size(tried).length),
+            (2.0, seat_size(now).screw, seat_size(tried).screw),
             (1.0, now.shaft_diameter, tried.shaft_diameter),
         )
     )
@@ -77,15 +83,23 @@ def _larger(dimensions: JointDimensions, name: str) -> JointDimensions | None:
         grown = replace(adapter, **{key: getattr(adapter, key) + 1.0})
         tried = replace(dimensions, damper=replace(dimensions.damper, adapter=grown))
     else:
-        now = dimensions.floor_thickness if name == "floor" else getattr(dimensions, name)
+        now = _now(dimensions, name)
         larger = [size for size in STOCK.get(name, (now + 1.0,)) if size > now]
         if not larger:
             return None
-        tried = replace(dimensions, **{name: larger[0]})
+        change: dict[str, Any] = {name: larger[0]}
+        tried = replace(dimensions, **change)
     try:
         return replace(tried, upper_arm_angle=_arm_angle(tried))
     except DimensionError:
         return None
+
+
+def _now(dimensions: JointDimensions, name: str) -> float:
+    """A dimension as it is drawn, also where it is left open."""
+    seat = seat_size(dimensions)
+    drawn = {"floor": floor_of(dimensions, seat), "seat_screw": seat.screw, "seat_length": seat.length}
+    return drawn[name] if name in drawn else float(getattr(dimensions, name))
 
 
 def _arm_angle(dimensions: JointDimensions) -> float:

@@ -1,16 +1,17 @@
 """Stress in what carries the spring's and the damper's torque, in closed form.
 
-An arm of lever s presses on its shaft with F = T/s, square to the arm. What follows from it:
+A clamped arm brings its spring's moment M into its seat of length l, which bears it by pressures that grow linearly
+from the middle to both ends (a rigid bar in an elastic bed). What follows from it:
 
-- the arm's dowel, a cantilever of length a above its seat: 32 F a/(pi p^3);
-- its seat, a rigid pin in print t deep: pressure F (4 + 6 a/t)/(p t), from the force and its moment about the
-  seat's middle (linear distribution; Shigley, Mechanical Engineering Design, press-fit and pinned joints);
-- the lug round the seats, twisted by F (a + t/2): 3 M/(w t^2 (1 - 0.63 t/w)) (Roark, torsion of a strip), and torn
-  out through its rim: F/(2 t e);
-- of a pair of springs the lower dowel goes through the floor and both press on it the same way: 2 F, and no moment
-  but that of what the springs differ, a fifth at 10 % of rate either way;
-- ears and hinge shaft: the coil leans on the lower half, so what passes between the halves is the upper arm's F:
-  pressure F/(2 d t) in two ears, bending F L/8 over their span, the tongue spreading the load;
+- the V's flanks, at 45 deg: the load at the end of the seat 6 M/l^2 a length on half of the wire's width;
+- the cap, lifted by the V with as much at either end, 3 M/l in all, between its two screws a apart: a beam on two
+  supports, 9 M a/(2 l^2 t^2);
+- the screws' inserts, which take 3 M/(2 l) each: shear of the print round an insert;
+- the seat plate, held on the ear by friction only: n screws at the radius r hold M when each is tightened to
+  M/(n mu r), which its insert must bear as well;
+- the horns of the stops: a cantilever that bears the spring's and the damper's torque at the stop;
+- ears and hinge shaft: the force that keeps the coil on the axis (``cad.flexed_wire``): pressure F/(2 d t) in two ears,
+  bending F L/8 over their span, the tongue spreading the load;
 - the D-shaft, twisted by the damper: 16 T/(pi (0.9 d)^3), and pressed on half its flat, 2 h wide and l long, with a
   linear distribution: 3 T/(h^2 l).
 
@@ -27,16 +28,18 @@ from cad.arm_layout import ArmLayout
 from cad.arm_shaft import FLAT_DEPTH
 from cad.dimensions import JointDimensions
 from cad.fittings import PrintDimensions
+from cad.flexed_wire import effective_length
+from cad.hardware import insert_of
 from cad.layout import JointLayout
 from cad.outline import unit
 from cad.parts import file_name
+from cad.pose import loaded_wire
 from cad.results import CheckResult, at_most
 
 Axis = tuple[float, float, float]
-DOWEL_YIELD = 600.0  # MPa; hardened dowel pins (ISO 8734) bear more, stainless ones (ISO 2338 A1) less
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in
 BEARING = 1.5  # of the tensile strength, that a hole's wall bears (edge distance of two diameters)
-UNEVEN = 0.2  # of an arm's force, that a pair of springs may differ: each is sold to 10 % of its rate
+FRICTION = 0.2  # print on print, dry; PLA and nylon are measured at 0.2 to 0.5
 SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
 # Directions that a load in the plane of the layers may have.
 ALL_AROUND: tuple[Axis, Axis] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -70,45 +73,53 @@ def _share(direction: Axis, layers: Axis, between: float) -> float:
     return between / (between * (1.0 - across) + across)
 
 
-def arm_force(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Largest force (N) of one arm on its shaft: torque over the lever, which is the arm's length to the shaft."""
-    return dimensions.spring_torque * 1e3 / layout.pin_reach / dimensions.springs
+def axis_force(dimensions: JointDimensions, layout: JointLayout) -> float:
+    """Largest force (N) with which one spring presses on the hinge's axis, from stop to stop."""
+    spring = dimensions.spring
+    stiff = effective_length(spring.radius, spring.drawn_coils, layout.free_arm)
+    rigidity = dimensions.loads.spring_rate / dimensions.springs * 1e3 * stiff  # EI, N mm^2
+    found = (loaded_wire(dimensions, layout, angle) for angle in dimensions.stop_angles)
+    return rigidity * max(wire.force for wire in found)
 
 
-def _levers(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
-    """Largest height (mm) of the contact over the seat's face: upper and lower arm."""
-    slope = dimensions.spring.drawn_pitch / (2 * math.pi * dimensions.spring.radius)
-    drift = slope * layout.pin_reach
-    return (
-        layout.gap - (layout.coil_start + layout.coil_height - layout.coil_drop + drift),
-        layout.coil_start - drift - layout.floor_top,
-    )
-
-
-def _seat(
-    dimensions: JointDimensions, arm: ArmLayout, half: str, force: float, lever: float, printed: float
-) -> list[Stress]:
-    """Dowel, seat and lug of one arm, or of a pair's lower arms on one dowel; ``printed`` MPa: the print's strength."""
-    pin, wall = dimensions.pin_diameter, dimensions.wall
-    deep = "floor" if half == "lower" else "plate"
-    depth = dimensions.floor_thickness if half == "lower" else dimensions.plate
-    pressed, tilting = (2 - UNEVEN, UNEVEN) if half == "lower" and dimensions.springs == 2 else (1.0, 1.0)
-    push = (*unit(arm.direction + 90.0), 0.0)
-    along = (*unit(arm.direction), 0.0)
-    apart = math.dist(arm.bearing, arm.keeper)
-    width = apart + pin + 2 * wall
-    twist = tilting * force * (lever + depth / 2)
-    pressure = (pressed * force + 6 * twist / depth) / (pin * depth)
-    strip = max(1.0 - 0.63 * depth / width, 0.37)
+def _seat(dimensions: JointDimensions, layout: JointLayout, arm: ArmLayout, half: str, printed: float) -> list[Stress]:
+    """Seat of one arm: V, cap and inserts; ``printed`` MPa: the print's strength."""
+    seat, wire = layout.seat, dimensions.spring.wire_diameter
+    moment = dimensions.spring_torque * 1e3 / dimensions.springs
+    insert = insert_of(seat.screw)
+    body = "seat" if half == "upper" else "lower"
+    across, up = (*unit(arm.direction + 90.0), 0.0), (0.0, 0.0, 1.0)
+    flank = 6 * moment / seat.length**2 / (wire / 2)
+    bending = 9 * moment * seat.screw_at / (seat.length**2 * seat.cap**2)
+    torn = 1.5 * moment / seat.length / (math.pi * insert.hole * insert.length)
+    longer = ("seat_length",)
     return [
-        Stress(f"{half} dowel, bending", f"{half}_arm_shaft", 32 * force * lever / (math.pi * pin**3), DOWEL_YIELD, (),
-               ("pin_diameter",)),
-        Stress(f"{half} dowel's seat, pressure", half, pressure, BEARING * printed, (push,), ("pin_diameter", deep)),
-        Stress(f"{half} lug, torsion", half, 3 * twist / (width * depth**2 * strip), SHEAR * printed, (push, along),
-               (deep, "wall")),
-        Stress(f"{half} lug, tear-out", half, pressed * force / (2 * depth * wall), SHEAR * printed, (push,),
-               (deep, "wall")),
-    ]  # fmt: skip
+        Stress(f"{half} seat, pressure", body, flank, BEARING * printed, (across,), longer),
+        Stress(f"{half} cap, bending", f"{half}_cap", bending, printed, (across,), ("cap", "seat_length")),
+        Stress(f"{half} seat's inserts, shear", body, torn, SHEAR * printed, (up,), (*longer, "seat_screw")),
+    ]
+
+
+def _plate(dimensions: JointDimensions, layout: JointLayout, printed: float) -> Stress:
+    """What the seat plate's screws must be tightened to, as shear of the print round their inserts."""
+    moment = dimensions.spring_torque * 1e3 / dimensions.springs
+    insert, plate = insert_of(layout.seat.screw), layout.plate
+    tightened = moment / (len(plate.angles) * FRICTION * plate.radius)
+    torn = tightened / (math.pi * insert.hole * insert.length)
+    return Stress("seat plate's inserts, shear", "seat", torn, SHEAR * printed, ((0.0, 0.0, 1.0),), ("seat_screw",))
+
+
+def _stops(dimensions: JointDimensions, layout: JointLayout, printed: float) -> list[Stress]:
+    """Each horn's bending where it leaves the cup."""
+    torque = (dimensions.spring_torque + dimensions.loads.damper_torque) * 1e3
+    floor = layout.floor_top - layout.floor_bottom
+    found = []
+    for stop, which in zip(layout.stops, ("low", "high"), strict=True):
+        lever = stop.outer - layout.space.tongue_radius
+        bending = 6 * torque / stop.outer * lever / (floor * stop.width**2)
+        along = (*unit(stop.flank), 0.0)
+        found.append(Stress(f"{which} stop, bending", "lower", bending, printed, (along,), ("wall", "floor")))
+    return found
 
 
 def key_pressure(torque: float, diameter: float, length: float) -> float:
@@ -122,7 +133,7 @@ def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) ->
     torque, shaft = dimensions.loads.damper_torque, dimensions.shaft_diameter
     adapter = dimensions.damper.adapter
     # Where an arbor stands in the pocket, its bore keys the shaft as well.
-    key = dimensions.floor_thickness if not layout.arbor_radius else 2 * layout.half_width
+    key = layout.floor_top - layout.floor_bottom if not layout.space.arbor_radius else 2 * layout.half_width
     bore = BEARING * printed
     found = [
         Stress("shaft, torsion", "shaft", 16 * torque * 1e3 / (math.pi * (0.9 * shaft) ** 3), SHEAR * SHAFT_YIELD, (),
@@ -144,13 +155,13 @@ def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDi
     """Every stress that a known load makes in a joint; none for a load of zero."""
     found: list[Stress] = []
     printed = printing.strength
-    force = arm_force(dimensions, layout)
-    if force > 0.0:
-        upper, lower = _levers(dimensions, layout)
-        found += _seat(dimensions, layout.upper, "upper", force, upper, printed)
-        found += _seat(dimensions, layout.lower, "lower", force, lower, printed)
-        shaft, span = dimensions.shaft_diameter, 2 * layout.gap + dimensions.plate
-        between = dimensions.springs * force
+    if dimensions.spring_torque > 0.0:
+        for half, arm in (("upper", layout.upper), ("lower", layout.lower)):
+            found += _seat(dimensions, layout, arm, half, printed)
+        found.append(_plate(dimensions, layout, printed))
+        found += _stops(dimensions, layout, printed)
+        shaft, span = dimensions.shaft_diameter, layout.gap_a + layout.gap_b + dimensions.plate
+        between = dimensions.springs * axis_force(dimensions, layout)
         ears = between / (2 * shaft * dimensions.plate)
         found.append(Stress("ears' bores, pressure", "upper", ears, BEARING * printed, ALL_AROUND, ("plate",)))
         bending = 32 * (between * span / 8) / (math.pi * shaft**3)

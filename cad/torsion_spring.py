@@ -114,25 +114,26 @@ def centre_line(spring: SpringDimensions, arm_length: float, steps_per_turn: int
 def spring_mesh(
     spring: SpringDimensions, arm_length: float, sides: int = SIDES, steps_per_turn: int = STEPS_PER_TURN
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Closed tube mesh in the spring's own frame: vertices (n, 3) mm and faces (m, 3), outward.
+    """Closed tube mesh in the spring's own frame: vertices (n, 3) mm and faces (m, 3), outward."""
+    return tube_mesh(centre_line(spring, arm_length, steps_per_turn), spring.wire_diameter, sides)
+
+
+def tube_mesh(points: Array, diameter: float, sides: int = SIDES) -> tuple[Array, NDArray[np.int64]]:
+    """Closed mesh of round wire along ``points`` (n, 3) mm: vertices (m, 3) and faces (k, 3), outward.
 
     The section is a polygon of the wire's area (circumradius enlarged by ``sqrt(pi / (n/2 sin(2 pi/n)))``),
     so the volume is right to 4e-3 where a tessellated sweep of the same size is 2 % short.
-    Rings stand square to the curve: radial and binormal of the helix.
+    Rings stand square to the curve: a normal along z x tangent, which no wire here is parallel to, and the binormal.
     """
-    points = centre_line(spring, arm_length, steps_per_turn)
-    tangents = np.gradient(points, axis=0)
-    turned = 2 * math.pi * spring.drawn_coils
-    tangents[:2], tangents[-2:] = _tangent(spring, 0.0), _tangent(spring, turned)
+    steps = np.diff(points, axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    tangents = np.vstack([steps[:1], steps[1:] + steps[:-1], steps[-1:]])
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    radial = points * np.array([1.0, 1.0, 0.0])
-    radial[0], radial[-1] = radial[1], radial[-2]  # the arms keep the frame of their tangent points
-    radial /= np.linalg.norm(radial, axis=1, keepdims=True)
-    radial -= tangents * np.sum(radial * tangents, axis=1, keepdims=True)
+    radial = np.column_stack([tangents[:, 1], -tangents[:, 0], np.zeros(len(points))])
     radial /= np.linalg.norm(radial, axis=1, keepdims=True)
     binormal = np.cross(tangents, radial)
     around = 2 * math.pi * np.arange(sides) / sides
-    size = spring.wire_diameter / 2 * math.sqrt(math.pi / (sides / 2 * math.sin(2 * math.pi / sides)))
+    size = diameter / 2 * math.sqrt(math.pi / (sides / 2 * math.sin(2 * math.pi / sides)))
     ring = size * (
         np.cos(around)[None, :, None] * radial[:, None, :] + np.sin(around)[None, :, None] * binormal[:, None, :]
     )

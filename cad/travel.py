@@ -9,27 +9,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from cad.joint import BuiltJoint, spring_mesh_at, spring_seats
+from cad.joint import BuiltJoint, free_mesh_at, spring_seats
 from cad.parts import BuiltPart, Mesh
 from cad.results import CheckResult, at_least, at_most
 
 OVERLAP_LIMIT = 0.05  # mm^3; chords of two coaxial bores 0.1 mm apart leave nothing, this is rounding
-CONTACT_LIMIT = 1.0  # mm^3, of an arm in the shaft that it bears on, as meshes of both touch
+CONTACT_SHARE = 0.01  # of a clamped arm's volume, that its mesh may be in its seat's: chords of a wire of 20 sides
 STEP = 1.0  # deg, between poses of the halves
 SPRING_STEP = 2.0  # deg, between poses of the spring, whose arms sweep less than half a wire in that
 CONTACT_ANGLE = 0.05  # deg, to which the angle of a first contact is bisected
-BEYOND = 30.0  # deg, past the asked travel that the free travel is looked for
+STOP_ACCURACY = 0.3  # deg, that a stop may touch off its angle, as solids; printed faces 0.2 mm off make that
 GAP_STEP = 5.0  # deg, between poses at which the least gap is measured
 CHORDS = 0.02  # mm, that meshes of round parts 0.4 mm apart may lie nearer than the parts
-COARSE = (10, 20)  # sides and steps a turn of the spring's mesh between the ends of the travel
+COARSE = 10  # sides of the spring's mesh between the ends of the travel
 
-# Pairs that are meant to touch, by the end of their names: the spring's arms on their shafts.
-MEANT = ("arm_shaft", "keeper")
 ROUND = ("shaft", "damper_adapter")  # families that are round about the hinge axis but for their flats
 
 
@@ -57,16 +54,6 @@ def united(solids: Sequence[Any]) -> Any:
     return manifold3d.Manifold.batch_boolean(list(solids), manifold3d.OpType.Add)
 
 
-@dataclass(frozen=True)
-class Travel:
-    """The free travel of a joint's rigid parts, measured angles in deg, and what stops it at either end."""
-
-    low: float
-    high: float
-    stop_low: str  # names of the parts that meet, or "nothing"
-    stop_high: str
-
-
 class Bodies:
     """A joint's two halves as bodies that turn against each other; the spring apart, as it changes its shape."""
 
@@ -77,11 +64,6 @@ class Bodies:
         self.solids = {part.name: manifold(part.mesh) for part in parts}
         self.halves = {group: united([self.solids[part.name] for part in found]) for group, found in self.parts.items()}
         self.moving = self._moving()
-        self.pins = {group: self._united(group, meant=True) for group in self.parts}
-        self.bare = {group: self._united(group, meant=False) for group in self.parts}
-
-    def _united(self, group: str, *, meant: bool) -> Any:
-        return united([self.solids[p.name] for p in self.parts[group] if p.name.endswith(MEANT) is meant])
 
     def _moving(self) -> dict[str, Any]:
         """The halves without what cannot meet: shaft and adapter, which are round, and what lies beside all else."""
@@ -122,34 +104,39 @@ class Bodies:
         return first, second, volume
 
     def spring_gap(self, angle: float, search: float) -> tuple[float, str]:
-        """Least gap (mm, at most ``search``) of the loaded spring to what it must not touch, and in which half."""
+        """Least gap (mm, at most ``search``) of the loaded spring outside its seats to either half, and to which."""
         turns = {"upper": 0.0, "lower": self.joint.turn("lower", angle)}
         return min(
-            (float(turned(coil, -turns[group]).min_gap(self.bare[group], search)), group)
+            (float(turned(coil, -turns[group]).min_gap(self.halves[group], search)), group)
             for coil in self.coils(angle)
             for group in self.parts
         )
 
-    def coils(self, angle: float, fineness: tuple[int, int] | None = None) -> list[Any]:
-        """Each loaded spring at an angle."""
+    def coils(self, angle: float, sides: int | None = None) -> list[Any]:
+        """Each loaded spring at an angle, outside its seats."""
         seats = spring_seats(self.joint.dimensions, self.joint.layout)
-        return [manifold(spring_mesh_at(*seat, angle, fineness)) for seat in seats]
+        return [manifold(free_mesh_at(*seat, angle, sides)) for seat in seats]
 
-    def spring_overlaps(self, angle: float, fineness: tuple[int, int] | None = None) -> dict[tuple[str, bool], float]:
-        """Common volume (mm^3) of a loaded spring with each half's (group, meant to touch) parts at an angle.
-
-        Of a pair the larger one.
-        """
-        found: dict[tuple[str, bool], float] = {}
-        coils = self.coils(angle, fineness)
+    def spring_overlaps(self, angle: float, sides: int | None = None) -> dict[str, float]:
+        """Common volume (mm^3) of a loaded spring outside its seats with each half at an angle."""
+        found: dict[str, float] = {}
+        coils = self.coils(angle, sides)
         for group in self.parts:
             turn = self.joint.turn("lower", angle) if group == "lower" else 0.0
             # The springs are turned into the half's frame: one body is moved instead of two.
-            for seen in (turned(coil, -turn) for coil in coils):
-                for meant, bodies in ((False, self.bare), (True, self.pins)):
-                    volume = float((seen ^ bodies[group]).volume())
-                    found[(group, meant)] = max(volume, found.get((group, meant), 0.0))
+            found[group] = max(float((turned(coil, -turn) ^ self.halves[group]).volume()) for coil in coils)
         return found
+
+    def seat_overlap(self) -> tuple[float, str]:
+        """Common volume (mm^3) of the unloaded spring with the halves, and with which: its clamped arms touch there."""
+        angle = self.joint.dimensions.free_angle
+        found = []
+        for spring in self.joint.springs:
+            whole = manifold(self.joint.mesh_at(spring, angle))
+            for group in self.parts:
+                turn = self.joint.turn("lower", angle) if group == "lower" else 0.0
+                found.append((float((turned(whole, -turn) ^ self.halves[group]).volume()), group))
+        return max(found)
 
 
 def poses(low: float, high: float, step: float, *more: float) -> list[float]:
@@ -176,37 +163,42 @@ def first_contact(bodies: Bodies, start: float, end: float) -> float | None:
     return None
 
 
-def free_travel(bodies: Bodies) -> Travel:
-    """How far the halves turn from the rest pose until they meet, looked for up to 30 deg past the asked travel."""
-    dimensions = bodies.joint.dimensions
-    rest, (low, high) = dimensions.rest_angle, dimensions.range
+def stop_contacts(bodies: Bodies) -> list[tuple[float | None, str]]:
+    """Where the halves first meet on the way down and on the way up, deg, and which parts; None: not within a turn."""
+    rest = bodies.joint.dimensions.rest_angle
+    found: list[tuple[float | None, str]] = []
     if bodies.overlap(rest) > OVERLAP_LIMIT:
         first, second, _ = bodies.pair(rest)
-        return Travel(rest, rest, f"{first} with {second}", f"{first} with {second}")
-    ends = []
-    for end, way in ((low - BEYOND, -1.0), (high + BEYOND, 1.0)):
-        found = first_contact(bodies, rest, end)
-        if found is None:
-            ends.append((end, "nothing"))
+        return [(rest, f"{first} with {second}")] * 2
+    for way in (-1.0, 1.0):
+        angle = first_contact(bodies, rest, rest + way * 360.0)
+        if angle is None:
+            found.append((None, "nothing"))
         else:
-            first, second, _ = bodies.pair(found + way * 2 * CONTACT_ANGLE)
-            ends.append((found, f"{first} with {second}"))
-    return Travel(ends[0][0], ends[1][0], ends[0][1], ends[1][1])
+            first, second, _ = bodies.pair(angle + way * 2 * CONTACT_ANGLE)
+            found.append((angle, f"{first} with {second}"))
+    return found
 
 
 def check_travel(bodies: Bodies) -> list[CheckResult]:
-    """The asked travel is free of the halves' meeting; both results name what stops the joint, asked for or not.
-
-    Their ``angle`` is the asked end, where a picture shows most of what is in the way.
-    """
-    name = bodies.joint.part("lower").name
-    low, high = bodies.joint.dimensions.range
-    found = free_travel(bodies)
+    """From rest a full turn either way the halves first meet at the stops, which lie past the travel, before yield."""
+    joint, results = bodies.joint, []
+    dimensions, name = joint.dimensions, joint.part("lower").name
+    meant = {f"{joint.part('upper').name} with {name}"}
+    for (found, parts), stop, end, what in zip(
+        stop_contacts(bodies), dimensions.stop_angles, dimensions.range, ("low", "high"), strict=True
+    ):
+        off = math.inf if found is None or parts not in meant else abs(found - stop)
+        at = "nowhere" if found is None else f"at {found:.5g} deg"
+        text = f"{what} stop at {stop:.5g} deg, travel to {end:.5g}: {parts} meet {at}"
+        results.append(at_most("stops", name, off, STOP_ACCURACY, "deg", text, angle=end))
+    limits = dimensions.yields
+    if limits is not None:
+        spare = min(dimensions.stop_angles[0] - limits[0], limits[1] - dimensions.stop_angles[1])
+        text = f"from the stops to where the spring yields ({limits[0]:.4g} and {limits[1]:.4g} deg)"
+        results.append(at_least("stops before yield", name, spare, STOP_ACCURACY, "deg", text))
     return [
-        at_most("travel, low end", name, found.low, low, "deg", f"free down to here; then {found.stop_low}",
-                angle=low),
-        at_least("travel, high end", name, found.high, high, "deg", f"free up to here; then {found.stop_high}",
-                 angle=high),
+        *results,
         at_most("overlap", bodies.joint.part("shaft").name, bodies.round_overlap(), OVERLAP_LIMIT, "mm^3",
                 "shaft and what is keyed on it with the upper half, turned in eight ways"),
     ]  # fmt: skip
@@ -228,24 +220,27 @@ def check_within(bodies: Bodies) -> list[CheckResult]:
 
 
 def check_spring_room(bodies: Bodies) -> list[CheckResult]:
-    """The loaded spring at every second degree: it goes through nothing, and bears on its shafts without sinking in."""
+    """The loaded spring at every second degree goes through nothing; unloaded, its arms touch their seats."""
     dimensions = bodies.joint.dimensions
-    low, high = dimensions.range
-    worst: dict[tuple[str, bool], tuple[float, float]] = {}
+    low, high = dimensions.stop_angles
+    worst: dict[str, tuple[float, float]] = {}
     for angle in poses(low, high, SPRING_STEP, dimensions.rest_angle):
         exact = angle in (low, high, dimensions.rest_angle)
-        for key, volume in bodies.spring_overlaps(angle, None if exact else COARSE).items():
-            if volume > worst.get(key, (-1.0, 0.0))[0]:
-                worst[key] = (volume, angle)
+        for group, volume in bodies.spring_overlaps(angle, None if exact else COARSE).items():
+            if volume > worst.get(group, (-1.0, 0.0))[0]:
+                worst[group] = (volume, angle)
     name, results = bodies.joint.part("spring").name, []
-    for (group, meant), (volume, angle) in worst.items():
-        what = f"the {group} half's arm shafts, which it bears on" if meant else f"the {group} half"
-        limit = CONTACT_LIMIT if meant else OVERLAP_LIMIT
-        text = f"with {what}, over {low:g} to {high:g} deg, most at {angle:.4g}"
-        results.append(at_most("overlap", name, volume, limit, "mm^3", text, angle=angle))
+    for group, (volume, angle) in worst.items():
+        text = f"with the {group} half, over {low:g} to {high:g} deg, most at {angle:.4g}"
+        results.append(at_most("overlap", name, volume, OVERLAP_LIMIT, "mm^3", text, angle=angle))
+    seat, wire = bodies.joint.layout.seat, dimensions.spring.wire_diameter
+    volume, group = bodies.seat_overlap()
+    limit = CONTACT_SHARE * math.pi / 4 * wire**2 * seat.length + OVERLAP_LIMIT
+    text = f"of a clamped arm in its seat in the {group} half, unloaded: they touch and do not sink in"
+    results.append(at_most("seated", name, volume, limit, "mm^3", text))
     ends = (low, dimensions.rest_angle, high)
     (gap, half), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
-    text = f"least gap to the {half} half at both ends and at rest, at {angle:.4g}; half the clearance is asked for"
+    text = f"least gap to the {half} half at both stops and at rest, at {angle:.4g}; half the clearance is asked for"
     limit = dimensions.clearance / 2 - CHORDS
     return [*results, at_least("spring gap", name, gap, limit, "mm", text, angle=angle)]
 

@@ -80,7 +80,7 @@ def anywhere(generator: random.Random) -> JointDimensions:
     rest = generator.uniform(low, high)
     drawn = _within(
         generator, JointDimensions, free_angle=generator.uniform(low, high), rest_angle=rest, zero_angle=zero,
-        upper_arm_angle=0.0, floor=None,
+        upper_arm_angle=0.0, floor=None, seat_screw=None, seat_length=None,
     )  # fmt: skip
     damper = DamperDimensions(**_within(generator, DamperDimensions))
     return JointDimensions(
@@ -123,7 +123,7 @@ def around(generator: random.Random) -> JointDimensions:
         link_width=width,
         tube_wall=1.5,
         shaft_diameter=shaft,
-        pin_diameter=generator.choice([2.0, 3.0, 4.0, 5.0, 6.0]),
+        seat_travel=generator.choice([0.0, 12.0, 15.0]),
         clearance=generator.uniform(0.2, 0.8),
         fit=generator.uniform(0.05, 0.2),
         wall=generator.uniform(1.6, 5.0),
@@ -137,10 +137,14 @@ def around(generator: random.Random) -> JointDimensions:
 def stretched(generator: random.Random) -> JointDimensions:
     """A joint that fits but for two of its dimensions, which are drawn anywhere."""
     joint, wild = around(generator), anywhere(generator)
-    names = ("shaft_diameter", "pin_diameter", "clearance", "fit", "wall", "plate", "link_width", "keeper_gap",
-             "damper", "floor", "encoder", "range")  # fmt: skip
+    names = ("shaft_diameter", "seat_screw", "clearance", "fit", "wall", "plate", "link_width", "cap", "damper",
+             "floor", "encoder", "range", "seat_length")  # fmt: skip
     for name in generator.sample(names, 2):
-        if name == "floor":
+        if name == "seat_screw":
+            joint = replace(joint, seat_screw=generator.uniform(2.0, 8.0))
+        elif name == "seat_length":
+            joint = replace(joint, seat_length=generator.uniform(4.0, 40.0))
+        elif name == "floor":
             joint = replace(joint, floor=generator.uniform(2.0, 60.0))
         elif name == "encoder":
             joint = replace(joint, encoder=EncoderDimensions(**_within(generator, EncoderDimensions)))

@@ -80,7 +80,7 @@ addEventListener("load", () => setTimeout(async function () {  // after the page
       end.x += original[3 * i]; end.y += original[3 * i + 1]; end.z += original[3 * i + 2]; end.count++;
     }
     for (const end of ends) if (end.count) { end.x /= end.count; end.y /= end.count; end.z /= end.count; }
-    const shafts = (side) => bodies.filter((o) => o.joint === b.joint && o.part.family === "arm_shaft" && o.part.moves_with === side);
+    const shafts = (side) => bodies.filter((o) => o.joint === b.joint && o.part.family === "cap" && o.part.moves_with === side);
     const near = (end, side) => Math.min(...shafts(side).map((o) => Math.hypot(o.centre.x - end.x, o.centre.y - end.y)));
     const share = new Float32Array(count).fill(0.5);
     if (ends[0].count && ends[1].count && shafts("upper").length && shafts("lower").length) {

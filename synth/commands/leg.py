@@ -85,21 +85,26 @@ def _made(
     report: Path,
 ) -> UserError | None:
     """Do the whole work into ``folder``; where gates fail, the error to end with once the folder is whole."""
-    from synth.commands.solid_files import NOT_DRAWN, draw_solids, require_drawn
+    from synth.commands.solid_files import NOT_DRAWN, draw_solids, drawn_up, require_drawn, with_settings
     from synth.design.bom import write_bom
+    from synth.design.drawn_springs import as_drawn, seats_set
     from synth.design.leg_design import fastest_rates
     from synth.design.write_design import write_files
     from synth.files.robot_xml import write_robot_files
 
     design = _designed(project, catalogue, cache, progress)
+    extra: dict[str, Any] = NOT_DRAWN
+    if not arguments.no_cad:
+        with progress.stage("drawing, checking and writing the joints"):
+            design = drawn_up(design, catalogue)
+            extra = draw_solids(design, folder, cache, pictures=not arguments.no_pictures)
+            design = as_drawn(design, extra["solids"]["joints"])
+    design, settings = seats_set(design)
+    extra = with_settings(extra, design, settings)
     with progress.stage("writing the design"):
         write_files(design, folder)
         times = [release.time for release in design.wanted.releases]
         lost = write_robot_files(design.built, fastest_rates(design.built_motions, times), folder)
-    extra: dict[str, Any] = NOT_DRAWN
-    if not arguments.no_cad:
-        with progress.stage("drawing, checking and writing the joints"):
-            extra = draw_solids(design, folder, cache, pictures=not arguments.no_pictures)
     with progress.stage("writing the report"):
         write_bom(design, extra["solids"]["parts"], folder / "bom.csv")
         _report(design, folder, extra, lost)
@@ -122,7 +127,7 @@ def _designed(project: LegProject, catalogue: Catalogue, cache: StageCache, prog
 
     # The choice of springs looks at the joint's room: shaft, clearance and wall.
     room = CadOptions(project.cad.shaft_diameter, project.cad.clearance, project.cad.wall)
-    rest = replace(project, cad=room, defaults=(), inputs=())
+    rest = replace(project, cad=room, defaults=(), inputs=(), measured_springs={})
     key = key_of("design", digest_of(rest), digest_of(catalogue), _inputs(replace(project, inputs=project.inputs[1:])))
     chains = {Chain: Remade(lambda chain: chain.layout.n, compiled_chain)}  # without its machine code
     kept = cache.value(key, LegDesign, chains)

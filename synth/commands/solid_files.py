@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from synth.design.joint_sizing import Solids, dimensions_of
 from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
 
 if TYPE_CHECKING:
     from cad import BuiltLeg, CheckResult, ExportedFile
-    from synth.design.leg_design import LegDesign
+    from synth.design.drawn_springs import SeatSetting
+    from synth.design.leg_design import LegDesign, Solids
+    from synth.parts.catalogs import Catalogue
 
 RECORD = "solids.json"  # of a kept stage; not part of the output
 NOT_DRAWN: dict[str, Any] = {
     "pictures": [],
-    "solids": {"drawn": False, "checks": [], "print": [], "parts": [], "notes": []},
+    "solids": {"drawn": False, "checks": [], "print": [], "parts": [], "joints": {}, "notes": []},
 }
 
 
@@ -36,10 +38,8 @@ def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures:
     """
     import cad
 
-    try:
-        solids = dimensions_of(design)
-    except cad.DimensionError as error:
-        raise _not_drawable(error, design) from None
+    solids = design.drawn
+    assert solids is not None
     key = key_of("solids", solids, pictures)
     if not cache.fetch(key, folder):
         try:
@@ -53,6 +53,22 @@ def draw_solids(design: LegDesign, folder: Path, cache: StageCache, *, pictures:
     (folder / RECORD).unlink()
     shown = [f"parts/{item['path']}" for item in record.pop("files") if item["kind"] == "png"]
     return {"pictures": [{"path": path, "caption": _caption(design, path)} for path in shown], "solids": record}
+
+
+def drawn_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
+    """The design with springs and joints as they are drawn.
+
+    Raises
+    ------
+    UserError : dimensions from which no joint can be drawn, by name.
+    """
+    import cad
+    from synth.design.drawn_springs import draw_up
+
+    try:
+        return draw_up(design, catalogue)
+    except cad.DimensionError as error:
+        raise _not_drawable(error, design) from None
 
 
 def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
@@ -109,6 +125,7 @@ def _record(
             for plan in cad.plan_leg(leg)
         ],
         "parts": _parts(leg),
+        "joints": _joints(leg),
         "notes": notes,
         "files": [{"path": item.path, "kind": item.kind} for item in written],
     }  # fmt: skip
@@ -131,18 +148,85 @@ def _value(value: float, unit: str) -> dict[str, Any]:
     return {"value": value, "unit": unit or "1"}
 
 
+def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:
+    """``extra`` with how each seat is set: at its zero, or as the spring in hand asks; and how to measure that."""
+    solids = dict(extra["solids"])
+    joints = {name: dict(solids["joints"].get(name, {})) for name in design.built.joint_names}
+    for name, setting in settings.items():
+        joints[name]["seat"] = {**joints[name].get("seat", {}), "setting": setting.as_json()}
+    notes = list(solids["notes"])
+    for name, setting in settings.items():
+        notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the spring in hand")
+    if joints and not settings and solids["drawn"]:
+        notes.append(HOW_TO_MEASURE)
+    return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
+
+
+HOW_TO_MEASURE = (
+    "a spring's free angle is sold to 10 deg only, the largest error of all: assemble each joint with its seat at 0, "
+    "lay it on its side so that no weight turns it, leave the damper off, and read the angle at which it comes to rest "
+    "(the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then tells "
+    "what to turn the seat to. + on the scale (the end with the pit) makes the free angle larger; its marks are 5 deg "
+    "apart on the ear and 4 deg on the seat plate, so where two meet a degree is read"
+)
+
+
 def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
-    """Every part with how it is got and its mass, joint by joint."""
+    """Every part with how it is got, its mass, centre of mass and inertia, joint by joint.
+
+    ``com`` stands in the frame of the half that the part moves with: the hinge on z, the half's own link along y,
+    towards the parent for the upper half (+y), away from it for the lower one (-y). ``inertia`` is about the com, along
+    the hinge's axis.
+    """
     density, found = leg.dimensions.printing.density, []
     for joint, link in zip(leg.joints, leg.links, strict=True):
         for part in (*joint.parts, link):
             mass = part.mass(density)
-            found.append(
-                {"part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
-                 "moves_with": part.group,
-                 "material": part.material, "mass": None if mass is None else _value(mass, "g"), "size": part.size}
-            )  # fmt: skip
+            item: dict[str, Any] = {
+                "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
+                "moves_with": part.group, "material": part.material,
+                "mass": None if mass is None else _value(mass, "g"), "size": part.size,
+            }  # fmt: skip
+            if mass is not None:
+                moments = part.moments()
+                item["com"] = [_value(place, "mm") for place in moments.centre]
+                item["inertia"] = _value(mass * 1e-9 * moments.about_z / moments.volume, "kg*m^2")
+            found.append(item)
     return found
+
+
+def _joints(leg: BuiltLeg) -> dict[str, Any]:
+    """What the drawn joints leave and allow: free play, the stops' angles, arms and seat."""
+    from cad.play import joint_play
+    from cad.travel import Bodies
+
+    found = {}
+    for joint in leg.joints:
+        dimensions, layout = joint.dimensions, joint.layout
+        play = joint_play(Bodies(joint))
+        spring = dimensions.spring
+        found[dimensions.name] = {
+            "play": None
+            if play is None
+            else {**_value(play.width, "deg"), "low": _value(play.low, "deg"), "high": _value(play.high, "deg")},
+            "stops": [_value(angle, "deg") for angle in dimensions.stop_angles],
+            "arms": {
+                "free": _value(layout.free_arm, "mm"),
+                "clamped": _value(layout.seat.length, "mm"),
+                "whole": _value(layout.arm_length, "mm"),
+                "upper_arm_angle": _value(dimensions.upper_arm_angle, "deg"),
+                "drawn_rate_over_designed": _value(_rate_ratio(spring, layout.free_arm), "1"),
+            },
+            "seat": {"travel": _value(layout.plate.travel, "deg"), "scale": _value(1.0, "deg")},
+        }
+    return found
+
+
+def _rate_ratio(spring: Any, free_arm: float) -> float:
+    from cad.flexed_wire import effective_length
+
+    drawn = effective_length(spring.radius, spring.drawn_coils, free_arm)
+    return 1.0 if spring.stiff_length is None else float(spring.stiff_length / drawn)
 
 
 def _caption(design: LegDesign, path: str) -> str:

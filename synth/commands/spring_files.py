@@ -115,7 +115,6 @@ def write_solid(spring: SpringDesign, folder: Path) -> None:
         mean_diameter=spring.mean_diameter * 1e3,
         coils=spring.body_coils,
         included_angle=math.degrees(spring.included_angle),
-        arm_length=arm,
         hand=spring.hand,
     )
     if problems := dimensions.problems():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from synth.design.write_design import bought_or_wound
 from synth.files.output import write_csv
 
 HEADER = ("joint", "item", "vendor", "part", "quantity", "mass [g]", "source")
+BUY = "buy: "  # before the standard part that a drawn screw is
 _LISTED = ("spring", "damper")  # families that stand there as bought or wound already
 
 
@@ -22,6 +24,7 @@ def write_bom(design: LegDesign, parts: Sequence[Mapping[str, Any]], path: Path)
     rows = [_with_mass(row, parts) for row in bought_or_wound(design)]
     drawn = [part for part in parts if part["family"] not in _LISTED]
     rows += _merged([_line(part) for part in drawn])
+    rows += _inserts(drawn)
     if drawn:
         rows += _screws(design)
     order = {name: index for index, name in enumerate(design.built.joint_names)}
@@ -40,19 +43,15 @@ def _with_mass(row: Mapping[str, str], parts: Sequence[Mapping[str, Any]]) -> di
 
 def _line(part: Mapping[str, Any]) -> dict[str, str]:
     x, y, z = sorted(part["size"], reverse=True)
-    size = (
-        f"{z:.1f} mm across, {x:.1f}"
-        if part["family"] in ("shaft", "arm_shaft", "link")
-        else f"{x:.1f} x {y:.1f} x {z:.1f}"
-    )
+    size = f"{z:.1f} mm across, {x:.1f}" if part["family"] in ("shaft", "link") else f"{x:.1f} x {y:.1f} x {z:.1f}"
     name = str(part["part"]).removeprefix(f"{str(part['joint']).replace(' ', '_')}_").replace("_", " ")
-    if part["family"] == "arm_shaft":
-        name = "dowel for a spring's arm"
+    item = f"{name}, {size} mm" + (f", {part['material']}" if part["material"] else "")
+    bought = str(part["made"]).startswith(BUY)
     return {
         "joint": part["joint"],
-        "item": f"{name}, {size} mm" + (f", {part['material']}" if part["material"] else ""),
-        "vendor": part["made"],
-        "part": "" if part["family"] in ("arm_shaft", "encoder") else part["part"],
+        "item": str(part["made"]).removeprefix(BUY) if bought else item,
+        "vendor": "any" if bought else part["made"],
+        "part": "" if bought or part["family"] == "encoder" else part["part"],
         "quantity": "1",
         "mass [g]": "" if part["mass"] is None else _grams(part["mass"]["value"]),
         "source": "drawn here",
@@ -72,6 +71,20 @@ def _merged(rows: list[dict[str, str]]) -> list[dict[str, str]]:
         if known["mass [g]"] and row["mass [g]"]:
             known["mass [g]"] = _grams(float(known["mass [g]"]) + float(row["mass [g]"]))
     return list(merged.values())
+
+
+def _inserts(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+    """A heat-set insert for every drawn screw: all of them end in one."""
+    found = []
+    for part in parts:
+        size = re.search(r" - (M[0-9.]+) x ", str(part["made"]))
+        if part["family"] == "screw" and size is not None:
+            item = f"heat-set insert {size[1]}, brass; hole and length as in catalogs/heat_set_inserts.csv"
+            found.append(
+                {"joint": part["joint"], "item": item, "vendor": "any", "part": "", "quantity": "1", "mass [g]": "",
+                 "source": "drawn here"}
+            )  # fmt: skip
+    return _merged(found)
 
 
 def _screws(design: LegDesign) -> list[dict[str, str]]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from synth.design.clamped_arms import leg_that_bends_as_much, softening
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
@@ -25,7 +26,8 @@ from synth.units import quantity
 MOST = 48  # springs a joint and damper that take part, nearest rates first
 NEAREST = 16  # springs a joint that are looked at beyond the wanted rate, nearest first
 INCLUDED_ANGLE = radians(120.0)  # of a spring to wind where none is asked: that of the thesis' springs
-ARM_LENGTH = 0.025  # m, of a spring to wind, up to where it bears
+ARM_LENGTH = 0.025  # m, as soft as the clamped arms of a spring to wind; where the first of two searches starts
+STOP_ROOM = radians(3.5)  # past the travel, that a spring to wind bears too: there the joint's hard stops stand
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
         if len(rows) > MOST:
             reasons[f"rate further from {rate:.4g} N*m/rad than those of {MOST} others"] = len(rows) - MOST
         if rows:
-            return [_bought(row, travel, catalogue, count, rate) for row, count in rows[:MOST]], reasons, []
+            return [_bought(row, travel, source, count, rate) for row, count in rows[:MOST]], reasons, []
         if choice.make is False:
             raise no_spring(joint, found, catalogue.springs)
         said = [f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed"]
@@ -214,7 +216,7 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     found.sort(key=lambda item: (item[0], item[1], item[2].part))
     others = [
         replace(
-            _bought(row, source.turned, source.catalogue, count, rate),
+            _bought(row, source.turned, source, count, rate),
             outside=off > log(1 + source.choice.rate_tolerance),
             compared=source.choice.part is not None,
         )
@@ -226,23 +228,24 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     return others
 
 
-def _bought(row: TorsionSpringRow, travel: Travel, catalogue: Catalogue, count: int, asked: float) -> SpringOption:
+def _bought(row: TorsionSpringRow, travel: Travel, source: SpringSource, count: int, asked: float) -> SpringOption:
+    """A bought spring with the rate that it has with its arms: vendors state that of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
     check = None
     if row.material and row.wire_diameter and row.mean_diameter and row.body_coils:
         try:
             task = SpringTask(travel.winding, travel.opening, limits=SpringLimits(index_range=(1.0, 100.0)))
-            material = catalogue.find_material(row.material)
+            material = source.catalogue.find_material(row.material)
             check = check_spring(
                 material, row.wire_diameter, row.mean_diameter, row.body_coils, task, stated_rate=row.rate
             )
         except UserError:
             check = None  # no strength is known for this wire; ``spring_warnings`` says that nothing was checked
-    closes = 1 if travel.turned_round else -1
-    return SpringOption(
-        row.rate * count, row.included_angle, row=row, check=check, count=count, closes=closes, asked=asked
-    )
+    closes, rate = 1 if travel.turned_round else -1, row.rate * count
+    if row.wire_diameter and row.mean_diameter and row.body_coils:
+        rate *= softening(row.wire_diameter, row.mean_diameter, row.body_coils, travel.opening, source.cad)
+    return SpringOption(rate, row.included_angle, row=row, check=check, count=count, closes=closes, asked=asked)
 
 
 def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, list[str]]:
@@ -255,15 +258,15 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     joint, choice, travel, catalogue, cad = source.joint, source.choice, source.turned, source.catalogue, source.cad
     wish = SpringWish(
         rate=rate,
-        travel=travel.winding,
-        opening_travel=travel.opening,
+        travel=travel.winding + STOP_ROOM,
+        opening_travel=travel.opening + STOP_ROOM,
         included_angle=choice.included_angle or INCLUDED_ANGLE,
         leg_lengths=(ARM_LENGTH, ARM_LENGTH),
         material=choice.wire or "music",
         objective=choice.objective,
         rate_form=RATE_FORMS[choice.rate_formula],
         limits=SpringLimits(
-            arbor_diameter=cad.shaft_diameter,
+            arbor_diameter=cad.shaft_diameter + 2.0 * cad.clearance,
             min_inside_diameter=choice.min_inner_diameter,
             max_outer_diameter=choice.max_outer_diameter,
             max_body_length=choice.max_body_length,
@@ -271,6 +274,10 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         ),
     )
     result = design_spring(wish, catalogue)
+    if (first := result.best or (result.nearest[0].design if result.nearest else None)) is not None:
+        size = (first.wire_diameter, first.mean_diameter, first.body_coils)
+        leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
+        result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue)
     if result.best is not None:
         design, said = result.best, [f"{joint}: {text}" for text in (*result.notes, *result.best.warnings)]
         said += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]

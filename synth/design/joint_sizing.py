@@ -2,36 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import ceil, degrees, floor, remainder
+from collections.abc import Sequence
+from dataclasses import replace
+from math import ceil, degrees, floor, pi, remainder
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from synth.design.leg_design import LegDesign, fastest_rates
+from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.errors import Problem, UserError
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.mechanics import rest_pose
 
 if TYPE_CHECKING:
-    from cad import JointDimensions, LegDimensions, PrintDimensions
+    from cad import JointDimensions, PrintDimensions
 
+Ends = tuple[float, float]
 MARGIN = 5.0  # deg, of travel drawn beyond what the leg does where the leg file gives no range
+STOP = 3.0  # deg past such a travel, at which the hard stops touch
+ASKED_STOP = 1.5  # deg past a range that the leg file asks for: what printed flanks are off by
+YIELD_SPARE = 2.0  # deg, from a stop to where the spring yields: a knock against printed horns bends them by about one
 
 
-@dataclass(frozen=True)
-class Solids:
-    """Dimensions of all joints that can be drawn, and a sentence for each thing that was assumed or left out."""
-
-    dimensions: LegDimensions
-    notes: tuple[str, ...]
-
-
-def dimensions_of(design: LegDesign) -> Solids:
+def dimensions_of(design: LegDesign, arms: Sequence[float] | None = None) -> Solids:
     """Dimensions of the built leg's joints; the pose drawn is where the leg rests.
 
-    Plates, pins and, where the project leaves it open, the shaft grow until they bear the joint's torque.
+    Plates, seats and, where the project leaves it open, the shaft grow until they bear the joint's torque. ``arms``:
+    the springs' free arms, mm; None: as short as the joints allow.
     """
     import cad
 
@@ -48,7 +46,8 @@ def dimensions_of(design: LegDesign) -> Solids:
     fastest = fastest_rates(design.built_motions, [release.time for release in design.wanted.releases])
     joints = []
     for j in range(len(design.built.joints)):
-        dimensions = _joint(design, j, float(pose[j]), float(fastest[j]), notes)
+        arm = None if arms is None else arms[j]
+        dimensions = _joint(design, j, (float(pose[j]), float(fastest[j])), arm, notes)
         joints.append(_borne(design, dimensions, printing, notes))
     return Solids(
         cad.LegDimensions(design.project.name[:60], tuple(joints), tilt=degrees(design.built.tilt), printing=printing),
@@ -56,18 +55,26 @@ def dimensions_of(design: LegDesign) -> Solids:
     )
 
 
-def _joint(design: LegDesign, j: int, rest: float, fastest: float, notes: list[str]) -> JointDimensions:
+def _joint(
+    design: LegDesign, j: int, moves: tuple[float, float], arm: float | None, notes: list[str]
+) -> JointDimensions:
+    """One joint before it is sized; ``moves``: its rest angle, deg, and its fastest rate, rad/s."""
     import cad
 
     joint, options = design.built.joints[j], design.project.cad
     assert joint.spring is not None
-    low, high = _range(design, j, rest)
+    rest, fastest = moves
+    travel = _range(design, j, rest)
+    yields = _yields(design, j)
+    travel, stops, yields = _stops(design, j, travel, yields, notes)
     dimensions = cad.JointDimensions(
         name=joint.name,
-        spring=_spring(design, j, notes),
+        spring=replace(_spring(design, j, notes), free_arm=arm),
         free_angle=degrees(joint.spring.free_angle),
         rest_angle=rest,
-        range=(low, high),
+        range=travel,
+        stops=stops,
+        yields=yields,
         zero_angle=degrees(joint.zero),
         sign=joint.sign,
         damper=_damper(design, j, notes),
@@ -85,9 +92,50 @@ def _joint(design: LegDesign, j: int, rest: float, fastest: float, notes: list[s
         offset = remainder(turned.arm_offset, 360.0)
         notes.append(
             f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn at "
-            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm's shaft at {offset:+.1f} deg"
+            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm at {offset:+.1f} deg"
         )
     return turned
+
+
+def _yields(design: LegDesign, j: int) -> tuple[float, float] | None:
+    """Measured angles (deg) at which the joint's spring yields; None where its strength is not known."""
+    option, joint = design.springs.chosen[j], design.built.joints[j]
+    known = option.design if option.design is not None else option.check
+    if known is None:
+        return None
+    assert joint.spring is not None
+    free = degrees(joint.spring.free_angle)
+    return free - degrees(known.free_travel), free + degrees(known.free_travel)
+
+
+def _stops(
+    design: LegDesign, j: int, travel: Ends, yields: Ends | None, notes: list[str]
+) -> tuple[Ends, Ends, Ends | None]:
+    """Travel, stops and yield (deg): stops past the travel and before yield, where the spring allows both.
+
+    Where it does not, the travel that the leg file does not ask for is cut back to what the motion needs; where that
+    is not enough either, the stops stay past the travel, and the spring's yield is named as what binds.
+    """
+    joint = design.built.joints[j]
+    asked = design.project.target.joints[j].range is not None
+    beyond = ASKED_STOP if asked else STOP
+    stops = (travel[0] - beyond, travel[1] + beyond)
+    if yields is None:
+        return travel, stops, None
+    first, last = yields[0] + YIELD_SPARE, yields[1] - YIELD_SPARE
+    if first <= stops[0] and stops[1] <= last:
+        return travel, stops, yields
+    needed = travel if asked else (travel[0] + MARGIN - 1.0, travel[1] - MARGIN + 1.0)
+    if first <= needed[0] - ASKED_STOP and needed[1] + ASKED_STOP <= last:
+        stops = (max(stops[0], first), min(stops[1], last))
+        return (max(travel[0], stops[0] + ASKED_STOP), min(travel[1], stops[1] - ASKED_STOP)), stops, yields
+    notes.append(
+        f"{joint.name}: the spring's yield at {yields[0]:.1f} and {yields[1]:.1f} deg is the limit that binds: the "
+        f"wanted travel of {needed[0]:.1f} to {needed[1]:.1f} deg and stops {YIELD_SPARE:g} deg before yield cannot "
+        f"both be had; the stops are drawn at {stops[0]:.1f} and {stops[1]:.1f} deg, past the travel. A spring of "
+        "thicker wire, or a smaller range of the joint, would have both"
+    )
+    return travel, stops, None
 
 
 def _damper_torque(joint: Joint, fastest: float) -> float:
@@ -107,9 +155,11 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
     may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
     grown = cad.sized(asked, printing, may)
     changed = [
-        f"{name.replace('_', ' ')} {after:g} mm instead of {before:g}"
+        f"{name.replace('_', ' ')} {after:g} mm" + (f" instead of {before:g}" if before is not None else "")
         for name, before, after in (
-            ("pin_diameter", asked.pin_diameter, grown.pin_diameter),
+            ("seat_screw", asked.seat_screw, grown.seat_screw),
+            ("seat_length", asked.seat_length, grown.seat_length),
+            ("cap", asked.cap, grown.cap),
             ("plate", asked.plate, grown.plate),
             ("floor", asked.floor_thickness, grown.floor_thickness),
             ("shaft_diameter", asked.shaft_diameter, grown.shaft_diameter),
@@ -160,14 +210,19 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
         hand = row.hand or "right"
         if not row.hand:
             notes.append(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand")
+        assert row.rate is not None
+        # The catalogue's rate is that of the body alone; with its arms the spring is softer as it is longer.
+        stiff = pi * row.mean_diameter * row.body_coils * row.rate * option.count / option.rate * 1e3
         return cad.SpringDimensions(
-            row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(option.included_angle), hand=hand
-        )
+            row.wire_diameter * 1e3, row.mean_diameter * 1e3, row.body_coils, degrees(option.included_angle),
+            stiff_length=stiff if option.rate != row.rate * option.count else None, hand=hand,
+        )  # fmt: skip
     made = option.design
     assert made is not None
     return cad.SpringDimensions(
-        made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle)
-    )
+        made.wire_diameter * 1e3, made.mean_diameter * 1e3, made.body_coils, degrees(made.included_angle),
+        stiff_length=pi * made.mean_diameter * made.active_coils * 1e3,
+    )  # fmt: skip
 
 
 def _count(design: LegDesign, j: int, notes: list[str]) -> int:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from math import degrees, pi, remainder
+from math import degrees, pi, radians, remainder
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +31,17 @@ from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
 from synth.parts.catalogs import Catalogue
 from synth.swing.leg_model import Leg
+
+if TYPE_CHECKING:
+    from cad import LegDimensions
+
+
+@dataclass(frozen=True)
+class Solids:
+    """Dimensions of all joints that can be drawn, and a sentence for each thing that was assumed or left out."""
+
+    dimensions: LegDimensions
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -57,12 +69,15 @@ class LegDesign:
     sets: SetsMade
     told: Told | None  # what the target's fit leaves open does to the choice
     target_effects: tuple[TargetEffect, ...] = ()
+    drawn: Solids | None = None  # the joints as they are drawn; None: nothing is drawn
 
     def arm_offset(self, joint: int) -> float:
-        """Offset of the lower half's arm shaft, rad: the built joint's free angle less the spring's included angle.
+        """Offset of the lower half's arm, rad, as drawn: free angle less the spring's and the upper arm's angle.
 
-        Plus it, where the spring is seated so that larger angles close its arms. Within half a turn.
+        Plus the included angle, where the spring is seated so that larger angles close its arms. Within half a turn.
         """
+        if self.drawn is not None:
+            return radians(remainder(self.drawn.dimensions.joints[joint].arm_offset, 360.0))
         spring = self.built.joints[joint].spring
         assert spring is not None
         chosen = self.springs.chosen[joint]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +67,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
     """The content of ``design.json``; ``files`` in ``folder`` are listed with their hashes, ``extra`` is added."""
     project = design.project
     names = design.built.joint_names
+    parts = {part["part"]: part for part in extra.get("solids", {}).get("parts", [])}
     how = "square root of the ratio of leg lengths" if project.dynamic_similarity else "a factor"
     return {
         "format": FORMAT,
@@ -93,7 +94,10 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
             joint: {"part": project.dampers[joint].part, **law.as_json(), "curve": f"dampers/{joint}_measured.csv"}
             for joint, law in design.laws.items()
         },
-        "joints": {name: _joint(design, j) for j, name in enumerate(names)},
+        "joints": {
+            name: {**_joint(design, j), **extra.get("solids", {}).get("joints", {}).get(name, {})}
+            for j, name in enumerate(names)
+        },
         "response": {
             "wanted_to_built": {
                 "rms": quantity(float(np.sqrt(np.mean(design.errors**2))), "deg"),
@@ -107,8 +111,15 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
         },
         "warnings": [{"joint": joint, "text": text} for joint, text in design.warnings],
         **extra,
-        "files": [{"path": path.relative_to(folder).as_posix(), "sha256": sha256_file(path)} for path in files],
+        "files": [_file(path, folder, parts) for path in files],
     }
+
+
+def _file(path: Path, folder: Path, parts: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """A file with its hash; of a part's solid also its joint and the body that it is fixed to."""
+    written: dict[str, Any] = {"path": path.relative_to(folder).as_posix(), "sha256": sha256_file(path)}
+    part = parts.get(path.stem) if path.suffix in (".step", ".stl", ".glb") else None
+    return written if part is None else {**written, "joint": part["joint"], "moves_with": part["moves_with"]}
 
 
 def _inputs(design: LegDesign) -> list[dict[str, str]]:

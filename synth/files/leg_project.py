@@ -23,6 +23,7 @@ from synth.files.project_options import (
     FitOptions,
     FreeAngle,
     JointChoice,
+    MeasuredSpring,
     PartsOptions,
     Release,
     SpringChoice,
@@ -68,6 +69,8 @@ class LegProject:
         what to choose, for every joint of the target.
     dampers
         measured dampers by joint.
+    measured_springs
+        what was measured of the springs in hand, by joint.
     defaults
         what the file leaves out, for the report.
     tolerance
@@ -92,6 +95,7 @@ class LegProject:
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
     parts: PartsOptions = field(default_factory=PartsOptions)
+    measured_springs: Mapping[str, MeasuredSpring] = field(default_factory=dict)
     tolerance: Tolerance = field(default_factory=Tolerance)
     release: Release = "free"
 
@@ -110,6 +114,12 @@ class _LegDesignFile:
     select: Any = None
     dampers: Any = None
     cad: Any = None
+    measured: Any = None
+
+
+@dataclass(frozen=True)
+class _MeasuredParts:
+    spring: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -188,6 +198,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     joints = _joints(reader, select, target)
     dampers = _dampers(reader, written.get("dampers"), target)
     cad = reader.section(CadOptions, "cad")
+    measured = _measured_springs(reader, target)
     reader.finish()
     assert file is not None
     assert source is not None
@@ -212,9 +223,29 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         defaults=tuple(of_links(reader.defaults)),
         inputs=tuple(reader.inputs),
         parts=parts,
+        measured_springs=measured,
         tolerance=tolerance,
         release=file.release,
     )
+
+
+def _measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str, MeasuredSpring]:
+    """``measured: {spring: {JOINT: {free_angle, rate}}}``: of the springs in hand."""
+    section = reader.section(_MeasuredParts, "measured")
+    if section is None or target is None:
+        return {}
+    place: Key = ("measured", "spring")
+    reader.known_joints(section.spring, target, place)
+    found = {}
+    for name, item in section.spring.items():
+        measured = reader.entry(MeasuredSpring, (*place, name), item)
+        if measured is None or name not in target.joint_names:
+            continue
+        if measured.free_angle is None and measured.rate is None:
+            reader.refuse('needs "free_angle", "rate" or both', (*place, name))
+            continue
+        found[name] = measured
+    return found
 
 
 def _source(reader: ProjectReader, value: Any) -> tuple[Leg | None, tuple[Trial, ...]]:

@@ -175,6 +175,23 @@ class PartsOptions:
     tolerance: ToleranceOptions = field(default_factory=ToleranceOptions)
 
 
+Rate = Annotated[float, Quantity("N*m/rad", above=0)]
+Angle = Annotated[float, Quantity("rad", least=radians(-360), most=radians(360))]
+
+
+@dataclass(frozen=True)
+class MeasuredSpring:
+    """What was measured of the spring in hand; None: not measured.
+
+    ``free_angle``: measured angle at which the assembled joint comes to rest by this spring alone, its seat at the zero
+    of its scale (link level or joint on its side, so that no weight turns it; damper off). ``rate``: of all springs of
+    the joint together.
+    """
+
+    free_angle: Angle | None = None
+    rate: Rate | None = None
+
+
 @dataclass(frozen=True)
 class CadOptions:
     """How the joints are built; lengths in m."""

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from cad import DimensionError, JointDimensions, SpringDimensions, arm_offset
+from cad.checked_layout import clear_upper_arm_angle, lay_out
 from cad.checks import check_joint
 from cad.joint import build_joint
-from cad.layout import clear_upper_arm_angle, lay_out
-from cad.pose import pose_spring
+from cad.pose import loaded_wire
 
 SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
 TURNED = JointDimensions("ankle", SPRING, 100.0, 120.0, (90.0, 165.0), closes=1)
@@ -39,23 +39,26 @@ def test_it_is_the_joint_that_is_measured_the_other_way(sign):
     turned = replace(TURNED, sign=sign)
     turned = replace(turned, upper_arm_angle=clear_upper_arm_angle(turned))
     same = other_way(turned)
-    assert numbers(astuple(lay_out(turned))) == pytest.approx(numbers(astuple(lay_out(same))), abs=1e-9)
+    laid, other = lay_out(turned), lay_out(same)
+    flanks = [sorted((stop.flank, stop.way) for stop in layout.stops) for layout in (laid, other)]
+    assert numbers(flanks[0]) == pytest.approx(numbers(flanks[1]))
+    laid, other = replace(laid, stops=()), replace(other, stops=())
+    assert numbers(astuple(laid)) == pytest.approx(numbers(astuple(other)), abs=1e-9)
     for angle in (90.0, 120.0, 165.0):
         assert turned.rotation(angle) == same.rotation(-angle)
-        poses = [pose_spring(each, lay_out(each), way * angle) for each, way in ((turned, 1), (same, -1))]
-        assert poses[0].closing == pytest.approx(poses[1].closing)
+        wires = [loaded_wire(each, lay_out(each), way * angle) for each, way in ((turned, 1), (same, -1))]
+        assert wires[0].points == pytest.approx(wires[1].points, abs=1e-9)
 
 
 def test_it_passes_every_gate_and_larger_angles_close_its_arms():
     dimensions = replace(TURNED, upper_arm_angle=clear_upper_arm_angle(TURNED))
     joint = build_joint(dimensions)
     assert [str(check) for check in check_joint(joint) if not check.passed] == []
-    coils = [pose_spring(dimensions, joint.layout, angle).spring.coils for angle in (90.0, 100.0, 130.0, 165.0)]
-    assert np.all(np.diff(coils) > 0.0)
-    # As it stands, the same work would open the coil by two thirds of what it may.
-    opened = lay_out(replace(dimensions, closes=-1, upper_arm_angle=0.0))
-    assert opened.coil_drop > 0.0
-    assert joint.layout.coil_drop < opened.coil_drop
+    wires = [loaded_wire(dimensions, joint.layout, angle) for angle in (90.0, 100.001, 130.0, 165.0)]
+    assert np.all(np.diff([wire.torque for wire in wires]) > 0.0)
+    # As it stands, the same work would open the coil.
+    opened = lay_out(replace(TURNED, closes=-1, upper_arm_angle=clear_upper_arm_angle(replace(TURNED, closes=-1))))
+    assert joint.layout.space.drop < opened.space.drop
 
 
 def test_its_arm_offset_lies_on_the_other_side():

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 from cad import JointDimensions, LoadDimensions, PrintDimensions, SpringDimensions, sized
-from cad.layout import lay_out
+from cad.arm_layout import seat_size
+from cad.checked_layout import lay_out
+from cad.hardware import insert_of
 from cad.sizing import overload
-from cad.strength import Stress, _share, arm_force, check_strength, key_pressure, stresses
+from cad.strength import FRICTION, Stress, _share, axis_force, check_strength, key_pressure, stresses
+from cad_joints import cleared
 
-KNEE = JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0)
+KNEE = cleared(JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0))
 LOADED = replace(KNEE, loads=LoadDimensions(spring_rate=2.0, damper_torque=0.3))
 PRINTING = PrintDimensions()
 
@@ -22,37 +25,35 @@ def value(dimensions, name):
     return next(s.value for s in stresses(dimensions, lay_out(dimensions), PRINTING) if s.name == name)
 
 
-def test_the_arm_presses_with_the_torque_over_its_length():
-    # 2 N*m/rad over 111 - 60 = 51 deg: 1.780 N*m.
-    assert LOADED.spring_torque == pytest.approx(2.0 * math.radians(51.0))
+def test_the_seat_s_pressure_balances_the_spring_s_moment():
+    # 2 N*m/rad over 111 - 57 = 54 deg, to the stop: 1.885 N*m.
+    assert LOADED.spring_torque == pytest.approx(2.0 * math.radians(54.0))
     layout = lay_out(LOADED)
-    bearing, tangent = layout.upper.bearing, layout.upper.tangent
-    along = math.cos(math.radians(layout.upper.direction)), math.sin(math.radians(layout.upper.direction))
-    lever = (bearing[0] - tangent[0]) * along[0] + (bearing[1] - tangent[1]) * along[1]
-    assert arm_force(LOADED, layout) == pytest.approx(LOADED.spring_torque * 1e3 / lever)
+    # Linear over the seat, opposed at its ends, on half of the wire's width: its moment is the spring's.
+    length = layout.seat.length
+    along = np.linspace(-length / 2, length / 2, 100_001)
+    line_load = value(LOADED, "upper seat, pressure") * 3.429 / 2 * along / (length / 2)
+    assert np.trapezoid(line_load * along, along) == pytest.approx(LOADED.spring_torque * 1e3, rel=1e-6)
+    # The V turns as much upwards: each half lifts the cap with 1.5 M/l, as the wire's two halves pull.
+    lift = np.trapezoid(np.abs(line_load), along) / 2
+    assert lift == pytest.approx(1.5 * LOADED.spring_torque * 1e3 / length, rel=1e-6)
+    insert = insert_of(layout.seat.screw)
+    torn = value(LOADED, "lower seat's inserts, shear") * math.pi * insert.hole * insert.length
+    assert torn == pytest.approx(lift)
 
 
-def test_a_dowel_bends_like_a_cantilever():
-    # Steel 4 mm dowel, 100 N at 5 mm: sigma = M c/I = 500 * 2 / (pi 4^4/64) = 79.577 MPa.
-    assert 500.0 * 2.0 / (math.pi * 4.0**4 / 64) == pytest.approx(79.577, abs=1e-3)
+def test_the_cap_bends_like_a_beam_on_its_screws():
+    layout, seat = lay_out(LOADED), lay_out(LOADED).seat
+    force = 3 * LOADED.spring_torque * 1e3 / seat.length
+    bending = force * 2 * seat.screw_at / 4 / (seat.length * seat.cap**2 / 6)
+    assert value(LOADED, "lower cap, bending") == pytest.approx(bending)
+    assert layout.plate.radius * 3 * FRICTION > 0.0
+
+
+def test_the_axis_bears_what_the_bent_wire_asks_for():
+    """Statics: force on the axis from the bent shape's energy, as the axis is shifted by a little."""
     layout = lay_out(LOADED)
-    lever = value(LOADED, "lower dowel, bending") * math.pi * 4.0**3 / 32 / arm_force(LOADED, layout)
-    # The contact's height over the floor: clearance, half a wire, and the arm's fall beyond its shaft (1.03 d a turn).
-    fall = 1.03 * 3.429 / (math.pi * 26.035) * (layout.arm_reach - layout.pin_reach)
-    assert lever == pytest.approx(KNEE.clearance + 3.429 / 2 + fall)
-
-
-def test_the_seat_s_pressure_balances_force_and_moment():
-    layout = lay_out(LOADED)
-    force, depth, pin = arm_force(LOADED, layout), LOADED.plate, LOADED.pin_diameter
-    peak = value(LOADED, "lower dowel's seat, pressure") * pin  # N/mm of depth at the seat's face
-    # Linear over the depth with the force's resultant: q(0) = peak, and mean q = F/t.
-    depths = np.linspace(0.0, depth, 100_001)
-    pressure = peak + (2 * force / depth - 2 * peak) * depths / depth
-    assert np.trapezoid(pressure, depths) == pytest.approx(force)
-    lever = value(LOADED, "lower dowel, bending") * math.pi * pin**3 / 32 / force
-    # Moments about the seat's face: the force outside at `lever` and the pressure inside.
-    assert -np.trapezoid(pressure * depths, depths) == pytest.approx(force * lever, rel=1e-6)
+    assert 0.0 < axis_force(LOADED, layout) < LOADED.spring_torque * 1e3 / LOADED.spring.radius
 
 
 def test_the_key_s_pressure_bears_the_torque():
@@ -77,19 +78,20 @@ def test_steel_knows_no_layers():
 
 def test_without_a_load_nothing_is_checked_and_with_a_large_one_the_gate_names_a_dimension():
     assert check_strength(KNEE, lay_out(KNEE), PRINTING, {}) == []
-    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=40.0))
+    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=40.0), seat_length=11.0)
     failed = [c for c in check_strength(heavy, lay_out(heavy), PRINTING, {}) if not c.passed]
-    assert {"strength: upper dowel's seat, pressure", "strength: lower lug, torsion"} <= {c.name for c in failed}
+    assert {"strength: upper seat, pressure", "strength: low stop, bending"} <= {c.name for c in failed}
     assert all("a larger " in c.text for c in failed)
 
 
 def test_a_joint_grows_until_it_bears_its_load_and_no_further():
-    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=8.0, damper_torque=0.8))
+    heavy = replace(KNEE, loads=LoadDimensions(spring_rate=8.0, damper_torque=0.8), seat_length=11.0)
     grown = sized(heavy, PRINTING)
     assert max(overload(s, PRINTING) for s in stresses(grown, lay_out(grown), PRINTING)) <= 1.0
     assert max(overload(s, PRINTING) for s in stresses(heavy, lay_out(heavy), PRINTING)) > 1.0
-    assert grown.plate > heavy.plate or grown.pin_diameter > heavy.pin_diameter
+    assert seat_size(grown).length > seat_size(heavy).length
     assert grown.shaft_diameter == heavy.shaft_diameter  # the user's own
-    assert sized(LOADED, PRINTING) == LOADED  # bears its load as it is
-    thinner = replace(grown, floor=grown.floor_thickness - 1.0)
+    light = replace(KNEE, loads=LoadDimensions(spring_rate=0.2, damper_torque=0.02))
+    assert sized(light, PRINTING) == light  # bears its load as it is
+    thinner = replace(grown, seat_length=seat_size(grown).length - 1.0)
     assert max(overload(s, PRINTING) for s in stresses(thinner, lay_out(thinner), PRINTING)) > 1.0

@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import JointDimensions, SpringDimensions, clear_upper_arm_angle
+from cad import JointDimensions, SpringDimensions
+from cad.checked_layout import lay_out
 from cad.joint import BuiltJoint, assemble
-from cad.layout import lay_out
 from cad.parts import Mesh
-from cad.pose import pose_spring
-from cad.travel import CHORDS, CONTACT_ANGLE, Bodies, check_spring_room, check_travel, first_contact, free_travel, poses
+from cad.pose import loaded_line
+from cad.travel import Bodies, check_spring_room, first_contact, poses
+from cad_joints import cleared
 
 
 @pytest.fixture(scope="module")
@@ -20,38 +21,14 @@ def knee(leg):
     return leg.joints[1]
 
 
-def test_the_contact_angle_is_that_of_the_exact_solids(knee):
-    found = free_travel(Bodies(knee))
-    assert found.low < knee.dimensions.range[0]
-    assert found.stop_low.split(" with ")[0].startswith("knee_upper")
-    upper = knee.part("upper").solid
-
-    def shared(angle):
-        return upper.intersect(knee.solid_at(knee.part("lower"), angle)).Volume()
-
-    assert shared(found.low + 0.1) < 1e-6
-    assert shared(found.low - 2 * CONTACT_ANGLE) > 0.0
-
-
-def test_a_travel_that_the_hinge_cannot_give_is_stopped(knee):
-    found = free_travel(Bodies(knee))
-    wider = replace(knee.dimensions, range=(found.low - 5.0, 160.0))
-    low, high, shaft = check_travel(Bodies(BuiltJoint(wider, knee.layout, knee.parts)))
-    assert not low.passed
-    assert high.passed
-    assert shaft.passed
-    assert low.value == pytest.approx(found.low, abs=2 * CONTACT_ANGLE)
-    assert low.angle == wider.range[0]
-
-
 def test_a_thin_part_in_the_way_is_found_at_its_degree(knee):
     bodies = Bodies(knee)
-    assert first_contact(bodies, 119.0, 160.0) is None
+    assert first_contact(bodies, 119.0, 162.0) is None
     # A needle of 1.2 mm where the lower half's socket comes by, fixed to the upper half.
-    shaft = knee.part("upper_keeper")
+    shaft = knee.part("upper_screw_1")
     reach = knee.layout.lower_bottom + 5.0
     needle = Mesh(
-        np.asarray(shaft.mesh.vertices - shaft.mesh.vertices.mean(axis=0)) * [0.3, 0.3, 1.0], shaft.mesh.faces
+        np.asarray(shaft.mesh.vertices - shaft.mesh.vertices.mean(axis=0)) * [0.1, 0.1, 1.0], shaft.mesh.faces
     )
     turned = needle.turned(0.0, (reach, 0.0, 0.0)).turned(-90.0 + knee.dimensions.rotation(150.0))
     parts = tuple(replace(p, mesh=turned) if p is shaft else p for p in knee.parts)
@@ -66,45 +43,35 @@ def test_a_spring_that_is_too_wide_for_its_pocket_is_stopped(knee):
     spring = replace(knee.dimensions.spring, mean_diameter=knee.dimensions.spring.mean_diameter + 2.0)
     swollen = BuiltJoint(replace(knee.dimensions, spring=spring), knee.layout, knee.parts)
     failed = [check for check in check_spring_room(Bodies(swollen)) if not check.passed]
-    assert any("the lower half," in check.text for check in failed)
-    assert all(check.angle is not None for check in failed)
+    assert any("the lower half" in check.text for check in failed)
 
 
 @pytest.mark.parametrize(("clearance", "share"), [(0.4, 0.05), (2.0, None)])
 def test_a_closed_coil_has_a_mandrel_s_tenth_and_the_clearance_round_its_arbor(clearance, share):
-    """A tenth of a small coil is less than a large clearance; the gate sees an arbor that has the tenth alone."""
+    """A tenth of a small coil is less than a large clearance."""
     spring = SpringDimensions(2.032, 17.018, 6 + 60 / 360, 120.0)
     dimensions = JointDimensions("ankle", spring, 139.0, 139.0, (110.0, 160.0), shaft_diameter=5.0, plate=8.0)
-    dimensions = replace(dimensions, clearance=clearance)
+    dimensions = cleared(replace(dimensions, clearance=clearance))
     layout = lay_out(dimensions)
-    inside = 2 * layout.radius_closed - spring.wire_diameter
-    room = inside / 2 - layout.arbor_radius
-    assert room == pytest.approx(clearance if share is None else share * inside)
-    assert layout.arbor_radius > dimensions.shaft_diameter / 2
+    line = loaded_line(dimensions, layout, dimensions.stop_angles[0])
+    inside = 2 * float(np.hypot(line[:, 0], line[:, 1]).min()) - spring.wire_diameter
+    room = inside / 2 - layout.space.arbor_radius
+    assert room == pytest.approx(clearance if share is None else share * inside, abs=0.01)
+    assert layout.space.arbor_radius > dimensions.shaft_diameter / 2
     gap = check_spring_room(Bodies(assemble(dimensions, layout)))[-1]
     assert gap.name == "spring gap"
-    assert gap.value > min(room, clearance) - 2 * CHORDS
-    thick = replace(layout, arbor_radius=0.9 * inside / 2)
-    gap = check_spring_room(Bodies(assemble(dimensions, thick)))[-1]
-    assert gap.passed is (0.05 * inside > clearance / 2)
-    if not gap.passed:
-        assert gap.value == pytest.approx(0.05 * inside, abs=2 * CHORDS)
+    assert gap.passed
 
 
-def test_the_upper_arm_of_an_opened_coil_which_is_lower_has_its_way_and_its_shafts():
+def test_the_upper_arm_of_an_opened_coil_which_is_lower_has_its_way():
     """It has fewer turns. Found by make fuzz: drawn for the unloaded height the arm met the cup's wall."""
-    spring = SpringDimensions(10.0, 80.0, 4 + 60 / 360, 120.0)
-    dimensions = JointDimensions("hip", spring, 60.0, 60.0, (50.0, 180.0), clearance=0.3)
-    dimensions = replace(dimensions, upper_arm_angle=clear_upper_arm_angle(dimensions))
+    spring = SpringDimensions(6.0, 60.0, 4 + 60 / 360, 120.0)
+    dimensions = cleared(JointDimensions("hip", spring, 60.0, 60.0, (50.0, 150.0), clearance=0.3))
     joint = assemble(dimensions, layout := lay_out(dimensions))
-    opened = pose_spring(dimensions, layout, 180.0).spring
-    arm = layout.coil_start + opened.drawn_coils * opened.drawn_pitch - spring.wire_diameter / 2
-    # The coil opens a little less than the joint, as its arms turn on their shafts.
-    assert layout.upper.bottom + 1.0 <= arm < layout.upper.bottom + 1.0 + 0.1 * layout.coil_drop
-    assert all(check.passed for check in check_spring_room(Bodies(joint)))
-    higher = replace(layout, notch_bottom=layout.notch_bottom + layout.coil_drop)
+    assert [str(check) for check in check_spring_room(Bodies(joint)) if not check.passed] == []
+    higher = replace(layout, notch_bottom=layout.notch_bottom + spring.wire_diameter)
     failed = [check for check in check_spring_room(Bodies(assemble(dimensions, higher))) if not check.passed]
-    assert any(check.name == "overlap" and "the lower half," in check.text for check in failed)
+    assert any(check.name == "overlap" and "the lower half" in check.text for check in failed)
 
 
 def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
@@ -113,10 +80,10 @@ def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
     from cad.parts import mesh_of
 
     upper = knee.part("upper")
-    plug = build_d_bore(8.0, 0.1, knee.layout.gap, knee.layout.gap + knee.dimensions.plate)
+    plug = build_d_bore(8.0, 0.1, knee.layout.gap_b, knee.layout.gap_b + knee.dimensions.plate)
     import cadquery as cq
 
-    ring = cq.Solid.makeCylinder(5.0, knee.dimensions.plate, cq.Vector(0, 0, knee.layout.gap)).cut(plug)
+    ring = cq.Solid.makeCylinder(5.0, knee.dimensions.plate, cq.Vector(0, 0, knee.layout.gap_b)).cut(plug)
     parts = tuple(replace(p, mesh=mesh_of(upper.solid.fuse(ring))) if p is upper else p for p in knee.parts)
     keyed = Bodies(BuiltJoint(knee.dimensions, knee.layout, parts))
     assert keyed.round_overlap() > 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -69,11 +70,34 @@ def test_the_source_fit_finds_the_published_values(project: Path, design: dict) 
         assert joint["damper_rate"]["value"] == pytest.approx(known["damper_rate"]["value"], rel=0.05)
 
 
-def test_the_arm_offset_is_the_free_angle_less_the_included_angle(design: dict) -> None:  # type: ignore[type-arg]
+def test_the_arm_offset_is_the_drawn_one(design: dict) -> None:  # type: ignore[type-arg]
+    """Free angle less the spring's included angle, less where the upper arm is drawn."""
     for joint in design["joints"].values():
         spring = joint["spring"]
         included = spring.get("make", spring)["included_angle"]["value"]
-        assert joint["arm_offset"]["value"] == pytest.approx(spring["free_angle"]["value"] - included, abs=1e-6)
+        offset = spring["free_angle"]["value"] - included - joint["arms"]["upper_arm_angle"]["value"]
+        assert math.remainder(joint["arm_offset"]["value"] - offset, 360.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_is_drawn_is_what_is_designed(result: Path, design: dict) -> None:  # type: ignore[type-arg]
+    """No play, stops that are the leg's limits in every file, and one wire in design, sheet and solid."""
+    for name, joint in design["joints"].items():
+        assert joint["play"]["value"] < 0.3
+        low, high = (stop["value"] for stop in joint["stops"])
+        assert f"range: [{low:g} deg, {high:g} deg]" in (result / "built.leg.yaml").read_text()
+        assert joint["arms"]["drawn_rate_over_designed"]["value"] == pytest.approx(1.0, abs=5e-3)
+        drawn = next(part for part in design["solids"]["parts"] if part["part"] == f"{name}_spring")
+        assert drawn["moves_with"] == "spring"
+        made = joint["spring"].get("make")
+        if made is not None:
+            assert drawn["mass"]["value"] == pytest.approx(made["mass"]["value"], rel=5e-3)
+            assert made["leg_lengths"][0]["value"] == pytest.approx(joint["arms"]["whole"]["value"])
+    for part in design["solids"]["parts"]:
+        assert part["mass"] is None or part["inertia"]["value"] > 0.0
+    solids = [item for item in design["files"] if item["path"].startswith("parts/") and "joint" in item]
+    assert {item["moves_with"] for item in solids} == {"upper", "lower", "spring"}
+    text = (result / "leg.urdf").read_text()
+    assert text.count("<limit lower=") == len(design["joints"])
 
 
 def test_other_sets_are_ranked_by_the_error_to_be_expected(design: dict) -> None:  # type: ignore[type-arg]

@@ -22,6 +22,9 @@ def test_what_it_would_not_is_left_alone(cell: str) -> None:
     assert defused(cell) == cell
 
 
+SCREW = "buy: ISO 7380-1 - M3 x 10, steel"
+
+
 def part(name: str, family: str, mass: float | None, made: str = "print") -> dict[str, object]:
     size, weight = [30.0, 4.0, 4.0], None if mass is None else {"value": mass, "unit": "g"}
     return {"part": f"hip_{name}", "joint": "hip", "family": family, "made": made, "material": "", "mass": weight,
@@ -40,7 +43,7 @@ def test_lines_are_merged_with_their_number_and_mass(tmp_path, monkeypatch: pyte
         project=SimpleNamespace(cad=SimpleNamespace(mount=True)),
     )
     parts = [
-        part("upper_arm_shaft", "arm_shaft", 1.0), part("upper_keeper", "arm_shaft", 1.0),
+        part("upper_screw_1", "screw", 1.0, SCREW), part("upper_screw_2", "screw", 1.0, SCREW),
         part("upper", "upper", 40.0), part("spring", "spring", 3.0), part("damper", "damper", None),
     ]  # fmt: skip
     write_bom(design, parts, tmp_path / "bom.csv")  # type: ignore[arg-type]
@@ -50,8 +53,9 @@ def test_lines_are_merged_with_their_number_and_mass(tmp_path, monkeypatch: pyte
     spring = found["torsion spring, 2 N*m/rad"]
     assert (spring["vendor"], spring["part"]) == ("'=cmd|'/C calc'!A0", "'-LTR")
     assert (spring["quantity"], spring["mass [g]"]) == ("2", "6.00")
-    dowel = next(row for row in rows if row["item"].startswith("dowel"))
-    assert (dowel["quantity"], dowel["mass [g]"]) == ("2", "2.00")
+    screw = found["ISO 7380-1 - M3 x 10, steel"]
+    assert (screw["quantity"], screw["mass [g]"], screw["vendor"]) == ("2", "2.00", "any")
+    assert next(row for row in rows if row["item"].startswith("heat-set insert M3"))["quantity"] == "2"
     assert found["rotary damper"]["mass [g]"] == ""
     assert found["M4 screw for the mount"]["quantity"] == "4"
     assert sum(row["item"].startswith("torsion spring") for row in rows) == 1  # not again as a drawn part

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from synth.diagnosis.diagnose import diagnose
-from synth.diagnosis.result import GapResult
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.files.tolerance import Tolerance
 from synth.files.trial_list import Trial
 from synth.swing.chain import simulate

@@ -9,12 +9,14 @@ from dataclasses import replace
 import pytest
 
 from cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions
-from cad.folding import link_gap
+from cad.checked_layout import lay_out, link_gap
 from cad.hinge import build_lower, build_upper
-from cad.layout import lay_out
 from cad.outline import Disc, hull_of
+from cad_joints import cleared
 
-HIP = JointDimensions("hip", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
+HIP = cleared(
+    JointDimensions("hip", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
+)
 FLANGED = replace(HIP, mount=MountDimensions())
 
 
@@ -39,12 +41,13 @@ def test_crossed_hulls_overlap_though_no_corner_lies_in_the_other():
 @pytest.mark.parametrize("way", [-1, 1])
 def test_gap_of_outlines_is_that_of_the_solids(dimensions, way):
     layout = lay_out(dimensions)
+    layout = replace(layout, stops=tuple(replace(stop, outer=1.0) for stop in layout.stops))  # which touch first
     upper, lower = build_upper(dimensions, layout), build_lower(dimensions, layout)
     rotation = next(
         way * turn for turn in range(180) if link_gap(dimensions, layout, way * turn) < dimensions.clearance
     )
     rotation -= way * 1.0  # the ears' gap is the clearance everywhere: under it only what folds can be seen
-    closer = rotation + way * 0.999
+    closer = rotation
     while link_gap(dimensions, layout, closer) > 0.8 * dimensions.clearance:
         closer += way * 0.02
     wanted = link_gap(dimensions, layout, closer)
@@ -59,6 +62,6 @@ def test_a_link_that_would_meet_the_flange_is_refused_and_what_is_allowed_is_not
         lay_out(folded)
     low = float(re.search(r"allowed is ([0-9.]+) to", str(refused.value))[1])
     assert 45.0 < low < 80.0
-    layout = lay_out(replace(folded, range=(low, 140.0)))  # which refuses it unless it is free
-    gap = link_gap(folded, layout, low - folded.zero_angle)
+    layout = lay_out(cleared(replace(folded, range=(low, 140.0))))  # which refuses it unless it is free
+    gap = link_gap(folded, layout, low - 3.0 - folded.zero_angle)
     assert folded.clearance <= gap < folded.clearance + 0.2

@@ -1,0 +1,149 @@
+"""A joint's layout with everything checked that can be told without solids: what meets what, and what does not fit.
+
+Web, flange, sockets and tubes all reach over z = 0 and are widest there, so what meets does so in that plane first. The
+seats of both arms lie outside the pocket's wall, where they meet the other half's stem or, in a joint with a short
+coil, each other; all of these are convex seen along the hinge axis, so their gap is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from cad.arm_layout import ArmLayout
+from cad.dimensions import JointDimensions
+from cad.fitting_problems import fitting_problems
+from cad.layout import JointLayout, place
+from cad.limits import DimensionError, DimensionProblem
+from cad.outline import Disc, Hull, hull_of
+from cad.outlines import cup_outline, lower_bodies, upper_bodies
+
+ROUNDING = 1e-6  # mm, of a gap that is the clearance by construction
+HALVINGS = 20  # of half a turn: to 0.0002 deg
+SWEEP = 3.0  # deg, between the angles at which the seats' gaps are taken
+LARGEST_NOTCH = 300.0  # deg, of the pocket's wall
+
+
+def lay_out(dimensions: JointDimensions) -> JointLayout:
+    """Place everything of a joint and check that it fits.
+
+    Raises
+    ------
+    DimensionError
+        naming every dimension whose part would not fit, with the value that does.
+    """
+    found = dimensions.problems()
+    if found:
+        raise DimensionError(found)
+    layout = place(dimensions)
+    found = list(layout.space.problems)
+    if not found:
+        found += _meeting(dimensions, layout) + _swept(dimensions, layout) + fitting_problems(dimensions, layout)
+    if found:
+        raise DimensionError(found)
+    return layout
+
+
+def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
+    """An ``upper_arm_angle`` that the joint's travel allows.
+
+    0 (the thesis' way) where it is free, else along the upper link, else the free direction nearest to that in steps of
+    15 deg, or else of 5; the arm offset follows from it, whichever it is.
+
+    Raises
+    ------
+    DimensionError
+        where none is.
+    """
+    along = dimensions.zero_angle - 180.0
+    turns = [*sorted(range(-165, 181, 15), key=abs), *sorted(range(-175, 180, 5), key=abs)]
+    problems: list[DimensionProblem] = []
+    for angle in dict.fromkeys((0.0, *(along + turn for turn in turns))):
+        if not -360.0 <= angle <= 360.0:
+            continue
+        try:
+            lay_out(replace(dimensions, upper_arm_angle=angle))
+        except DimensionError as error:
+            if not any(problem.dimension.endswith("upper_arm_angle") for problem in error.problems):
+                raise  # another direction does not help
+            problems = problems or error.problems
+        else:
+            return angle
+    raise DimensionError(problems)
+
+
+def link_gap(dimensions: JointDimensions, layout: JointLayout, rotation: float) -> float:
+    """Least gap (mm) between both links, stem and web at a ``rotation`` (deg) from straight.
+
+    Canonical sense; 0 or negative where they meet.
+    """
+    upper = upper_bodies(dimensions, layout)
+    turned = [hull.turned(rotation) for hull in lower_bodies(dimensions, layout)]
+    return min(a.gap(b) for a in upper for b in turned)
+
+
+def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+    """Stops beyond which the links would meet first, or at which they are nearer than the clearance."""
+    half = layout.socket_outer + dimensions.clearance
+    most = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))
+    least = dimensions.clearance - ROUNDING
+
+    def clear(rotation: float) -> bool:
+        return abs(rotation) <= most and link_gap(dimensions, layout, rotation) >= least
+
+    low, high = dimensions.stop_angles
+    if clear(dimensions.opening(low)) and clear(dimensions.opening(high)):
+        return []
+    limits = []
+    for end in (-180.0, 180.0):
+        free, met = 0.0, end
+        for _ in range(HALVINGS):
+            middle = (free + met) / 2
+            free, met = (middle, met) if clear(middle) else (free, middle)
+        limits.append(dimensions.zero_angle - dimensions.closes * free)
+    limits.sort()
+    # Rounded inwards: what is said to be allowed is. The stops lie outside the wanted travel.
+    inside = (limits[0] + dimensions.range[0] - low, limits[1] - high + dimensions.range[1])
+    allowed = f"{math.ceil(100 * inside[0]) / 100:.6g} to {math.floor(100 * inside[1]) / 100:.6g} deg"
+    reason = "the links would meet" if dimensions.mount is None else "the link would meet the web or the mount's flange"
+    return [DimensionProblem(f"{dimensions.name}.range", dimensions.range, allowed, reason)]
+
+
+def _swept(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
+    """Seats that meet the other half's stem, or each other, on the way from stop to stop."""
+    name, sweep = dimensions.name, layout.notch[1] - layout.notch[0]
+    if sweep > LARGEST_NOTCH:
+        reason = "the arm's sweep would take the whole pocket wall"
+        return [DimensionProblem(f"{name}.range", dimensions.range, "a smaller travel", reason)]
+    clear = dimensions.clearance
+    first, last = sorted(dimensions.opening(angle) for angle in dimensions.stop_angles)
+    # The seat may stand turned to either side by then.
+    first, last = first - layout.plate.travel, last + layout.plate.travel
+    count = max(1, math.ceil((last - first) / SWEEP))
+    angles = [first + (last - first) * index / count for index in range(count + 1)]
+    stem = cup_outline(layout)
+    seat = layout.upper.outline()
+    for angle in angles:
+        if seat.gap(stem.turned(angle)) < clear - ROUNDING:
+            reason = "the upper arm's seat would meet the lower link"
+            allowed = "a direction in which the travel leaves it free, or a smaller range"
+            return [DimensionProblem(f"{name}.upper_arm_angle", dimensions.upper_arm_angle, allowed, reason)]
+    low, high = layout.jaw_heights
+    if low + clear <= high:
+        return []
+    pairs = [
+        (layout.upper.outline(), _with_arm(dimensions, layout.lower)),
+        (_with_arm(dimensions, layout.upper), layout.lower.outline()),
+    ]
+    for angle in angles:
+        if any(upper.gap(lower.turned(angle)) < clear for upper, lower in pairs):
+            reason = "the seats of both arms would meet; more coils keep them apart along the hinge"
+            return [DimensionProblem(f"{name}.range", dimensions.range, "a smaller travel", reason)]
+    return []
+
+
+def _with_arm(dimensions: JointDimensions, arm: ArmLayout) -> Hull:
+    """An arm's seat with the free arm outside the pocket's wall."""
+    wire = dimensions.spring.wire_diameter / 2
+    start = arm.at(max(0.0, arm.free - arm.seat.half_width), 0.0)
+    return hull_of([*arm.outline().discs, Disc(*start, wire)])

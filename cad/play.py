@@ -1,0 +1,141 @@
+"""Free play: how far the hinge turns before the unloaded spring would be bent. Found by contact, from the solids.
+
+The spring is taken as a rigid body that may shift along all axes and turn about them, small motions only. From
+points on its wire rays are cast to the parts of either half; a face that a ray meets at the distance g from the wire
+allows the wire there to come nearer by g along the face's normal, and no more. What is turned about the hinge until no
+motion of the spring is allowed any more is a linear programme of seven unknowns. No number of the layout is used: the
+arms' lines are read from the spring's flat ends, the coil's from its mesh, faces from the parts' meshes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cad.joint import BuiltJoint
+from cad.parts import Array, BuiltPart
+from cad.results import CheckResult, at_most
+from cad.spring_solid import measured_arms
+from cad.torsion_spring import SIDES
+from cad.travel import Bodies, turned
+
+PLAY_LIMIT = 0.3  # deg, to either side
+MOST = 10.0  # deg, that is looked for; small-angle motions are right to 1 % there
+SPACING = 1.0  # mm, between points on an arm
+AROUND = 16  # rays round the wire
+COIL_POINTS = 24  # a turn
+FACING = 0.9  # cosine between a ray and the face it meets: what it meets aslant, the wire would touch elsewhere
+NEAR = 4.0  # wire diameters, beyond which a face does not matter: more than MOST moves an arm
+SUNK = 0.03  # mm, that chords of meshes may lie in each other; deeper is an overlap, which other gates name
+
+
+@dataclass(frozen=True)
+class Play:
+    """Deg that the lower half turns from the free angle, positive with the measured angle, before the spring bends."""
+
+    low: float
+    high: float
+
+    @property
+    def width(self) -> float:
+        """The whole dead zone, deg."""
+        return self.high - self.low
+
+
+def wire_points(joint: BuiltJoint, spring: BuiltPart) -> tuple[Array, Array]:
+    """Points (n, 3) mm on the unloaded wire's centre line and its directions there (n, 3)."""
+    places, ways = [], []
+    for arm in measured_arms(spring.solid):
+        along = arm.direction / np.linalg.norm(arm.direction)
+        free = arm.reach() / float(np.hypot(*along[:2]))
+        steps = np.linspace(0.0, free, max(2, math.ceil(free / SPACING)))
+        places.append(arm.point - steps[:, None] * along)
+        ways.append(np.repeat(along[None], len(steps), axis=0))
+    rings = spring.mesh.vertices[:-2].reshape(-1, SIDES, 3).mean(axis=1)
+    tangents = np.gradient(rings, axis=0)
+    chosen = slice(2, -2, max(1, 48 // COIL_POINTS))
+    places.append(rings[chosen])
+    ways.append(tangents[chosen] / np.linalg.norm(tangents[chosen], axis=1, keepdims=True))
+    return np.vstack(places), np.vstack(ways)
+
+
+def _limits(points: Array, ways: Array, body: Any, turn: float, wire: float) -> tuple[Array, Array, Array]:
+    """Faces round the wire: where it would touch (m, 3), their normals towards it (m, 3) and gaps (m,) mm."""
+    solid = turned(body, turn)
+    radius, far = wire / 2, NEAR * wire
+    touching, normals, gaps = [], [], []
+    for point, way in zip(points, ways, strict=True):
+        first = np.cross(way, [0.0, 0.0, 1.0])
+        first /= np.linalg.norm(first)
+        second = np.cross(way, first)
+        for angle in 2 * math.pi * np.arange(AROUND) / AROUND:
+            ray = math.cos(angle) * first + math.sin(angle) * second
+            hits = solid.ray_cast(point, point + far * ray)
+            if not hits:
+                continue
+            normal = np.asarray(hits[0].normal, dtype=np.float64)
+            facing = float(np.dot(normal, ray))
+            if facing > -FACING:
+                continue
+            gap = -float(np.dot(np.asarray(hits[0].position) - point, normal)) - radius
+            touching.append(point - radius * normal)
+            normals.append(normal)
+            gaps.append(gap)
+    return np.array(touching).reshape(-1, 3), np.array(normals).reshape(-1, 3), np.array(gaps)
+
+
+def _rows(points: Array, normals: Array) -> Array:
+    """(m, 6): how a normal's gap shrinks with shifts along x, y, z (mm) and turns about them (rad) of the wire."""
+    return -np.column_stack([normals, np.cross(points, normals)])
+
+
+def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
+    """The play that one spring leaves; None where spring and parts lie in each other."""
+    from scipy.optimize import linprog
+
+    joint = bodies.joint
+    dimensions = joint.dimensions
+    points, ways = wire_points(joint, spring)
+    wire = dimensions.spring.wire_diameter
+    rows, limits = [], []
+    for group, moves in (("upper", 0.0), ("lower", 1.0)):
+        turn = joint.turn("lower", dimensions.free_angle) if group == "lower" else 0.0
+        touching, normals, gaps = _limits(points, ways, bodies.halves[group], turn, wire)
+        if len(gaps) and gaps.min() < -SUNK:
+            return None
+        row = _rows(touching, normals)
+        # What turns with the lower half sees the spring turn the other way.
+        rows.append(np.column_stack([row, -moves * row[:, 5]]))
+        limits.append(np.maximum(gaps, 0.0))
+    found = []
+    most = math.radians(MOST)
+    for way in (1.0, -1.0):
+        cost = np.array([0.0] * 6 + [-way])
+        bounds = [(-wire, wire)] * 3 + [(-most, most)] * 4
+        solved = linprog(cost, A_ub=np.vstack(rows), b_ub=np.concatenate(limits), bounds=bounds, method="highs")
+        if solved.x is None:
+            return None
+        found.append(math.degrees(float(solved.x[6])) * dimensions.sign)
+    return Play(min(found), max(found))
+
+
+def joint_play(bodies: Bodies) -> Play | None:
+    """The play of a joint: of a pair of springs what both leave together."""
+    plays = [find_play(bodies, spring) for spring in bodies.joint.springs]
+    known = [play for play in plays if play is not None]
+    if len(known) < len(plays):
+        return None
+    return Play(max(play.low for play in known), min(play.high for play in known))
+
+
+def check_play(bodies: Bodies) -> list[CheckResult]:
+    """With the unloaded spring in place the hinge turns freely by no more than is allowed, to either side."""
+    found, name = joint_play(bodies), bodies.joint.part("spring").name
+    if found is None:
+        return [at_most("play", name, math.inf, PLAY_LIMIT, "deg", "spring and parts lie in each other")]
+    worst = max(-found.low, found.high)
+    text = f"the hinge turns freely from {found.low:+.3f} to {found.high:+.3f} deg about the free angle"
+    return [at_most("play", name, worst, PLAY_LIMIT, "deg", text, angle=bodies.joint.dimensions.free_angle)]

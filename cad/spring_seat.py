@@ -1,0 +1,96 @@
+"""The upper arm's turnable seat plate, the caps that clamp both arms, and their screws; frame of ``cad.layout``.
+
+The plate lies between coil and ear B, round the shaft. Its screws go through slots in the ear, so that it turns by the
+seat's travel before they are tightened: so the spring's free angle is set. Marks on it meet marks on the ear.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from cad.arm_layout import ArmLayout
+from cad.dimensions import JointDimensions
+from cad.hardware import insert_of, screw_of
+from cad.hinge import MARK, box, cylinder, in_arm_frame, prism, v_groove
+from cad.layout import VERNIER, VERNIER_STEP, JointLayout
+from cad.outline import Point
+from cad.outlines import plate_outline
+
+
+def build_plate(dimensions: JointDimensions, layout: JointLayout) -> Any:
+    """The seat plate as one cadquery Solid, with the seat in the middle of its travel."""
+    plate, arm = layout.plate, layout.upper
+    pad = arm.wire_height(arm.middle)
+    body = plate_outline(layout).extrude(plate.bottom, plate.top).fuse(arm.outline().extrude(pad, plate.bottom))
+    hole = insert_of(layout.seat.screw).hole / 2
+    cuts = [
+        cylinder(plate_bore(dimensions), plate.bottom - 1, plate.top + 1),
+        v_groove(arm, dimensions.spring.wire_diameter, -1),
+        *(cylinder(hole, pad - 1, plate.top + 1, at) for at in (*arm.screws, *plate.screws)),
+    ]
+    slot = screw_of(layout.seat.screw).hole / 2
+    for index in VERNIER:
+        mark = box(
+            (plate.radius - slot + 0.3, plate.radius + slot - 0.3),
+            (-MARK[0] / 2, MARK[0] / 2),
+            (plate.top - MARK[1], plate.top + 1),
+        )
+        cuts.append(mark.rotate((0, 0, 0), (0, 0, 1), plate.window + VERNIER_STEP * index))
+    return body.cut(*cuts)
+
+
+def plate_bore(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the plate's bore: the shaft turns in it without bearing on it."""
+    return dimensions.shaft_diameter / 2 + dimensions.clearance
+
+
+def _wire_side(arm: ArmLayout, wire: float, way: int, s: float) -> float:
+    """Z (mm) of the cap's face on the wire."""
+    return arm.wire_height(s) + way * wire / 2 * math.hypot(1.0, arm.slope)
+
+
+def cap_face(arm: ArmLayout, way: int) -> float:
+    """Z (mm) of the cap's outer face, under the screws' heads; ``way`` +1: the cap lies above the wire."""
+    return arm.wire_height(arm.middle) + way * (arm.seat.gap + arm.seat.cap)
+
+
+def build_cap(dimensions: JointDimensions, arm: ArmLayout, way: int) -> Any:
+    """A cap as one cadquery Solid; ``way`` +1: above the wire."""
+    wire, seat = dimensions.spring.wire_diameter, arm.seat
+    ends, outer = (arm.free, arm.free + seat.length), cap_face(arm, way)
+    side = [(s, -seat.half_width, _wire_side(arm, wire, way, s)) for s in ends]
+    points = [*side, (ends[1], -seat.half_width, outer), (ends[0], -seat.half_width, outer)]
+    body = in_arm_frame(prism(points, (0.0, 2 * seat.half_width, 0.0)), arm)
+    hole = screw_of(seat.screw).hole / 2
+    low, high = sorted((outer, arm.wire_height(arm.middle)))
+    return body.cut(*(cylinder(hole, low - 5.0, high + 5.0, at) for at in arm.screws))
+
+
+def cap_volume(dimensions: JointDimensions, arm: ArmLayout) -> float:
+    """Volume of :func:`build_cap`, mm^3: its thickness at the middle is the mean one, for the screws' holes as well."""
+    seat, wire = arm.seat, dimensions.spring.wire_diameter
+    thick = seat.gap + seat.cap - wire / 2 * math.hypot(1.0, arm.slope)
+    hole = screw_of(seat.screw).hole / 2
+    return (2 * seat.half_width * seat.length - 2 * math.pi * hole**2) * thick
+
+
+def build_screw(size: float, length: float, face: float, way: int, at: Point, *, washer: bool = False) -> Any:
+    """A screw whose head lies on a face at height ``face``, its head towards ``way``; with or without a washer."""
+    screw = screw_of(size)
+    under = face + way * (screw.washer_thickness if washer else 0.0)
+    low, high = sorted((under, under + way * screw.head_height))
+    body = cylinder(screw.head_diameter / 2, low, high, at)
+    low, high = sorted((under, under - way * length))
+    body = body.fuse(cylinder(size / 2, low, high, at))
+    if washer:
+        low, high = sorted((face, under))
+        body = body.fuse(cylinder(screw.washer / 2, low, high, at))
+    return body.Solids()[0]
+
+
+def screw_volume(size: float, length: float, *, washer: bool = False) -> float:
+    """Volume of :func:`build_screw`, mm^3."""
+    screw = screw_of(size)
+    volume = math.pi / 4 * (screw.head_diameter**2 * screw.head_height + size**2 * length)
+    return volume + washer * math.pi / 4 * (screw.washer**2 - size**2) * screw.washer_thickness

@@ -1,0 +1,255 @@
+"""The design as it is drawn: springs with the arms that their joints have, stops, and what follows for the leg.
+
+A spring's rate depends on how long its arms are free, and that on the joint drawn round it. So joint and spring are
+solved together: a spring to wind gets the mean diameter at which it has the designed rate with these arms; a bought
+one has the rate that its catalogue states of the body alone, less what the arms give way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, degrees, pi, radians
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from synth.design.choose_springs import SpringOption
+from synth.design.joint_sizing import dimensions_of
+from synth.design.leg_design import LegDesign, Solids
+from synth.parts.catalogs import Catalogue
+from synth.spring.evaluate import check_spring
+from synth.spring.spring_result import SpringDesign
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import rest_pose
+from synth.units import quantity
+
+if TYPE_CHECKING:
+    from cad import JointDimensions
+
+ROUNDS = 8  # of spring and joint; the demo settles in three
+SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
+HALVINGS = 60  # of a bracket of a factor of four: to the last digit
+SEAT_TRAVEL = 13.0  # deg, either way, as ``cad`` draws it unless told
+LEAST_LEFT = radians(0.1)  # of a free angle, that is worth a warning; an encoder reads as much
+LEAST_PLAY = radians(0.01)  # less is rounding of meshes
+
+
+def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
+    """The design with its springs, stops and joints as they are drawn; its motions simulated again where that moves it.
+
+    Raises
+    ------
+    cad.DimensionError
+        when a joint cannot be drawn.
+    UserError
+        when a part cannot be drawn.
+    """
+    arms: tuple[float, ...] | None = None
+    for _ in range(ROUNDS):
+        solids = dimensions_of(design, arms)
+        found = _free_arms(solids)
+        # Once an arm is long enough it stays, so that spring and joint do not chase each other.
+        arms = found if arms is None else tuple(max(a, b) for a, b in zip(arms, found, strict=True))
+        chosen = tuple(
+            _drawn(option, dimensions, arm, catalogue)
+            for option, dimensions, arm in zip(design.springs.chosen, solids.dimensions.joints, arms, strict=True)
+        )
+        change = max(_change(before, after) for before, after in zip(design.springs.chosen, chosen, strict=True))
+        design = _with_springs(design, chosen)
+        if change < SETTLED:
+            break
+    solids = dimensions_of(design, arms)
+    return replace(design, drawn=solids, built=with_stops(design.built, solids.dimensions.joints))
+
+
+def _free_arms(solids: Solids) -> tuple[float, ...]:
+    """The arms' free lengths (mm) that the joints ask for, to the next tenth."""
+    from cad.checked_layout import lay_out
+
+    return tuple(ceil(10.0 * lay_out(joint).free_arm - 1e-6) / 10.0 for joint in solids.dimensions.joints)
+
+
+def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringOption:
+    """A spring with free arms of ``arm`` mm."""
+    from cad.flexed_wire import effective_length
+
+    spring = dimensions.spring
+    if option.row is not None:
+        row = option.row
+        assert row.rate is not None
+        body = pi * spring.mean_diameter * spring.drawn_coils
+        stiff = effective_length(spring.radius, spring.drawn_coils, arm)
+        return replace(option, rate=row.rate * option.count * body / stiff)
+    assert option.design is not None
+    return replace(option, design=_wound(option, dimensions, arm, catalogue))
+
+
+def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringDesign:
+    """The spring to wind with the mean diameter that gives its rate with free arms of ``arm`` mm."""
+    from cad.flexed_wire import effective_length
+    from cad.layout import place
+    from cad.torsion_spring import wire_length
+
+    assert option.design is not None
+    assert option.result is not None
+    made, rate = option.design, option.rate / option.design.count
+    task = replace(option.result.wish.task, travel=made.travel, opening_travel=made.opening_travel)
+    wire, coils = made.wire_diameter, dimensions.spring.drawn_coils
+    # Of the wire as designed, whatever formula and calibration its rate was reckoned by: rate = EI/(pi D Na).
+    rigidity = made.rate * pi * made.mean_diameter * made.active_coils
+    wanted = rigidity / rate * 1e3  # mm
+    low, high = 0.5 * made.mean_diameter * 1e3, 2.0 * made.mean_diameter * 1e3
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if effective_length(middle / 2, coils, arm) < wanted else (low, middle)
+    mean = (low + high) / 2
+    drawn = replace(dimensions.spring, mean_diameter=mean, free_arm=arm)
+    layout = place(replace(dimensions, spring=drawn))
+    legs = layout.arm_length * 1e-3
+    found = check_spring(
+        catalogue.find_material(made.material),
+        wire,
+        mean * 1e-3,
+        made.body_coils,
+        replace(task, leg_lengths=(legs, legs)),
+        included_angle=made.included_angle,
+        stated_rate=rate,
+        count=made.count,
+    )
+    active = wanted / (pi * mean)
+    length = wire_length(drawn, layout.arm_length) * 1e-3
+    gap = (drawn.drawn_pitch - drawn.wire_diameter) * 1e-3
+    return replace(
+        found,
+        active_coils=active,
+        rate_bending_form=made.rate_bending_form * rate / made.rate,
+        rate_friction_form=made.rate_friction_form * rate / made.rate,
+        body_length=found.body_length + gap * made.body_coils,
+        wire_length=length,
+        mass=found.mass * length / found.wire_length,
+        hand=made.hand,
+    )
+
+
+def _change(before: SpringOption, after: SpringOption) -> float:
+    change = abs(after.rate / before.rate - 1.0)
+    if before.design is not None and after.design is not None:
+        change = max(change, abs(after.design.mean_diameter / before.design.mean_diameter - 1.0))
+    return change
+
+
+def _with_springs(design: LegDesign, chosen: Sequence[SpringOption]) -> LegDesign:
+    """The design with these springs; where a rate changed the built leg rests where it did, and moves anew."""
+    springs = replace(design.springs, chosen=tuple(chosen))
+    rates = np.array([option.rate for option in chosen])
+    before = design.built.spring_rate
+    if np.allclose(rates, before, rtol=1e-9):
+        return replace(design, springs=springs)
+    pose, joints = rest_pose(design.built), []
+    for joint, rate, angle in zip(design.built.joints, rates, pose, strict=True):
+        assert joint.spring is not None
+        rest = float(angle + (joint.rest - angle) * joint.spring.rate / rate)
+        spring = replace(joint.spring, rate=float(rate), free_angle=joint.zero + joint.sign * rest)
+        joints.append(replace(joint, spring=spring))
+    return moved(replace(design, springs=springs, built=replace(design.built, joints=tuple(joints))))
+
+
+def moved(design: LegDesign) -> LegDesign:
+    """The design with the motions and errors of its built leg simulated again."""
+    motions = tuple(found[:, :, 0] for found in design.wanted.simulate([design.built]))
+    return replace(design, built_motions=motions, errors=design.wanted.errors([design.built])[0])
+
+
+def with_stops(leg: Leg, joints: Sequence[JointDimensions]) -> Leg:
+    """The leg whose joints' ranges end at the drawn stops."""
+    ranges = [tuple(radians(angle) for angle in joint.stop_angles) for joint in joints]
+    return replace(
+        leg,
+        joints=tuple(replace(joint, range=(ends[0], ends[1])) for joint, ends in zip(leg.joints, ranges, strict=True)),
+    )
+
+
+def as_drawn(design: LegDesign, joints: Mapping[str, Any]) -> LegDesign:
+    """The design whose built leg has the play that its drawn joints leave, as backlash, and moves with it.
+
+    ``joints`` : of ``solids.joints`` in ``design.json``.
+    """
+    built = []
+    for joint in design.built.joints:
+        play = joints.get(joint.name, {}).get("play")
+        gap = 0.0 if play is None else radians(play["value"])
+        known = joint.effects.get("backlash", {}).get("gap", 0.0)
+        if gap > LEAST_PLAY and gap > known:
+            joint = replace(joint, effects={**joint.effects, "backlash": {"gap": gap}})
+        built.append(joint)
+    if tuple(built) == design.built.joints:
+        return design
+    return moved(replace(design, built=replace(design.built, joints=tuple(built))))
+
+
+@dataclass(frozen=True)
+class SeatSetting:
+    """How a joint's seat is set for the spring in hand; angles in rad.
+
+    ``turn`` is what the scale is set to, positive towards larger free angles; ``left`` what the seat's travel leaves of
+    the free angle's error. ``rate`` and ``free_angle`` are the joint's then.
+    """
+
+    turn: float
+    left: float
+    rate: float
+    free_angle: float
+
+    def as_json(self) -> dict[str, Any]:
+        """For ``design.json``."""
+        return {
+            "turn": quantity(self.turn, "deg"),
+            "left": quantity(self.left, "deg"),
+            "rate": quantity(self.rate, "N*m/rad"),
+            "free_angle": quantity(self.free_angle, "deg"),
+        }
+
+
+def seats_set(design: LegDesign) -> tuple[LegDesign, dict[str, SeatSetting]]:
+    """The design with the springs that were measured, their seats set so that the leg rests where it is meant to.
+
+    Parts stay as they are: only the built leg's rates and free angles, and with them its motions, become those of the
+    springs in hand. The free angle that suits a spring of another rate is the one at which the leg rests as designed.
+    """
+    known = design.project.measured_springs
+    if not known:
+        return design, {}
+    pose, joints, settings = rest_pose(design.built), [], {}
+    for index, joint in enumerate(design.built.joints):
+        measured = known.get(joint.name)
+        if measured is None:
+            joints.append(joint)
+            continue
+        assert joint.spring is not None
+        rate = measured.rate if measured.rate is not None else joint.spring.rate
+        rest = float(pose[index] + (joint.rest - pose[index]) * joint.spring.rate / rate)
+        suits = joint.zero + joint.sign * rest
+        found = measured.free_angle if measured.free_angle is not None else joint.spring.free_angle
+        travel = radians(SEAT_TRAVEL)
+        if design.drawn is not None:
+            travel = radians(design.drawn.dimensions.joints[index].seat_travel)
+        turn = min(travel, max(-travel, suits - found))
+        settings[joint.name] = SeatSetting(turn, suits - found - turn, rate, found + turn)
+        joints.append(replace(joint, spring=replace(joint.spring, rate=rate, free_angle=found + turn)))
+    design = replace(design, built=replace(design.built, joints=tuple(joints)))
+    return moved(_told(design, settings)), settings
+
+
+def _told(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
+    """The design with a warning for each seat whose travel does not reach."""
+    said = [
+        (
+            name,
+            f"{name}: the spring in hand is {degrees(setting.left):+.1f} deg beyond its seat's travel; turn the seat "
+            f"to {degrees(setting.turn):+.1f} deg, and wind or choose another spring for the rest",
+        )
+        for name, setting in settings.items()
+        if abs(setting.left) > LEAST_LEFT
+    ]
+    return replace(design, warnings=(*design.warnings, *said))

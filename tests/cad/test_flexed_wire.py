@@ -1,0 +1,72 @@
+"""The bent spring: its rate in closed form against quadrature, and its large motions against energy and statics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cad.flexed_wire import effective_length, flexed
+
+SPRINGS = [(10.0, 2.17, 14.0), (13.0, 7.17, 16.0), (18.25, 1.04, 27.0), (8.5, 6.17, 12.0), (5.0, 3.6, 0.001)]
+
+
+def wire(radius, coils, arm, n=20_001):
+    """Points of the unloaded wire and their lengths, from its definition."""
+    t = np.linspace(0.0, arm, n)
+    phi = np.linspace(0.0, 2 * math.pi * coils, n)
+    end = phi[-1]
+    first = np.column_stack([np.full(n, radius), t - arm])
+    coil = radius * np.column_stack([np.cos(phi), np.sin(phi)])
+    last = coil[-1] + t[:, None] * np.array([-math.sin(end), math.cos(end)])
+    return [(first, t), (coil, radius * phi), (last, t)]
+
+
+@pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS)
+def test_the_effective_length_is_that_of_castigliano(radius, coils, arm):
+    """Compliance by quadrature: of moment and two forces on the turning end, with the axis held."""
+    compliance = np.zeros((3, 3))
+    for points, length in wire(radius, coils, arm):
+        moments = np.column_stack([np.ones(len(points)), points[:, 1], -points[:, 0]])
+        compliance += np.trapezoid(moments[:, :, None] * moments[:, None, :], length, axis=0)
+    stiffness = np.linalg.inv(compliance)  # EI = 1; turned by one with no shift of the axis
+    assert effective_length(radius, coils, arm) == pytest.approx(1.0 / stiffness[0, 0], rel=1e-6)
+
+
+def test_a_spring_of_many_coils_is_as_stiff_as_its_wire_is_long():
+    assert effective_length(5.0, 200.0, 3.0) == pytest.approx(2 * math.pi * 5.0 * 200.0 + 6.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
+@pytest.mark.parametrize("closing", [-50.0, -1.0, 1.0, 50.0])
+def test_torque_is_the_slope_of_the_energy(radius, coils, arm, closing):
+    def energy(angle):
+        found = flexed(radius, coils, arm, angle)
+        free = np.zeros(len(found.curvature))
+        free[found.first : found.last] = 1.0 / radius
+        return float(np.sum((found.curvature - free) ** 2 * np.diff(found.lengths)) / 2)
+
+    step = 0.02
+    slope = (energy(closing + step) - energy(closing - step)) / math.radians(2 * step)
+    assert flexed(radius, coils, arm, closing).torque == pytest.approx(slope, rel=2e-4)
+
+
+@pytest.mark.parametrize(("radius", "coils", "arm"), SPRINGS[:4])
+def test_small_motions_have_the_closed_form_s_rate(radius, coils, arm):
+    torque = (flexed(radius, coils, arm, 0.5).torque - flexed(radius, coils, arm, -0.5).torque) / math.radians(1.0)
+    assert torque == pytest.approx(1.0 / effective_length(radius, coils, arm), rel=5e-4)
+
+
+def test_the_wire_keeps_its_length_and_its_end_turns_about_the_axis():
+    radius, coils, arm = SPRINGS[0]
+    free, bent = flexed(radius, coils, arm, 1e-9), flexed(radius, coils, arm, 40.0)
+    assert bent.lengths[-1] == pytest.approx(2 * math.pi * radius * coils + 2 * arm)
+    angle = math.radians(40.0)
+    turned = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]) @ free.points[-1]
+    assert bent.points[-1] == pytest.approx(turned, abs=1e-4)
+    assert bent.points[0] == pytest.approx(free.points[0])
+
+
+def test_a_wire_that_cannot_be_bent_so_far_is_none():
+    assert flexed(5.0, 0.6, 0.1, 2000.0) is None
