@@ -60,7 +60,7 @@ class Opening:
 
 
 @dataclass(frozen=True)
-class Told:
+class OpeningText:
     """Warnings as the opening tells them."""
 
     foremost: list[Group]
@@ -68,10 +68,10 @@ class Told:
     total: int
 
 
-def told(warnings: Sequence[Warned]) -> Told:
+def told(warnings: Sequence[Warned]) -> OpeningText:
     """At most three that could change a decision, and all of them by level."""
     groups = foremost(warnings)
-    return Told(groups, counted(warnings), len(warnings))
+    return OpeningText(groups, counted(warnings), len(warnings))
 
 
 def estimate(quantity: object) -> Cell:

@@ -20,7 +20,7 @@ from reports.openings.imported import import_opening
 from reports.openings.leg import leg_opening
 from reports.reading import Result, read_result
 from reports.scripts import policy, script
-from reports.section import Missing, Section
+from reports.section import AbsentResult, Section
 from reports.sections import (
     built,
     checks,
@@ -151,7 +151,7 @@ def write_page(
     templates = environment()
     for section in sections:
         content = section.content(result)
-        if isinstance(content, Missing):
+        if isinstance(content, AbsentResult):
             left_out.append((section.title, content.why))
             continue
         html = templates.get_template(f"{section.template or section.name}.html").render(**content, file=result.name)

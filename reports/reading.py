@@ -23,7 +23,7 @@ class ReportError(Exception):
 
 
 @dataclass(frozen=True)
-class Table:
+class ResultTable:
     """A CSV file's columns by name, with units; nan where a cell is empty."""
 
     columns: Mapping[str, list[float]]
@@ -37,14 +37,14 @@ class Result:
     folder: Path
     name: str
     content: Json
-    _tables: dict[str, Table | None] = field(default_factory=dict, compare=False)
+    _tables: dict[str, ResultTable | None] = field(default_factory=dict, compare=False)
 
     def path(self, relative: str) -> Path | None:
         """The file of that relative path, or None where there is none or it lies outside the folder."""
         found = (self.folder / relative).resolve()
         return found if found.is_relative_to(self.folder.resolve()) and found.is_file() else None
 
-    def table(self, relative: str) -> Table | None:
+    def table(self, relative: str) -> ResultTable | None:
         """The CSV file of that relative path, read once; None where there is none."""
         if relative not in self._tables:
             path = self.path(relative)
@@ -77,7 +77,7 @@ def read_result(folder: Path, name: str, kind: str) -> Result:
     return Result(folder, name, content)
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> ResultTable:
     """Read a CSV file whose headers are ``name [unit]``.
 
     Raises
@@ -98,7 +98,7 @@ def read_table(path: Path) -> Table:
         raise ReportError(f"{path}: its rows are not all {len(headers)} cells long")
     names = [(match.group(1), match.group(2)) for match in headers if match]
     columns = list(map(list, zip(*records, strict=True))) if records else [[] for _ in names]
-    return Table({name: column for (name, _), column in zip(names, columns, strict=True)}, dict(names))
+    return ResultTable({name: column for (name, _), column in zip(names, columns, strict=True)}, dict(names))
 
 
 def png_uri(path: Path) -> str:

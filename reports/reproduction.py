@@ -8,7 +8,7 @@ from typing import Any
 from reports import page
 from reports.openings.tables import reproduction_opening
 from reports.reading import Json, Result, read_result
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 
 def write_reproduction_report(folder: Path) -> Path:
@@ -31,9 +31,9 @@ def _sections(result: Result) -> tuple[Section, ...]:
 
 
 def _section(index: int, table: Json) -> Section:
-    def content(result: Result) -> dict[str, Any] | Missing:
+    def content(result: Result) -> dict[str, Any] | AbsentResult:
         rows = [row for row in sequence(table, "rows") if isinstance(row, dict)]
-        return {"table": table, "rows": rows, "index": index} if rows else Missing("no row")
+        return {"table": table, "rows": rows, "index": index} if rows else AbsentResult("no row")
 
     title = f"{table.get('name')}: {table.get('title')}"
     return Section(f"table-{index + 1}", title, content, "reproduction-table")

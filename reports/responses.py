@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 
 from reports.figures.palette import Line
 from reports.figures.trials import Curve, Panel
-from reports.reading import Result, Table
+from reports.reading import Result, ResultTable
 
 MOST_TRIALS = 12  # shown; of more, the best and the worst
 BEST, WORST = 4, 8  # responses drawn: all up to the sum, else the best and the worst
@@ -21,7 +21,7 @@ class Response:
 
     name: str
     file: str
-    table: Table
+    table: ResultTable
 
     def joints(self, kind: str) -> list[str]:
         """Names of the joints that have a column of this kind."""

@@ -10,7 +10,7 @@ from reports.reading import Json, Result
 
 
 @dataclass(frozen=True)
-class Missing:
+class AbsentResult:
     """Why a section is left out."""
 
     why: str
@@ -34,7 +34,7 @@ class Section:
 
     name: str
     title: str
-    content: Callable[[Result], Mapping[str, Any] | Missing]
+    content: Callable[[Result], Mapping[str, Any] | AbsentResult]
     template: str = ""
 
 

@@ -17,9 +17,9 @@ from reports.figures.legend import legend
 from reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
 from reports.figures.svg import Point, Svg
 from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
-from reports.reading import Json, Result, Table, value_of
+from reports.reading import Json, Result, ResultTable, value_of
 from reports.scripts import data_block
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
@@ -31,7 +31,7 @@ _DEGREES = {"deg": 1.0, "rad": 180.0 / math.pi}  # a unit
 
 
 @dataclass(frozen=True)
-class Joint:
+class FigureJoint:
     """A joint of the drawn leg: angles in degrees, length in mm."""
 
     name: str
@@ -44,7 +44,7 @@ class Joint:
 class Stick:
     """The leg, and how its base is turned, degrees."""
 
-    joints: tuple[Joint, ...]
+    joints: tuple[FigureJoint, ...]
     tilt: float
 
     def pose(self, angles: Sequence[float]) -> list[Point]:
@@ -60,7 +60,7 @@ class Stick:
 
 
 @dataclass(frozen=True)
-class Motion:
+class FigureMotion:
     """A trial: ``times`` (n,) s, ``angles`` (n, n_joint) degrees, nan where missing."""
 
     times: Sequence[float]
@@ -72,12 +72,12 @@ class Motion:
         return [k for k, pose in enumerate(self.angles) if all(map(math.isfinite, pose))]
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Stick figures, angles over time and what the import found, a trial each."""
     stick = _stick(mapping(result.content, "leg"))
     trials = [trial for trial in sequence(result.content, "trials") if isinstance(trial, Mapping)]
     if not stick.joints or not trials:
-        return Missing(f"{result.name} holds no leg or no trial")
+        return AbsentResult(f"{result.name} holds no leg or no trial")
     motions = {str(trial.get("file")): _motion(result, stick, str(trial.get("file"))) for trial in trials}
     panels = {file: _panels(stick, motion) for file, motion in motions.items() if motion is not None}
     limits = shared_limits([panel for each in panels.values() for panel in each])
@@ -99,7 +99,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     return {"trials": shown, "legend": legend(lines), "drawn": drawn, "total": len(trials)}
 
 
-def stick_figure(title: str, stick: Stick, motion: Motion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
+def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]] = ()) -> Markup:
     """The leg's first and last pose, some between, the tip's way, and each joint's angle with its positive sense."""
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     svg = Svg(SIZE, SIZE, f"{title}: the leg as a stick figure")
@@ -144,13 +144,13 @@ def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], P
     )
 
 
-def _every(stick: Stick, motion: Motion, tracked: Sequence[Sequence[Point]]) -> list[Point]:
+def _every(stick: Stick, motion: FigureMotion, tracked: Sequence[Sequence[Point]]) -> list[Point]:
     """All places that the drawing must hold, mm."""
     poses = [stick.pose(motion.angles[k]) for k in motion.seen]
     return [point for pose in (*poses, *tracked) for point in pose]
 
 
-def following(result: Result, trial: str, table: Table, kind: str) -> Markup:
+def following(result: Result, trial: str, table: ResultTable, kind: str) -> Markup:
     """The leg of ``page.json`` in a trial's motion, moving with the cursor of the trial's plots; empty without it."""
     path = result.path("page.json")
     if path is None:
@@ -164,7 +164,7 @@ def following(result: Result, trial: str, table: Table, kind: str) -> Markup:
     if not names or any(name not in table.columns or table.units[name] not in _DEGREES for name in names):
         return Markup("")
     columns = [[value * _DEGREES[table.units[name]] for value in table.columns[name]] for name in names]
-    motion = Motion(table.columns.get("time", []), list(zip(*columns, strict=True)))
+    motion = FigureMotion(table.columns.get("time", []), list(zip(*columns, strict=True)))
     if not motion.seen:
         return Markup("")
     drawing = stick_figure(f"{trial}, {kind}", stick, motion)
@@ -175,7 +175,7 @@ def following(result: Result, trial: str, table: Table, kind: str) -> Markup:
 
 def _stick(leg: Json) -> Stick:
     joints = [
-        Joint(
+        FigureJoint(
             str(item.get("name")),
             value_of(item.get("zero")) or 0.0,
             float(item.get("sign") or 1),
@@ -187,15 +187,15 @@ def _stick(leg: Json) -> Stick:
     return Stick(tuple(joints), value_of(leg.get("tilt")) or 0.0)
 
 
-def _motion(result: Result, stick: Stick, file: str) -> Motion | None:
+def _motion(result: Result, stick: Stick, file: str) -> FigureMotion | None:
     table = result.table(file)
     if table is None or "time" not in table.columns or any(j.name not in table.columns for j in stick.joints):
         return None
     columns = [_in_degrees(table, joint.name) for joint in stick.joints]
-    return Motion(table.columns["time"], list(zip(*columns, strict=True)))
+    return FigureMotion(table.columns["time"], list(zip(*columns, strict=True)))
 
 
-def _in_degrees(table: Table, joint: str) -> list[float]:
+def _in_degrees(table: ResultTable, joint: str) -> list[float]:
     return [value * _DEGREES[table.units[joint]] for value in table.columns[joint]]
 
 
@@ -238,7 +238,7 @@ def _frame(svg: Svg) -> None:
     svg.text((x + 8, y + 18), "gravity", f'font-size="11" fill="{GREY}"')
 
 
-def _panels(stick: Stick, motion: Motion) -> list[Panel]:
+def _panels(stick: Stick, motion: FigureMotion) -> list[Panel]:
     """Angles over time, a panel a joint."""
     line = Line(BLUE, 1.4)
     return [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth.design.part_lanes import Acting
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.parts.damper_law import power_law_curve
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -24,8 +24,8 @@ LEG = Leg(
 def wanted() -> WantedResponse:
     """Two releases of the leg itself."""
     releases = [
-        Release("a", TIME, np.array([0.1, 1.4, -0.5]), np.zeros(3), Conditions()),
-        Release("b", TIME, np.array([0.5, 0.8, -1.0]), np.array([0.0, -2.0, 1.0]), Conditions()),
+        WantedRelease("a", TIME, np.array([0.1, 1.4, -0.5]), np.zeros(3), Conditions()),
+        WantedRelease("b", TIME, np.array([0.5, 0.8, -1.0]), np.array([0.0, -2.0, 1.0]), Conditions()),
     ]
     return WantedResponse.of(LEG, releases)
 

@@ -14,7 +14,7 @@ TICK = f'font-size="10" fill="{GREY}"'
 
 
 @dataclass(frozen=True)
-class Scale:
+class AxisScale:
     """Data from ``low`` to ``high`` on drawing coordinates from ``start`` to ``end``."""
 
     low: float
@@ -40,8 +40,8 @@ class Scale:
 class Axes:
     """A panel: its frame and scales."""
 
-    x: Scale
-    y: Scale
+    x: AxisScale
+    y: AxisScale
 
     def points(self, data: Iterable[Point]) -> list[Point]:
         """Data points in drawing coordinates."""

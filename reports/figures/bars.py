@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Scale
+from reports.figures.axes import AxisScale
 from reports.figures.palette import BLACK, BLUE, GREY, RULE
 from reports.figures.svg import Svg
 
@@ -32,7 +32,7 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Column:
+class BarColumn:
     """Bars from 0 to ``most`` under a heading; None: the row has none. ``words`` : room for them, drawing units."""
 
     heading: str
@@ -41,7 +41,7 @@ class Column:
     words: float = WORDS
 
 
-def bar_figure(title: str, labels: Sequence[str], columns: Sequence[Column], width: float, label: float) -> Markup:
+def bar_figure(title: str, labels: Sequence[str], columns: Sequence[BarColumn], width: float, label: float) -> Markup:
     """Rows of bars, ``label`` of the ``width`` for the rows' names."""
     svg = Svg(width, HEAD + ROW * len(labels) + FOOT, title)
     each = (width - label - GAP * (len(columns) - 1)) / len(columns)
@@ -52,7 +52,7 @@ def bar_figure(title: str, labels: Sequence[str], columns: Sequence[Column], wid
         svg.text((label - 8, height + 4), words, f'font-size="11.5" fill="{BLACK}" text-anchor="end"', most=most)
     for index, column in enumerate(columns):
         start = label + index * (each + GAP)
-        scale = Scale(0.0, column.most if column.most > 0 else 1.0, start, start + each - column.words)
+        scale = AxisScale(0.0, column.most if column.most > 0 else 1.0, start, start + each - column.words)
         svg.text((start, 13), column.heading, f'font-size="11" fill="{GREY}"', most=int(each / 6.6))
         svg.line((start, HEAD - 3), (start, bottom + 1), f'stroke="{GREY}" stroke-width="0.9"')
         for row, bar in enumerate(column.bars):
@@ -61,7 +61,7 @@ def bar_figure(title: str, labels: Sequence[str], columns: Sequence[Column], wid
     return svg.markup
 
 
-def _draw(svg: Svg, bar: Bar, scale: Scale, height: float) -> None:
+def _draw(svg: Svg, bar: Bar, scale: AxisScale, height: float) -> None:
     end = scale(min(max(bar.value, 0.0), scale.high))
     fill = f'fill="{BLUE if bar.strong else PALE}"'
     if bar.apart:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale, padded
+from reports.figures.axes import Axes, AxisScale, padded
 from reports.figures.palette import AFTER, BEFORE, BLACK, GREY, Line
 from reports.figures.svg import Svg
 
@@ -30,7 +30,9 @@ def across_figure(title: str, axis: str, trends: Sequence[Trend]) -> Markup:
     svg = Svg(WIDTH, HEIGHT, title)
     places = [x for trend in trends for x in trend.x]
     values = [error for trend in trends for error in trend.errors]
-    axes = Axes(Scale(*padded(places), LEFT, WIDTH - RIGHT), Scale(*padded([*values, 0.0]), HEIGHT - BOTTOM, TOP))
+    axes = Axes(
+        AxisScale(*padded(places), LEFT, WIDTH - RIGHT), AxisScale(*padded([*values, 0.0]), HEIGHT - BOTTOM, TOP)
+    )
     axes.frame(svg)
     zero = axes.y(0.0)
     svg.line((LEFT, zero), (WIDTH - RIGHT, zero), f'stroke="{GREY}" stroke-dasharray="4 3"')

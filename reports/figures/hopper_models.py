@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import TICK, Axes, Scale
+from reports.figures.axes import TICK, Axes, AxisScale
 from reports.figures.palette import BLACK, BLUE, GREY, VERMILION
 from reports.figures.svg import Svg
 
@@ -16,7 +16,7 @@ LEFT, RIGHT, TOP, BOTTOM = 52.0, 120.0, 16.0, 44.0  # px
 
 
 @dataclass(frozen=True)
-class Bar:
+class ModelBar:
     """One model: name, height in m, its 90 % interval where there is one."""
 
     name: str
@@ -25,11 +25,11 @@ class Bar:
     high: float | None = None
 
 
-def models_figure(title: str, bars: Sequence[Bar], lines: Sequence[tuple[str, float]]) -> Markup:
+def models_figure(title: str, bars: Sequence[ModelBar], lines: Sequence[tuple[str, float]]) -> Markup:
     """Bars in centimetres; ``lines``: words and heights (m) to draw across."""
     svg = Svg(WIDTH, HEIGHT, title)
     top = 100 * max([bar.high or bar.height for bar in bars] + [value for _, value in lines] + [1e-3]) * 1.08
-    axes = Axes(Scale(0, len(bars), LEFT, WIDTH - RIGHT), Scale(0.0, top, HEIGHT - BOTTOM, TOP))
+    axes = Axes(AxisScale(0, len(bars), LEFT, WIDTH - RIGHT), AxisScale(0.0, top, HEIGHT - BOTTOM, TOP))
     for tick in axes.y.ticks(6):
         y = axes.y(tick)
         svg.line((LEFT, y), (WIDTH - RIGHT, y), 'stroke="#d4d8dd" stroke-width="0.7"')

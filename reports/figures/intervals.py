@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale, tick_text
+from reports.figures.axes import Axes, AxisScale, tick_text
 from reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
 from reports.figures.svg import Svg
 
@@ -18,7 +18,7 @@ OPEN = 1e3  # factor at which an open end of an interval is cut
 
 
 @dataclass(frozen=True)
-class Row:
+class IntervalRow:
     """One estimate: its label, group (colour and marker), ratio to the reference and the interval's ends."""
 
     label: str
@@ -29,7 +29,7 @@ class Row:
     first: bool = False  # of a block, drawn with a rule above
 
 
-def interval_figure(title: str, axis: str, rows: Sequence[Row]) -> Markup:
+def interval_figure(title: str, axis: str, rows: Sequence[IntervalRow]) -> Markup:
     """Rows on a logarithmic axis of ratios; 1 is marked."""
     ends = [1.0 / 1.3, 1.3]
     for row in rows:
@@ -37,8 +37,8 @@ def interval_figure(title: str, axis: str, rows: Sequence[Row]) -> Markup:
     low, high = min(ends) / 1.1, max(ends) * 1.1
     svg = Svg(WIDTH, TOP + ROW * len(rows) + BOTTOM, title)
     bottom = TOP + ROW * len(rows)
-    x = Scale(low, high, LABEL, WIDTH - RIGHT, logarithmic=True)
-    axes = Axes(x, Scale(0, 1, bottom, TOP))
+    x = AxisScale(low, high, LABEL, WIDTH - RIGHT, logarithmic=True)
+    axes = Axes(x, AxisScale(0, 1, bottom, TOP))
     at = x.ticks(9)
     for tick in at:
         svg.line((x(tick), TOP), (x(tick), bottom + 3), f'stroke="{RULE}" stroke-width="0.7"')
@@ -51,7 +51,7 @@ def interval_figure(title: str, axis: str, rows: Sequence[Row]) -> Markup:
     return svg.markup
 
 
-def _draw(svg: Svg, row: Row, x: Scale, height: float) -> None:
+def _draw(svg: Svg, row: IntervalRow, x: AxisScale, height: float) -> None:
     colour = COLOURS[row.group % len(COLOURS)]
     if row.first:
         svg.line((4, height - ROW / 2), (x.end, height - ROW / 2), f'stroke="{RULE}" stroke-width="0.7"')

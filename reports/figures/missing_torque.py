@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale, padded
+from reports.figures.axes import Axes, AxisScale, padded
 from reports.figures.palette import BLACK, BLUE, GREY, VERMILION, Line
 from reports.figures.svg import Point, Svg, shortened
 
@@ -101,8 +101,8 @@ def _within(points: Sequence[Point]) -> list[Point]:
 def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: float, width: float) -> None:
     span = padded(_ends(cloud.points), 0.04)
     axes = Axes(
-        Scale(*span, left + LEFT, left + width - RIGHT),
-        Scale(*vertical, HEIGHT - BOTTOM, TOP),
+        AxisScale(*span, left + LEFT, left + width - RIGHT),
+        AxisScale(*vertical, HEIGHT - BOTTOM, TOP),
     )
     axes.frame(svg, 7, 5)
     zero = axes.y(0.0)

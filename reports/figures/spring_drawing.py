@@ -24,7 +24,7 @@ MOST_DRAWN = 40  # coils
 
 
 @dataclass(frozen=True)
-class Spring:
+class DrawnSpring:
     """What the drawing needs; mm, rad. ``arms``: ``tangent``, ``radial`` or ``axial``; ``travel`` closes the coil."""
 
     wire: float
@@ -48,7 +48,7 @@ class Arm:
     direction: Point
 
 
-def arms_of(spring: Spring) -> tuple[Arm, Arm]:
+def arms_of(spring: DrawnSpring) -> tuple[Arm, Arm]:
     """Both arms, turned so that the included angle opens to the right about the horizontal.
 
     The wire of a right-hand coil runs towards the viewer counter-clockwise, of a left-hand one clockwise. With tangent
@@ -75,7 +75,7 @@ def _mirrored(root: Point, end: Point, direction: Point) -> Arm:
     return Arm((root[0], -root[1]), (end[0], -end[1]), (direction[0], -direction[1]))
 
 
-def spring_drawing(title: str, spring: Spring) -> Markup:
+def spring_drawing(title: str, spring: DrawnSpring) -> Markup:
     """Both views at one scale, dimensions in mm."""
     arms = arms_of(spring)
     outer = (spring.mean + spring.wire) / 2
@@ -91,7 +91,7 @@ def spring_drawing(title: str, spring: Spring) -> Markup:
     return svg.markup
 
 
-def _along_axis(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], centre: Point, scale: float) -> None:
+def _along_axis(svg: Svg, spring: DrawnSpring, arms: tuple[Arm, Arm], centre: Point, scale: float) -> None:
     def place(point: Point) -> Point:
         return centre[0] + point[0] * scale, centre[1] - point[1] * scale
 
@@ -112,7 +112,7 @@ def _along_axis(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], centre: Point, 
             _leg_length(svg, place(arm.root), place(arm.end), wire, _mm(spring.leg_lengths[index]), upper)
 
 
-def _included_angle(svg: Svg, spring: Spring, centre: Point, scale: float) -> None:
+def _included_angle(svg: Svg, spring: DrawnSpring, centre: Point, scale: float) -> None:
     """Lines through the centre parallel to the arms, and the arc between them."""
     if spring.arms == "axial":
         return
@@ -140,7 +140,7 @@ def _included_angle(svg: Svg, spring: Spring, centre: Point, scale: float) -> No
     svg.text((centre[0] + arc + 7, centre[1] + 4), words, f'font-size="13" font-weight="600" fill="{BLUE}"')
 
 
-def _closing(svg: Svg, spring: Spring, centre: Point, radius: float) -> None:
+def _closing(svg: Svg, spring: DrawnSpring, centre: Point, radius: float) -> None:
     """How work turns the near arm: along the wire's winding, which closes tangent arms and opens radial ones."""
     assert spring.travel is not None
     sense = 1.0 if spring.hand == "right" else -1.0
@@ -158,7 +158,7 @@ def _closing(svg: Svg, spring: Spring, centre: Point, radius: float) -> None:
     _head(svg, ends[1], (-last[1] * sense, -last[0] * sense), VERMILION)
 
 
-def _from_side(svg: Svg, spring: Spring, arms: tuple[Arm, Arm], start: Point, scale: float) -> None:
+def _from_side(svg: Svg, spring: DrawnSpring, arms: tuple[Arm, Arm], start: Point, scale: float) -> None:
     """The view from the right: the axis lies across, heights are those of the view along the axis."""
     wire, radius = spring.wire * scale, spring.mean / 2 * scale
     left, middle = start

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale
+from reports.figures.axes import Axes, AxisScale
 from reports.figures.palette import BLACK, GREY, SECANT, Line
 from reports.figures.svg import Point, Svg
 
@@ -26,7 +26,7 @@ LAWS: Mapping[str, Callable[[Mapping[str, float], float], float]] = {
 
 
 @dataclass(frozen=True)
-class Law:
+class DrawnLaw:
     """A law to draw: points in (rpm, N m) and how."""
 
     points: Sequence[Point]
@@ -53,13 +53,15 @@ def law_points(law: str, parameters: Mapping[str, float], fastest: float) -> lis
         return None
 
 
-def torque_speed_figure(title: str, laws: Sequence[Law], vendor: Vendor | None, measured: Point | None) -> Markup:
+def torque_speed_figure(title: str, laws: Sequence[DrawnLaw], vendor: Vendor | None, measured: Point | None) -> Markup:
     """One damper. ``measured``: range of speeds (rpm) that the data show, shaded."""
     fastest = max([x for law in laws for x, _ in law.points] + ([vendor.speed * 1.06] if vendor else []), default=1.0)
     torques = [y for law in laws for x, y in law.points if x <= fastest and math.isfinite(y)]
     highest = max([*torques, *([vendor.torque * 1.06] if vendor else [])], default=1.0)
     svg = Svg(WIDTH, HEIGHT, title)
-    axes = Axes(Scale(0.0, fastest, LEFT, WIDTH - RIGHT), Scale(0.0, highest * 1.05 or 1.0, HEIGHT - BOTTOM, TOP))
+    axes = Axes(
+        AxisScale(0.0, fastest, LEFT, WIDTH - RIGHT), AxisScale(0.0, highest * 1.05 or 1.0, HEIGHT - BOTTOM, TOP)
+    )
     if measured:
         start, end = axes.x(measured[0]), axes.x(min(measured[1], fastest))
         svg.rectangle((start, TOP), max(end - start, 1.0), HEIGHT - BOTTOM - TOP, 'fill="#e8eef5"')

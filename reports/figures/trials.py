@@ -9,7 +9,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale, padded
+from reports.figures.axes import Axes, AxisScale, padded
 from reports.figures.palette import BLACK, GREY, Line
 from reports.figures.svg import Point, Svg, shortened, thinned
 from reports.quantities import unit_text
@@ -80,8 +80,8 @@ def _drawing(title: str, panel: Panel, limits: Limits) -> Markup:
     start, end = limits.time or (panel.times[0], panel.times[-1])
     low, high = limits.angle[panel.joint]
     axes = Axes(
-        Scale(start, end if end > start else start + 1.0, LEFT, WIDTH - RIGHT),
-        Scale(low, high, HEIGHT - BOTTOM, TOP),
+        AxisScale(start, end if end > start else start + 1.0, LEFT, WIDTH - RIGHT),
+        AxisScale(low, high, HEIGHT - BOTTOM, TOP),
     )
     svg = Svg(WIDTH, HEIGHT, title)
     axes.frame(svg)

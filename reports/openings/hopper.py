@@ -9,7 +9,7 @@ from markupsafe import Markup
 from reports.opening import Cell, Figures, Opening
 from reports.quantities import brief, interval_text, text
 from reports.reading import Json, Result, value_of
-from reports.section import Missing, mapping, sequence
+from reports.section import AbsentResult, mapping, sequence
 from reports.sections import hopper_choice, hopper_jump
 
 
@@ -90,11 +90,11 @@ def _steps(limit: str) -> list[str]:
 
 def _picture(result: Result) -> tuple[Markup, str]:
     jump = hopper_jump.content(result)
-    if not isinstance(jump, Missing):
+    if not isinstance(jump, AbsentResult):
         strip = Markup('<div id="jump-player"><div class="poster">{}</div></div>').format(jump["strip"])
         return strip, "The jump of the chosen leg, from the crouch to the top."
     found = hopper_choice.map_content(result)
-    return (Markup(""), "") if isinstance(found, Missing) else (found["svg"], "Clearance over ratio and length.")
+    return (Markup(""), "") if isinstance(found, AbsentResult) else (found["svg"], "Clearance over ratio and length.")
 
 
 def _figures(document: Json) -> Figures:

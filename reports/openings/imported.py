@@ -10,7 +10,7 @@ from reports import stick_figure
 from reports.opening import Cell, Figures, Opening, listed
 from reports.quantities import text
 from reports.reading import Result
-from reports.section import Missing, mapping, sequence
+from reports.section import AbsentResult, mapping, sequence
 
 
 def import_opening(result: Result) -> Opening:
@@ -22,7 +22,7 @@ def import_opening(result: Result) -> Opening:
     notes = sum(len(sequence(trial, "notes")) for trial in trials)
     drawn = stick_figure.content(result)
     figure = Markup("")
-    if not isinstance(drawn, Missing):
+    if not isinstance(drawn, AbsentResult):
         figure = next((trial["stick"] for trial in drawn["trials"] if "stick" in trial), Markup(""))
     rows = [
         [

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from reports.opening import Cell, Figures, Opening, listed
 from reports.quantities import text
 from reports.reading import Result
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 
 def fits_opening(result: Result, across: Section) -> Opening:
@@ -18,7 +18,7 @@ def fits_opening(result: Result, across: Section) -> Opening:
     warned = sum(bool(sequence(leg, "warnings")) for leg in legs)
     found = across.content(result)
     rows, figure, caption = [], Markup(""), ""
-    if not isinstance(found, Missing):
+    if not isinstance(found, AbsentResult):
         rows = [
             [Cell(f"{row['joint']}, {row['what']}"), Cell(str(row["legs"])), *(Cell(text(end)) for end in row["ends"])]
             for row in found["rows"]

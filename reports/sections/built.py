@@ -11,18 +11,18 @@ from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import number, unit_text
 from reports.reading import Json, Result
 from reports.responses import Response, extremes, read_response
-from reports.section import Missing, Section, mapping
+from reports.section import AbsentResult, Section, mapping
 
 FOLDER = "responses/target"
 _LINES = {"animal": RECORDED, "wanted": WANTED, "built": BUILT}
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Figures of the trials to show and errors by joint."""
     response = mapping(result.content, "response")
     files = result.files(FOLDER)
     if not files and not response:
-        return Missing(f"design.json has no response and there is no file in {FOLDER}")
+        return AbsentResult(f"design.json has no response and there is no file in {FOLDER}")
     read = {file: found for file in files if (found := read_response(result, file)) is not None}
     shown = extremes(files, {file: _error(found) for file, found in read.items()})
     return {

@@ -7,15 +7,15 @@ from typing import Any
 
 from reports.quantities import number
 from reports.reading import Result, png_uri
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Failed gates with their pictures; of the passed ones, each kind's nearest to its limit; the print plans."""
     solids = mapping(result.content, "solids")
     checks = [check for check in sequence(solids, "checks") if isinstance(check, Mapping)]
     if not checks:
-        return Missing("no joints were drawn")
+        return AbsentResult("no joints were drawn")
     failed = [check for check in checks if not check.get("passed")]
     kinds: dict[str, list[Mapping[str, Any]]] = {}
     for check in checks:

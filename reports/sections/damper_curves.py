@@ -12,13 +12,13 @@ from markupsafe import Markup
 from reports.figures.legend import legend
 from reports.figures.palette import OTHER_LAWS, SECANT, USED_LAW, Line
 from reports.figures.svg import Point
-from reports.figures.torque_speed import RPM, Law, Vendor, law_points, torque_speed_figure
+from reports.figures.torque_speed import RPM, DrawnLaw, Vendor, law_points, torque_speed_figure
 from reports.quantities import factor, in_si
 from reports.reading import Json, Result
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A figure and a table of laws by joint."""
     joints, measured = mapping(result.content, "joints"), mapping(result.content, "damper_laws")
     names = list(dict.fromkeys([*joints, *measured]))
@@ -27,7 +27,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
         for name in names
         if (found := _joint(result, name, mapping(joints, name, "damper"), mapping(measured, name))) is not None
     ]
-    return {"joints": shown} if shown else Missing("design.json has no damper curve, law or vendor's point")
+    return {"joints": shown} if shown else AbsentResult("design.json has no damper curve, law or vendor's point")
 
 
 def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | None:
@@ -40,7 +40,7 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
     other = bool(measured.get("part")) and bool(damper.get("part")) and measured.get("part") != damper.get("part")
     known = [*(span or ()), *([vendor.speed] if vendor else [])]
     fastest = 1.25 * max(known) if known else max([x for x, _ in used or []], default=0.0)
-    drawn: list[Law] = []
+    drawn: list[DrawnLaw] = []
     key: list[tuple[Line, str]] = []
     styles = itertools.cycle(OTHER_LAWS)
     rows = []
@@ -49,13 +49,13 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
         points = used if in_use and used else _law_points(result, law, fastest)
         if points:
             line = USED_LAW if in_use else next(styles)
-            drawn.append(Law(_until(points, fastest), line))
+            drawn.append(DrawnLaw(_until(points, fastest), line))
             name_shown = str(law.get("law")).replace("_", " ")
             name_shown += f" ({measured.get('part')})" if other else ""
             key.append((line, f"{name_shown}, used" if in_use else name_shown))
         rows.append({**law, "drawn": bool(points)})
     if used and (other or not any(law.get("used") for law in laws)):
-        drawn.append(Law(_until(used, fastest), USED_LAW))
+        drawn.append(DrawnLaw(_until(used, fastest), USED_LAW))
         name_used = f"{damper.get('law', 'curve')} ({damper.get('part')})" if other else damper.get("law", "curve")
         key.append((USED_LAW, f"{name_used}, used"))
     if vendor:
@@ -74,14 +74,14 @@ def _joint(result: Result, name: str, damper: Json, measured: Json) -> Json | No
     }  # fmt: skip
 
 
-def _insert(name: str, drawn: list[Law], span: Point | None, vendor: Vendor | None) -> Markup | None:
+def _insert(name: str, drawn: list[DrawnLaw], span: Point | None, vendor: Vendor | None) -> Markup | None:
     """The same laws over the measured speeds alone, where the vendor's point lies far beyond them."""
     if span is None or vendor is None or not drawn or vendor.speed < 1.8 * span[1]:
         return None
     end = 1.15 * span[1]
-    cut = [Law(_until(law.points, end), law.line) for law in drawn]
+    cut = [DrawnLaw(_until(law.points, end), law.line) for law in drawn]
     point = Vendor(end, vendor.torque / vendor.speed * end)
-    secant = Law([(0.0, 0.0), (point.speed, point.torque)], SECANT)
+    secant = DrawnLaw([(0.0, 0.0), (point.speed, point.torque)], SECANT)
     return torque_speed_figure(f"{name}: torque against speed, measured speeds", [secant, *cut], None, span)
 
 

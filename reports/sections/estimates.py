@@ -7,11 +7,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.intervals import Row, interval_figure
+from reports.figures.intervals import IntervalRow, interval_figure
 from reports.figures.svg import shortened
 from reports.quantities import in_si, interval_of, percent
 from reports.reading import Json, Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 # Stage -> what it is. A fit.json is a stage of its own, under the empty name.
 _STAGES = {
@@ -25,11 +25,11 @@ NAMED = 3  # numbers of the leg file that are named beside an interval
 LEAST_SHARE = 0.02  # of the variance, that is worth naming
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Estimates by joint and stage, the free angle's variants by stage, and what is not separable."""
     fits = stages_of(result)
     if not fits:
-        return Missing(f"{result.name} holds no fit")
+        return AbsentResult(f"{result.name} holds no fit")
     joints = list(dict.fromkeys(name for fit in fits.values() for name in mapping(fit, "joints")))
     rows = []
     for joint in joints:
@@ -133,7 +133,7 @@ def _choice(stage: str, fit: Json) -> Json | None:
 
 def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> Markup | None:
     """Rates of each variant over those of the one used."""
-    rows: list[Row] = []
+    rows: list[IntervalRow] = []
     for joint in joints:
         first = True
         for key, symbol in _RATES:
@@ -150,7 +150,7 @@ def _figure(stage: str, joints: list[str], variants: list[Json], used: Json) -> 
                 treatment = str(variant.get("free_angle")).replace("_", " ")
                 label = f"{shortened(joint, 14)} {symbol}, {treatment}"
                 ends = (None if low is None else low * scale, None if high is None else high * scale)
-                rows.append(Row(label, group, value / reference, *ends, first))
+                rows.append(IntervalRow(label, group, value / reference, *ends, first))
                 first = False
     title = f"Spring and damper rates by treatment of the free angle{f', stage {stage}' if stage else ''}"
     return interval_figure(title, "rate over that of the treatment used", rows) if rows else None

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from reports.reading import Result
-from reports.section import Missing, Section, sequence
+from reports.section import AbsentResult, Section, sequence
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Paths, what each is, and SHA-256."""
     files = [dict(item) for item in sequence(result.content, "files") if isinstance(item, Mapping)]
     if not files:
-        return Missing("design.json lists no file")
+        return AbsentResult("design.json lists no file")
     for item in files:
         item["here"] = result.path(str(item.get("path"))) is not None
     return {"files": files}

@@ -7,26 +7,26 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.intervals import Row, interval_figure
+from reports.figures.intervals import IntervalRow, interval_figure
 from reports.reading import Json, Result
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 MOST_ROWS = 400  # of the table; the CSV holds all
 MOST_DRAWN = 40  # legs in a figure; more would be a grey block
 RATES = (("spring_rate", "spring rate"), ("damper_rate", "damper rate"))
 
 
-def _failed(result: Result) -> dict[str, Any] | Missing:
+def _failed(result: Result) -> dict[str, Any] | AbsentResult:
     found = _items(result, "failed")
-    return {"failed": found} if found else Missing("every project was fitted")
+    return {"failed": found} if found else AbsentResult("every project was fitted")
 
 
-def _across(result: Result) -> dict[str, Any] | Missing:
+def _across(result: Result) -> dict[str, Any] | AbsentResult:
     """A joint's rates over the legs: median, least and greatest, and each leg's ratio to the median."""
     legs = _items(result, "legs")
     rows, figures = [], []
     for joint in _joints(legs):
-        drawn: list[Row] = []
+        drawn: list[IntervalRow] = []
         for key, words in RATES:
             held = [(leg["name"], _estimate(leg, joint, key)) for leg in legs]
             known = [(name, estimate) for name, estimate in held if estimate is not None]
@@ -42,16 +42,16 @@ def _across(result: Result) -> dict[str, Any] | Missing:
                 ends90 = estimate.get("interval90") or (None, None)
                 low, high = (None if end is None else end / middle for end in ends90)
                 first = index == 0 and group == 1
-                drawn.append(Row(f"{name}, {words}", group, estimate["value"] / middle, low, high, first))
+                drawn.append(IntervalRow(f"{name}, {words}", group, estimate["value"] / middle, low, high, first))
         if drawn:
             title = f"{joint}: each leg's rates over the median of all legs"
             figures.append({"title": title, "drawing": interval_figure(title, "rate over the legs' median", drawn)})
     if not rows:
-        return Missing("fewer than two legs share a joint's name")
+        return AbsentResult("fewer than two legs share a joint's name")
     return {"rows": rows, "figures": figures, "drawn": MOST_DRAWN, "legs": len(legs)}
 
 
-def _legs(result: Result) -> dict[str, Any] | Missing:
+def _legs(result: Result) -> dict[str, Any] | AbsentResult:
     """Each leg's joints."""
     legs = _items(result, "legs")
     rows: list[Json] = []
@@ -68,16 +68,16 @@ def _legs(result: Result) -> dict[str, Any] | Missing:
                 }
             )
     if not rows:
-        return Missing("no project could be fitted")
+        return AbsentResult("no project could be fitted")
     return {"rows": rows[:MOST_ROWS], "left": max(0, len(rows) - MOST_ROWS)}
 
 
-def _warnings(result: Result) -> dict[str, Any] | Missing:
+def _warnings(result: Result) -> dict[str, Any] | AbsentResult:
     """Warnings with the legs that have them; the same words of many legs once."""
     legs = _items(result, "legs")
     counted = Counter(str(text) for leg in legs for text in sequence(leg, "warnings"))
     if not counted:
-        return Missing("no fit has a warning")
+        return AbsentResult("no fit has a warning")
     where = {text: [leg["name"] for leg in legs if text in sequence(leg, "warnings")] for text in counted}
     return {"warnings": [{"text": text, "legs": where[text][:5], "count": n} for text, n in counted.most_common(100)]}
 

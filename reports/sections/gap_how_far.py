@@ -9,14 +9,14 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.figures.legend import legend
 from reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
 from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
 from reports.quantities import brief, interval_of, share_text
 from reports.reading import Json, Result, value_of
 from reports.responses import Response, extremes, read_response
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 from reports.stick_figure import following
 
 STEPS = (
@@ -32,11 +32,11 @@ ALONE = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.7, "2 2.5"), Line(ORANGE, 1.7, 
 WIDTH, LABEL = 640.0, 120.0  # px
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Errors as bars and tables, the scored trials as figures."""
     gap = mapping(result.content, "gap")
     if not gap:
-        return Missing(f"{result.name} holds no gap")
+        return AbsentResult(f"{result.name} holds no gap")
     trials = [t for t in sequence(result.content, "trials") if isinstance(t, Mapping) and t.get("scored")]
     rms = {str(trial.get("file")): _worst(trial) for trial in trials}
     shown = extremes(list(rms), rms)
@@ -88,7 +88,7 @@ def _bars(gap: Json) -> Markup:
         bars.append(Bar(value, brief(quantity), low, high, strong=key == "after", apart=key == "noise_floor"))
     most = max((max(bar.value, bar.high or 0.0) for bar in bars), default=1.0)
     return bar_figure(
-        "RMS angle errors", labels, [Column("RMS angle error on scored trials", bars, most)], WIDTH, LABEL
+        "RMS angle errors", labels, [BarColumn("RMS angle error on scored trials", bars, most)], WIDTH, LABEL
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.quantities import number
 from reports.reading import Result, value_of
 from reports.section import Section, mapping, sequence
@@ -27,7 +27,7 @@ def content(result: Result) -> dict[str, Any]:
     bits = [value_of(item.get("information")) or 0.0 for item in menu]
     bars = [Bar(value, f"{number(value, 2)} bit", strong=index == 0) for index, value in enumerate(bits)]
     labels = [str(item.get("what")) for item in menu]
-    column = Column("expected information", bars, max(bits), words=72.0)
+    column = BarColumn("expected information", bars, max(bits), words=72.0)
     return {
         "experiment": experiment,
         "entry": entry_text(mapping(experiment, "trial")),

@@ -8,15 +8,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.figures.legend import legend
 from reports.figures.missing_torque import NAMED, Cloud, missing_torque_figure
 from reports.figures.named_laws import law_of
 from reports.figures.palette import AFTER, BEFORE, FLOOR
 from reports.figures.trials import Curve, Limits, Panel, trial_figure
 from reports.quantities import in_si, number, unit_text
-from reports.reading import Json, Result, Table
-from reports.section import Missing, Section, mapping, sequence
+from reports.reading import Json, Result, ResultTable
+from reports.section import AbsentResult, Section, mapping, sequence
 
 # Key of ``where`` -> heading, and what is said of each of its bins.
 SHARES = {
@@ -34,11 +34,11 @@ ENDING = " missing torque"
 DEFLECTION = "deflection from the free angle"  # the words for the column
 
 
-def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Missing:
+def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | AbsentResult:
     """Shares as bars, missing torque a joint, error over time a joint; ``deflection``: from where it counts."""
     where = mapping(result.content, "where")
     if not where:
-        return Missing(f"{result.name} does not say where the gap lies")
+        return AbsentResult(f"{result.name} does not say where the gap lies")
     tables = _tables(result)
     joints = _joints(tables)
     return {
@@ -54,7 +54,7 @@ def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Mi
     }
 
 
-def _tables(result: Result, scored: bool = False) -> list[Table]:
+def _tables(result: Result, scored: bool = False) -> list[ResultTable]:
     """The ``where`` tables of all trials, or of the scored ones."""
     found = []
     for trial in sequence(result.content, "trials"):
@@ -64,7 +64,7 @@ def _tables(result: Result, scored: bool = False) -> list[Table]:
     return found
 
 
-def _joints(tables: list[Table]) -> list[str]:
+def _joints(tables: list[ResultTable]) -> list[str]:
     names = [name.removesuffix(ENDING) for table in tables for name in table.columns if name.endswith(ENDING)]
     return list(dict.fromkeys(names))
 
@@ -81,10 +81,10 @@ def _share(key: str, shares: Json) -> Markup | None:
     labels = [words.format(name) if len(name) < 8 else name for name in values]
     bars = [Bar(value, f"{100 * value:.0f} %", strong=value == most) for value in values.values()]
     title = f"Share of the gap {heading}"
-    return bar_figure(title, labels, [Column(f"share {heading}", bars, 1.0, words=40.0)], PANEL, LABEL)
+    return bar_figure(title, labels, [BarColumn(f"share {heading}", bars, 1.0, words=40.0)], PANEL, LABEL)
 
 
-def _torque(result: Result, joint: str, tables: list[Table], deflection: str) -> Markup | None:
+def _torque(result: Result, joint: str, tables: list[ResultTable], deflection: str) -> Markup | None:
     """Missing torque against speed and against deflection, over all trials, and the named effect's own law."""
     clouds = []
     for column, words in (("speed", "speed"), ("deflection", deflection)):
@@ -133,7 +133,7 @@ def _errors(result: Result, joints: list[str]) -> Markup | None:
     return trial_figure("Error over time", panels, Limits(None, limits)) if panels else None
 
 
-def error_over_time(tables: list[Table], column: str) -> tuple[list[float], list[float]]:
+def error_over_time(tables: list[ResultTable], column: str) -> tuple[list[float], list[float]]:
     """Bins of time (s, their middles) and the RMS of a column of all tables in each; nan where none is known."""
     known = [
         (time, value)

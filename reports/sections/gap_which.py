@@ -7,10 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.quantities import share_text, whole_percent
 from reports.reading import Json, Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 VERDICTS = {
     "effect": "the trials say what is missing",
@@ -23,12 +23,12 @@ MOST_BARS = 10  # candidates drawn
 LEAST = 0.005  # a candidate less probable than this is counted among the others
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Verdict, accepted causes, the candidates' figure and table."""
     document = result.content
     ranked = [entry for entry in sequence(document, "ranked") if isinstance(entry, Mapping)]
     if not ranked and "verdict" not in document:
-        return Missing(f"{result.name} ranks no candidate")
+        return AbsentResult(f"{result.name} ranks no candidate")
     verdict = str(document.get("verdict"))
     effects = mapping(document, "effects")
     return {
@@ -80,7 +80,7 @@ def _figure(ranked: list[Mapping[str, Any]], none: object, unknown: object) -> M
         Bar(chance, share_text(chance), strong=chance == most and index < last, apart=index >= last)
         for index, chance in enumerate(chances)
     ]
-    columns = [Column("probability", bars, 1.0), Column("it alone shrinks the gap by", shrinks, 1.0, words=76.0)]
+    columns = [BarColumn("probability", bars, 1.0), BarColumn("it alone shrinks the gap by", shrinks, 1.0, words=76.0)]
     return bar_figure("Candidates with their probability", labels, columns, WIDTH, LABEL)
 
 

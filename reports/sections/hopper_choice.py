@@ -8,16 +8,16 @@ from typing import Any
 from reports.figures.hopper_map import Map, map_figure
 from reports.quantities import percent
 from reports.reading import Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 MOST = 12  # designs of the front in the table
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Best design, neighbours with what they cost, tolerances, the front."""
     best = mapping(result.content, "best")
     if not best:
-        return Missing("no design leaves the ground")
+        return AbsentResult("no design leaves the ground")
     reference = value_of(best.get("clearance"))
     neighbours = [
         {**item, "off": percent(value_of(item.get("clearance")), reference)}
@@ -39,12 +39,12 @@ def content(result: Result) -> dict[str, Any] | Missing:
     }
 
 
-def map_content(result: Result) -> dict[str, Any] | Missing:
+def map_content(result: Result) -> dict[str, Any] | AbsentResult:
     """Clearance over ratio and length."""
     found = mapping(result.content, "map")
     ratios, lengths, heights = (found.get(name) or [] for name in ("gear_ratio", "leg_length_m", "clearance_m"))
     if len(lengths) < 2 or not ratios:
-        return Missing("there are fewer than two lengths")
+        return AbsentResult("there are fewer than two lengths")
     best = mapping(result.content, "best")
 
     def design(item: Mapping[str, Any]) -> tuple[float, float]:

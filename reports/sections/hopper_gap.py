@@ -8,19 +8,19 @@ from reports.figures.hopper_across import STAGES, Trend, across_figure
 from reports.figures.legend import legend
 from reports.quantities import in_si
 from reports.reading import Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 from reports.sections import gap_where
 
 # Key in ``across`` -> axis, size of a drawn unit in SI, key of a design's value.
 AXES = {"length": ("upper link [mm]", 1e-3, "leg_length"), "gear_ratio": ("gear ratio", 1.0, "gear_ratio")}
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Rises trial by trial, and the error's trends."""
     found = mapping(result.content, "across")
     designs = [item for item in sequence(found, "designs") if isinstance(item, dict)]
     if not designs:
-        return Missing("no scored jump has a measured rise: a force plate tells it")
+        return AbsentResult("no scored jump has a measured rise: a force plate tells it")
     figures = []
     for by, (axis, unit, key) in AXES.items():
         slopes = mapping(found, "slope", by)

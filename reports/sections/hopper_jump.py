@@ -7,19 +7,19 @@ from typing import Any
 
 from reports.figures.hopper_jump import Geometry, Pose, strip_figure
 from reports.reading import Result, value_of
-from reports.section import Missing, Section, mapping
+from reports.section import AbsentResult, Section, mapping
 from reports.sections.live_jump import jump_curves
 
 FILE = "jump.csv"
 POSES = 9  # of the leg drawn over the jump
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A strip of poses and a curve a quantity."""
     table = result.table(FILE)
     best = mapping(result.content, "best")
     if table is None or not best:
-        return Missing(f"there is no {FILE}")
+        return AbsentResult(f"there is no {FILE}")
     times = table.columns["time"]
     takeoff = value_of(best.get("takeoff_time"))
     leg = mapping(best, "leg")

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.hopper_models import Bar, models_figure
+from reports.figures.hopper_models import ModelBar, models_figure
 from reports.reading import Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A figure and a table of the ladder."""
     models = {name: item for name, item in mapping(result.content, "models").items() if isinstance(item, Mapping)}
     if not models:
-        return Missing("no design leaves the ground")
+        return AbsentResult("no design leaves the ground")
     interval = mapping(result.content, "best", "clearance").get("interval90") or [None, None]
     used = mapping(result.content, "settings").get("model")
     bars = [
-        Bar(name, value_of(item.get("clearance")) or 0.0, *(interval if name == used else (None, None)))
+        ModelBar(name, value_of(item.get("clearance")) or 0.0, *(interval if name == used else (None, None)))
         for name, item in models.items()
     ]
     return {

@@ -6,14 +6,14 @@ from typing import Any
 
 from reports.figures.hopper_layers import layers_figure
 from reports.reading import Result
-from reports.section import Missing, Section, mapping
+from reports.section import AbsentResult, Section, mapping
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Layers, hinges and drawings."""
     parts = mapping(result.content, "parts")
     if not parts:
-        return Missing("parts were not asked for, or no design leaves the ground")
+        return AbsentResult("parts were not asked for, or no design leaves the ground")
     layers = parts.get("layers") or []
     return {"parts": parts, "drawing": layers_figure(layers) if layers else None}
 

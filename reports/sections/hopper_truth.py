@@ -6,23 +6,23 @@ from collections.abc import Mapping
 from typing import Any
 
 from reports.figures.hopper_map import Map, map_figure
-from reports.figures.hopper_models import Bar, models_figure
+from reports.figures.hopper_models import ModelBar, models_figure
 from reports.reading import Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 MEASURES = {"clearance": "ground clearance", "total_height": "rise of the centre of mass"}
 # M, clearance: Knaup & Aukes, simulation D and experiment.
 PUBLISHED = (("22 cm predicted", 0.22), ("18.3 cm measured", 0.183))
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """One row a finding, one column a pose and measure."""
     rows: dict[str, dict[str, Any]] = {}
     for item in sequence(result.content, "claims"):
         if isinstance(item, Mapping):
             rows.setdefault(str(item["claim"]), {})[f"{item['pose']}, {item['measure']}"] = item
     if not rows:
-        return Missing("truth.json holds no findings")
+        return AbsentResult("truth.json holds no findings")
     keys = list(next(iter(rows.values())))
     heads = []
     for key in keys:
@@ -37,7 +37,7 @@ def content(result: Result) -> dict[str, Any] | Missing:
     return {"rows": rows, "keys": keys, "heads": heads, "counts": counts, "total": len(rows), "over": over}
 
 
-def heights(result: Result) -> dict[str, Any] | Missing:
+def heights(result: Result) -> dict[str, Any] | AbsentResult:
     """The built leg by every model in both poses."""
     shown = []
     for name, pose in mapping(result.content, "poses").items():
@@ -46,15 +46,15 @@ def heights(result: Result) -> dict[str, Any] | Missing:
             for model, found in mapping(pose, "models").items():
                 height = mapping(found, "at_the_built", measure)
                 low, high = height.get("interval90") or (None, None)
-                bars.append(Bar(model, value_of(height) or 0.0, low, high))
+                bars.append(ModelBar(model, value_of(height) or 0.0, low, high))
                 if model == "B" and (own := mapping(pose, "C", "own_contact", measure)):
-                    bars.append(Bar("C, own contact", value_of(own) or 0.0))
+                    bars.append(ModelBar("C, own contact", value_of(own) or 0.0))
             title = f"{name} pose: {words} of 12 cm and 210:1"
             shown.append({"title": title, "svg": models_figure(title, bars, PUBLISHED)})
-    return {"figures": shown, "poses": mapping(result.content, "poses")} if shown else Missing("no pose")
+    return {"figures": shown, "poses": mapping(result.content, "poses")} if shown else AbsentResult("no pose")
 
 
-def maps(result: Result) -> dict[str, Any] | Missing:
+def maps(result: Result) -> dict[str, Any] | AbsentResult:
     """Models D and full over ratio and length, their best ringed, the built leg as a diamond."""
     shown = []
     for name, pose in mapping(result.content, "poses").items():
@@ -67,13 +67,13 @@ def maps(result: Result) -> dict[str, Any] | Missing:
             picked = (float(best["gear_ratio"]), value_of(best["leg_length"]) or 0.0)
             title = f"{name} pose, model {model}: clearance"
             shown.append({"title": title, "svg": map_figure(title, data, (), picked, (210.59, 0.12))})
-    return {"figures": shown} if shown else Missing("no map")
+    return {"figures": shown} if shown else AbsentResult("no map")
 
 
-def sensitivities(result: Result) -> dict[str, Any] | Missing:
+def sensitivities(result: Result) -> dict[str, Any] | AbsentResult:
     """Heights of the built leg with one unpublished number changed at a time."""
     found = mapping(result.content, "sensitivities")
-    return {"poses": found} if found else Missing("none were computed")
+    return {"poses": found} if found else AbsentResult("none were computed")
 
 
 SECTION = Section("hopper-truth", "What comes out and what does not", content)

@@ -14,7 +14,7 @@ from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import brief, number, unit_text
 from reports.reading import Json, Result, value_of
 from reports.responses import MOST_TRIALS, Response, extremes, file_of, read_response
-from reports.section import Missing, Section, fit_key, fit_of, mapping, sequence
+from reports.section import AbsentResult, Section, fit_key, fit_of, mapping, sequence
 from reports.stick_figure import following
 
 FOLDER = "responses/source"
@@ -23,13 +23,13 @@ LEGEND = legend([(RECORDED, "measured"), (FITTED, "fitted")])
 _CHARACTERISTICS = ("rise_time", "damping_ratio", "damped_frequency", "overshoot", "settling_time", "initial_rate")
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Figures of the trials to show and the table of all."""
     fit = fit_of(result)
     trials = [trial for trial in sequence(fit, "trials") if isinstance(trial, dict)]
     files = result.files(FOLDER)
     if not trials and not files:
-        return Missing(f"{result.name} names no trial and there is no file in {FOLDER}")
+        return AbsentResult(f"{result.name} names no trial and there is no file in {FOLDER}")
     if not trials:
         trials = [{"file": file} for file in files]
     names = [str(trial.get("file")) for trial in trials]

@@ -7,18 +7,18 @@ from typing import Any
 
 from reports.quantities import percent
 from reports.reading import Json, Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 SHOWN = 8  # alternatives of each part
 OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Spring, damper, alternatives and what was left out, by joint."""
     joints = mapping(result.content, "joints")
     rows = [_joint(name, joint) for name, joint in joints.items() if isinstance(joint, Mapping)]
     if not any(row["spring"] or row["damper"] for row in rows):
-        return Missing("design.json names no part")
+        return AbsentResult("design.json names no part")
     return {"joints": rows, "most": SHOWN, "forecast": bool(mapping(result.content, "response", "forecast"))}
 
 

@@ -7,16 +7,16 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from reports.reading import Result, png_uri
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 WHOLE = ("assembly", "leg")  # names of pictures of the whole leg
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """PNG pictures as data URIs; that of the whole leg stands in the opening."""
     named = [item for item in sequence(result.content, "pictures") if isinstance(item, Mapping)]
     if not named:
-        return Missing("design.json names no picture")
+        return AbsentResult("design.json names no picture")
     named = [item for item in named if PurePosixPath(str(item.get("path"))).stem not in WHOLE]
     shown, absent = [], []
     for item in named:

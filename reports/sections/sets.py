@@ -7,21 +7,21 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, Column, bar_figure
+from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.quantities import brief, interval_of, share_text, text
 from reports.reading import Json, Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 
 SHOWN = 6  # causes
 WIDTH, LABEL = 760.0, 80.0  # px
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Sets with their expected error, its interval and chance; what causes the spread; how they were found."""
     response = mapping(result.content, "response")
     forecast = mapping(response, "forecast")
     if not forecast:
-        return Missing("design.json has no forecast of the response under tolerances")
+        return AbsentResult("design.json has no forecast of the response under tolerances")
     joints = list(mapping(result.content, "joints"))
     others = [
         dict(item) for item in sequence(response, "alternatives") if isinstance(item, Mapping) and "expected" in item
@@ -91,7 +91,7 @@ def _figure(sets: list[Json]) -> Markup | None:
         bars.append(Bar(value, f"{brief(expected)}, {chance}", low, high, strong=index == 0))
         labels.append("chosen" if index == 0 else f"set {index + 1}")
     heading = "expected response error with its 90 % interval, and the chance to stay within the wish"
-    return bar_figure("Sets of parts under tolerance", labels, [Column(heading, bars, most, 130.0)], WIDTH, LABEL)
+    return bar_figure("Sets of parts under tolerance", labels, [BarColumn(heading, bars, most, 130.0)], WIDTH, LABEL)
 
 
 SECTION = Section("sets", "Sets of parts, as they may come", content)

@@ -8,10 +8,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.spring_drawing import Spring, spring_drawing
+from reports.figures.spring_drawing import DrawnSpring, spring_drawing
 from reports.quantities import in_si, text
 from reports.reading import Json, Result, value_of
-from reports.section import Missing, Section, mapping, sequence
+from reports.section import AbsentResult, Section, mapping, sequence
 from reports.sections.winding import winding_of
 
 # Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
@@ -49,14 +49,14 @@ _KINDS = {"more_room": "more room", "parallel": "several in parallel", "smaller_
 _KINDS |= {"other_material": "another wire"}
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """A sheet for each joint whose spring is to be made."""
     sheets = []
     for name, joint in mapping(result.content, "joints").items():
         spring = mapping(joint, "spring")
         if "make" in spring or "binding" in spring or "nearest" in spring:
             sheets.append(_sheet(name, spring, mapping(joint, "wanted")))
-    return {"sheets": sheets} if sheets else Missing("no joint's spring is to be made: all are bought")
+    return {"sheets": sheets} if sheets else AbsentResult("no joint's spring is to be made: all are bought")
 
 
 def _sheet(name: str, spring: Json, wanted: Json) -> Json:
@@ -133,7 +133,7 @@ def drawing_of(title: str, make: Json) -> Markup | None:
     coils = value_of(make.get("body_coils"))
     legs = _legs(sequence(make, "leg_lengths"))
     arbor = in_si(make.get("arbor_diameter"))
-    spring = Spring(
+    spring = DrawnSpring(
         wire * 1e3,
         mean * 1e3,
         coils if coils is not None else max(1.0, body / wire - 1.0),

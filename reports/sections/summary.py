@@ -6,14 +6,14 @@ from typing import Any
 
 from reports.quantities import percent
 from reports.reading import Result, value_of
-from reports.section import Missing, Section, mapping
+from reports.section import AbsentResult, Section, mapping
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Wanted and chosen by joint."""
     joints = mapping(result.content, "joints")
     if not joints:
-        return Missing("design.json names no joint")
+        return AbsentResult("design.json names no joint")
     response = mapping(result.content, "response", "wanted_to_built")
     rows = []
     for name, joint in joints.items():

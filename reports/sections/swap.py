@@ -9,26 +9,26 @@ from reports.figures.legend import legend
 from reports.figures.palette import BUILT, GREEN, WANTED, Line
 from reports.figures.trials import Curve, Limits, Panel, trial_figure
 from reports.reading import Json, Result
-from reports.section import Missing, Section, sequence
+from reports.section import AbsentResult, Section, sequence
 from reports.sections.live_leg import live_data
 
 TRIED = Line(GREEN, 2.0, "2 3")
 ROOM = 0.15  # of a joint's range of wanted angles, above and below, for what a worse part does
 
 
-def content(result: Result) -> dict[str, Any] | Missing:
+def content(result: Result) -> dict[str, Any] | AbsentResult:
     """Panels of the first release: wanted now, chosen and tried once the script has reckoned them."""
     page = live_data(result)
     if page is None:
-        return Missing("page.json is not in the folder")
+        return AbsentResult("page.json is not in the folder")
     replay = page.get("replay") or {}
     unsupported = [str(name).replace("_", " ") for name in sequence(replay, "unsupported")]
     if unsupported:
-        return Missing(f"the page's own integrator does not know {', '.join(unsupported)}")
+        return AbsentResult(f"the page's own integrator does not know {', '.join(unsupported)}")
     releases = [release for release in sequence(replay, "releases") if isinstance(release, dict)]
     joints = [str(joint.get("name")) for joint in sequence(page, "leg", "joints")]
     if not releases or not joints:
-        return Missing("page.json holds no release")
+        return AbsentResult("page.json holds no release")
     limits = _limits(joints, releases)
     panels = [_panel(name, releases[0], j) for j, name in enumerate(joints)]
     entries = [(WANTED, "wanted"), (BUILT, "chosen"), (TRIED, "tried")]

@@ -27,7 +27,7 @@ IDENTITY = "identity.json"
 
 
 @dataclass(frozen=True)
-class Found:
+class FolderProjects:
     """A project: its ``name`` in the results, and its file; ``problems`` where even its kind cannot be read."""
 
     name: str
@@ -35,7 +35,7 @@ class Found:
     problems: tuple[Problem, ...] = ()
 
 
-def find_projects(folder: Path) -> list[Found]:
+def find_projects(folder: Path) -> list[FolderProjects]:
     """Every project of kind ``fit`` in the folder's tree, by name; ``case/fit.yaml`` is called ``case``.
 
     A YAML file that cannot be read counts as a project: it may be meant as one. So does a folder that cannot be
@@ -76,14 +76,14 @@ def find_projects(folder: Path) -> list[Found]:
 
 @dataclass(frozen=True)
 class _File:
-    """A project's file by its name ``below`` the folder that is fitted; ``problems`` as of ``Found``."""
+    """A project's file by its name ``below`` the folder that is fitted; ``problems`` as of ``FolderProjects``."""
 
     below: str
     path: Path
     problems: tuple[Problem, ...] = ()
 
 
-def _named(files: Sequence[_File]) -> list[Found]:
+def _named(files: Sequence[_File]) -> list[FolderProjects]:
     """Every project under a name of its own, as short as may be: ``case``, ``case/fit`` or ``case/fit.yaml``.
 
     The results of a project lie in a folder of its name. So no two names may be equal, and none may lie inside
@@ -95,7 +95,9 @@ def _named(files: Sequence[_File]) -> list[Found]:
     while clashing := _clashes([form[k] for form, k in zip(forms, used, strict=True)]):
         for index in clashing:
             used[index] = min(used[index] + 1, len(forms[index]) - 1)
-    named = [Found(form[k], file.path, file.problems) for file, form, k in zip(files, forms, used, strict=True)]
+    named = [
+        FolderProjects(form[k], file.path, file.problems) for file, form, k in zip(files, forms, used, strict=True)
+    ]
     return sorted(named, key=lambda item: item.name)
 
 

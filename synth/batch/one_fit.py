@@ -13,7 +13,7 @@ from synth.files.output import write_json
 from synth.files.page_outline import outline_json
 from synth.files.projects import FitProject
 from synth.files.tolerance import links_json
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.hand import later
 from synth.fit.methods import fit_by, require_method
@@ -62,7 +62,7 @@ def fit_project(given: Ready) -> FitResult:
     UserError : no motion of this leg comes near the trials.
     """
     project = given.project
-    options = FitOptions(
+    options = LegFitOptions(
         project.free_angle,
         project.fit.weight,
         {j.name: j.damper.curve for j in project.leg.joints if j.damper and j.damper.curve},

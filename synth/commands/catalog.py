@@ -22,7 +22,7 @@ from synth.errors import UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.parts.catalogs import Catalogue
-    from synth.parts.rows import DamperRow, MaterialRow, Row, TorsionSpringRow
+    from synth.parts.rows import CatalogueRow, DamperRow, MaterialRow, TorsionSpringRow
 
 LONG = ("as_published", "source", "note")  # columns that only ``show`` has
 
@@ -191,7 +191,7 @@ def _part_text(catalogue: Catalogue, part: str) -> str:
     from synth.commands.part_text import row_text, stock_text
 
     wanted = part.strip().casefold()
-    sold: list[Row] = [*catalogue.springs, *catalogue.dampers, *catalogue.motors]
+    sold: list[CatalogueRow] = [*catalogue.springs, *catalogue.dampers, *catalogue.motors]
     found = [row for row in sold if getattr(row, "part", "").casefold() == wanted]
     if found:
         return "\n\n".join(row_text(row, catalogue) for row in found)

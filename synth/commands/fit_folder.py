@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from synth.batch.cluster import connected
-from synth.batch.folder import Found, Kept, find_projects, identity_of
+from synth.batch.folder import FolderProjects, Kept, find_projects, identity_of
 from synth.batch.folder_summary import Failed, fits_json, messages, table
 from synth.batch.local import run_here
 from synth.batch.one_fit import fit_files, ready
@@ -62,7 +62,7 @@ def _require_outside(folder: Path, out: Path) -> None:
         raise UserError(Problem("is the folder of the projects; name another", str(out), key="--out"))
 
 
-def _dry_run(found: list[Found], progress: Progress) -> int:
+def _dry_run(found: list[FolderProjects], progress: Progress) -> int:
     resolve = resolver(Catalogue.load())
     problems: list[Problem] = []
     trials = 0
@@ -79,7 +79,7 @@ def _dry_run(found: list[Found], progress: Progress) -> int:
     return 0
 
 
-def _runner(arguments: argparse.Namespace, stack: ExitStack, progress: Progress, found: list[Found]) -> Runner:
+def _runner(arguments: argparse.Namespace, stack: ExitStack, progress: Progress, found: list[FolderProjects]) -> Runner:
     """The cores of this machine, or the cluster."""
     if arguments.scheduler is not None:
         if arguments.workers is not None:
@@ -94,7 +94,7 @@ def _runner(arguments: argparse.Namespace, stack: ExitStack, progress: Progress,
     return lambda function, calls: run_here(function, calls, workers)
 
 
-def _fit_all(found: list[Found], kept: Kept, runner: Runner, progress: Progress) -> list[Failed]:
+def _fit_all(found: list[FolderProjects], kept: Kept, runner: Runner, progress: Progress) -> list[Failed]:
     resolve = resolver(Catalogue.load())
     failed: list[Failed] = []
     identities: dict[str, dict[str, str]] = {}

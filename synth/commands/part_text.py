@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from synth.commands.progress import printable
 from synth.parts.catalogs import Catalogue
 from synth.parts.row_check import geometric_rates
-from synth.parts.rows import DamperRow, Row, TorsionSpringRow
+from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
 from synth.units import factor
 
 Line = tuple[str, str]
 
 
-def row_text(row: Row, catalogue: Catalogue) -> str:
+def row_text(row: CatalogueRow, catalogue: Catalogue) -> str:
     """The row as lines ``name  value``: published values, then derived ones, then status and sources."""
     last = ("status", "as_published", "note", "source")
     published = [line for line in _published(row) if line[0] not in last]
@@ -32,7 +32,7 @@ def stock_text(material: str, catalogue: Catalogue) -> str:
     return f"{material}: {len(sizes)} stock sizes whose strength is known{between}"
 
 
-def _published(row: Row) -> Iterator[Line]:
+def _published(row: CatalogueRow) -> Iterator[Line]:
     for item in type(row).columns():
         value = getattr(row, item.name)
         unit, shown = item.metadata["unit"], item.metadata.get("shown", "")
@@ -45,7 +45,7 @@ def _published(row: Row) -> Iterator[Line]:
             yield item.name, f"{value / scale:.6g}" + ("" if shown == "1" else f" {shown}")
 
 
-def _derived(row: Row, catalogue: Catalogue) -> Iterator[Line]:
+def _derived(row: CatalogueRow, catalogue: Catalogue) -> Iterator[Line]:
     if isinstance(row, TorsionSpringRow):
         yield from _of_spring(row, catalogue)
     elif isinstance(row, DamperRow):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from synth.commands.table_text import table_text
 from synth.parts.row_check import DISAGREEMENT
-from synth.spring.calibration import Calibration
+from synth.spring.calibration import WindingCalibration
 from synth.spring.codes import CodeCheck
 from synth.spring.design import SpringResult
 from synth.spring.spring_result import DESIGN_LIFE, GRADE, SpringDesign
@@ -83,7 +83,7 @@ def _code_line(check: CodeCheck) -> str:
     )
 
 
-def calibration_text(found: Calibration, material: str) -> str:
+def calibration_text(found: WindingCalibration, material: str) -> str:
     """What wound samples say, in words."""
     spread = "" if found.spread is None else f", plus or minus {found.spread:.1%} from sample to sample"
     back, rate = f"{found.spring_back:.3f}", f"{found.rate:.3f}"

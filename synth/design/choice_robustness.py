@@ -22,7 +22,7 @@ HANGS = 0.5  # of the draws that the chosen set must be the best in, or the choi
 
 
 @dataclass(frozen=True)
-class Told:
+class ChoiceRobustness:
     """``errors`` (n_set, n_draw) rad: RMS over joints and releases of each set against each wanted leg."""
 
     errors: Array
@@ -57,7 +57,7 @@ class Told:
         }
 
 
-def told(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> Told | None:
+def told(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> ChoiceRobustness | None:
     """Hold sets of parts against the legs that the fit allows; None where it has no draws.
 
     A drawn leg whose motion cannot be followed is left out.
@@ -77,4 +77,4 @@ def told(wanted: WantedResponse, fit: FitResult, sets: Sequence[Leg]) -> Told | 
         square += np.nan_to_num((apart**2).sum(axis=(0, 1)), nan=np.pi**2 * apart.shape[0])
         off += ((legs - nominal[:, joints, None]) ** 2).sum(axis=(0, 1))
         count += len(nominal) * len(joints)
-    return Told(np.sqrt(square / count), np.sqrt(off / count))
+    return ChoiceRobustness(np.sqrt(square / count), np.sqrt(off / count))

@@ -12,11 +12,11 @@ from synth.design.choose_dampers import DamperChoiceMade
 from synth.design.choose_springs import SpringSource, travels
 from synth.design.part_sets import SetsMade, choose_sets
 from synth.design.response import WantedResponse
-from synth.design.stages import Motion, with_held_out
-from synth.design.target_effects import Target
+from synth.design.stages import SourceMotion, with_held_out
+from synth.design.target_effects import TargetLeg
 from synth.errors import UserError
 from synth.files.leg_project import LegProject
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.methods import fit_by
 from synth.parts.catalogs import Catalogue
@@ -37,9 +37,9 @@ class Task:
 
     project: LegProject
     catalogue: Catalogue
-    into: Target
-    motion: Motion
-    options: FitOptions
+    into: TargetLeg
+    motion: SourceMotion
+    options: LegFitOptions
     target: FitResult
     wanted: WantedResponse
 

@@ -31,7 +31,7 @@ STOP_ROOM = radians(3.5)  # past the travel, that a spring to wind bears too: th
 
 
 @dataclass(frozen=True)
-class Travel:
+class WantedTravel:
     """How far a joint's spring is turned from its free angle: the farther side, which winds it, and the other; rad.
 
     ``below``: the farther side lies at smaller measured angles, where a joint drawn as the thesis' closes the arms.
@@ -136,7 +136,7 @@ class SpringChoiceMade:
     warnings: tuple[tuple[str, ...], ...]
 
 
-def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[Travel]:
+def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[WantedTravel]:
     """Each spring's travel from its free angle: over the joint's range where the leg has one, else as the leg moves.
 
     ``motions`` : (m, n) rotations, rad. The farther side of the two winds the coil.
@@ -150,7 +150,7 @@ def travels(leg: Leg, motions: Sequence[np.ndarray[Any, Any]]) -> list[Travel]:
             turned = joint.sign * (np.concatenate([motion[:, j] for motion in motions]) - joint.rest)
             ends = [float(turned.min()), float(turned.max())]
         below, above = abs(min(0.0, *ends)), abs(max(0.0, *ends))
-        found.append(Travel(max(below, above), min(below, above), below >= above))
+        found.append(WantedTravel(max(below, above), min(below, above), below >= above))
     return found
 
 
@@ -160,17 +160,17 @@ class SpringSource:
 
     joint: str
     choice: SpringChoice
-    travel: Travel
+    travel: WantedTravel
     catalogue: Catalogue
     cad: CadOptions
     parts: PartsOptions = ANY
 
     @property
-    def turned(self) -> Travel:
+    def turned(self) -> WantedTravel:
         """The travel that was asked for, else the joint's."""
         if self.choice.travel is None:
             return self.travel
-        return Travel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
+        return WantedTravel(self.choice.travel, min(self.travel.opening, self.choice.travel), self.travel.below)
 
 
 def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption], Mapping[str, int], list[str]]:
@@ -228,7 +228,9 @@ def other_springs(source: SpringSource, rate: float, taken: Sequence[SpringOptio
     return others
 
 
-def _bought(row: TorsionSpringRow, travel: Travel, source: SpringSource, count: int, asked: float) -> SpringOption:
+def _bought(
+    row: TorsionSpringRow, travel: WantedTravel, source: SpringSource, count: int, asked: float
+) -> SpringOption:
     """A bought spring with the rate that it has with its arms: vendors state that of the body alone."""
     assert row.rate is not None
     assert row.included_angle is not None
@@ -296,7 +298,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
     return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), said
 
 
-def sense_warning(joint: str, travel: Travel) -> list[str]:
+def sense_warning(joint: str, travel: WantedTravel) -> list[str]:
     """Work that would open the coil of a spring seated as the thesis' are, so that another seat is drawn."""
     if not travel.turned_round:
         return []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
-from synth.design.choice_robustness import Told, told
+from synth.design.choice_robustness import ChoiceRobustness, told
 from synth.design.choice_rounds import Stage, Task, choose_in_rounds
 from synth.design.choose_dampers import (
     DamperChoiceMade,
@@ -23,8 +23,8 @@ from synth.design.choose_dampers import (
 from synth.design.choose_springs import SpringChoiceMade, spring_warnings, travels
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
-from synth.design.stages import Motion, damper_laws, fit_options, read_motion, releases, with_held_out
-from synth.design.target_effects import Target, TargetEffect, notes, target_of, with_effects
+from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
+from synth.design.target_effects import TargetEffect, TargetLeg, notes, target_of, with_effects
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
 from synth.fit.fit_result import FitResult, TrialFit
@@ -67,7 +67,7 @@ class LegDesign:
     errors: Array  # (n,) rad, RMS of each joint, built against wanted
     warnings: tuple[tuple[str | None, str], ...]  # joint or None, text
     sets: SetsMade
-    told: Told | None  # what the target's fit leaves open does to the choice
+    told: ChoiceRobustness | None  # what the target's fit leaves open does to the choice
     target_effects: tuple[TargetEffect, ...] = ()
     drawn: Solids | None = None  # the joints as they are drawn; None: nothing is drawn
 
@@ -146,7 +146,7 @@ def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = 
     )
 
 
-def _real(leg: Leg, target: Target) -> Leg:
+def _real(leg: Leg, target: TargetLeg) -> Leg:
     """A fitted leg with the effects that the real target's joints have."""
     return with_effects(leg, {joint.name: joint.effects for joint in target.real.joints})
 
@@ -163,7 +163,7 @@ def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Le
 
 def _warnings(
     project: LegProject,
-    motion: Motion,
+    motion: SourceMotion,
     target: FitResult,
     refit: FitResult,
     wanted: WantedResponse,

@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.files.output import stems
 from synth.spring.stress import bending_stress
 from synth.swing.damper_curves import clamps, thin
@@ -88,7 +88,7 @@ def replay_json(leg: Leg, wanted: WantedResponse, names: Sequence[str]) -> dict[
     return {"unsupported": [*effects, *leg.effects], "releases": found, "of": len(wanted.releases)}
 
 
-def _release(leg: Leg, release: Release, motion: Array, name: str) -> dict[str, Any]:
+def _release(leg: Leg, release: WantedRelease, motion: Array, name: str) -> dict[str, Any]:
     coefficient = coefficients(leg, release.conditions.tip_mass)
     every = max(1, math.ceil(len(release.time) / MOST_SAMPLES))
     measured = np.degrees(leg.to_measured(motion))[::every]

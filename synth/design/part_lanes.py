@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.lane_layout import CURVE_POINTS, LANES
 from synth.swing.leg_model import Damper, Leg
@@ -155,7 +155,7 @@ class PartLanes:
             count[free] += len(release.time)
         return count
 
-    def _motion(self, release: Release, columns: Sequence[Array]) -> Array:
+    def _motion(self, release: WantedRelease, columns: Sequence[Array]) -> Array:
         """(n_time, n, n_lane) rad."""
         chain = self.wanted.chain
         layout = chain.layout

@@ -55,7 +55,7 @@ class Mistake:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundSets:
     """The best sets, best first.
 
     ``index`` (m, n) option numbers, ``error`` (m,) rad. ``n_set`` sets there were, ``n_simulated`` were simulated.
@@ -78,7 +78,7 @@ class Found:
 
 def best_sets(
     lanes: PartLanes, start: Sequence[int], keep: int = 16, *, exhaustive: int = EXHAUSTIVE, seed: int = 0
-) -> Found:
+) -> FoundSets:
     """The ``keep`` sets whose leg moves most nearly as wanted.
 
     Parameters
@@ -92,7 +92,7 @@ def best_sets(
         index = _all(lanes.counts)
         error = lanes.errors(index)
         order = np.argsort(error, kind="stable")[:keep]
-        return Found(index[order], error[order], len(index), len(index), None, True)
+        return FoundSets(index[order], error[order], len(index), len(index), None, True)
     return _Screening(lanes, keep, np.random.default_rng(seed)).run(np.array(start, dtype=np.int64))
 
 
@@ -109,7 +109,7 @@ class _Screening:
         self.known: dict[int, float] = {}
         self.every = max(1, sum(m.size for m in lanes.motions) // SAMPLES)
 
-    def run(self, base: Index) -> Found:
+    def run(self, base: Index) -> FoundSets:
         for _ in range(MOST_BASES):
             screen = _Screen(self.lanes, base, self.every)
             numbers, guess = screen.best(SCREENED)
@@ -135,7 +135,7 @@ class _Screening:
         found = sorted(self.known.items(), key=lambda item: (item[1], item[0]))[: self.keep]
         index = np.stack([self.index(number) for number, _ in found])
         error = np.array([value for _, value in found])
-        return Found(index, error, self.lanes.n_set, len(self.known), mistake, complete)
+        return FoundSets(index, error, self.lanes.n_set, len(self.known), mistake, complete)
 
     def index(self, numbers: int | Index) -> Index:
         return np.stack(np.unravel_index(numbers, self.lanes.counts), axis=-1).astype(np.int64)

@@ -21,7 +21,7 @@ from synth.design.choose_springs import SpringChoiceMade, SpringOption, SpringSo
 from synth.design.forecast import Forecast, damper_tolerance, spring_tolerance
 from synth.design.judged_sets import SAMPLES_CHOSEN, SAMPLES_SHOWN, Judge, Pair, Pairs, acting
 from synth.design.part_lanes import PartLanes
-from synth.design.part_search import Found, best_sets
+from synth.design.part_search import FoundSets, best_sets
 from synth.design.part_swaps import JointParts, Swaps, without_better_swap
 from synth.design.response import WantedResponse
 from synth.errors import UserError
@@ -79,7 +79,7 @@ class SetsMade:
     """
 
     sets: tuple[PartSet, ...]
-    found: Found
+    found: FoundSets
     leg: Leg
     springs: SpringChoiceMade
     dampers: DamperChoiceMade

@@ -21,7 +21,7 @@ TUNED = 0.02  # share by which a step must lower the squared error for another t
 
 
 @dataclass(frozen=True)
-class Release:
+class WantedRelease:
     """One release: times (m,) s, initial rotation (n,) rad and rate (n,) rad/s, and what was done to the leg."""
 
     name: str
@@ -36,12 +36,12 @@ class WantedResponse:
     """What the leg should do: the wanted leg's motion (m, n) rad from each release, free joints only counted."""
 
     leg: Leg
-    releases: tuple[Release, ...]
+    releases: tuple[WantedRelease, ...]
     motions: tuple[Array, ...]
     chain: Chain
 
     @classmethod
-    def of(cls, leg: Leg, releases: Sequence[Release]) -> WantedResponse:
+    def of(cls, leg: Leg, releases: Sequence[WantedRelease]) -> WantedResponse:
         """Simulate the wanted leg from each release."""
         chain = compiled_chain(len(leg.joints))
         made = cls(leg, tuple(releases), (), chain)
@@ -146,7 +146,7 @@ def _step(jacobian: Array, residual: Array) -> Array | None:
         return None
 
 
-def _as_recording(release: Release) -> Recording:
+def _as_recording(release: WantedRelease) -> Recording:
     """A release in the form that the trajectory model takes; its samples are not used."""
     from synth.motion.smoothing import Smoothed
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.design.response import Release
+from synth.design.response import WantedRelease
 from synth.errors import Problem, UserError
 from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.hand import later
 from synth.fit.methods import require_method
@@ -22,14 +22,14 @@ from synth.swing.leg_model import DamperCurve
 
 
 @dataclass(frozen=True)
-class Motion:
+class SourceMotion:
     """Recordings of the animal that are fitted, and those held out; in its own time and in the robot's."""
 
     fitted: tuple[Recording, ...]
     held_out: tuple[Recording, ...]
     factor: float
 
-    def cut(self, start: float) -> Motion:
+    def cut(self, start: float) -> SourceMotion:
         """From ``start`` s after each recording's first sample on, in the animal's time."""
         if start == 0.0:
             return self
@@ -47,7 +47,7 @@ class Motion:
         return [recording.stretched(self.factor) for recording in self.held_out]
 
 
-def read_motion(project: LegProject) -> Motion:
+def read_motion(project: LegProject) -> SourceMotion:
     """The project's trials as recordings.
 
     Raises
@@ -66,14 +66,14 @@ def read_motion(project: LegProject) -> Motion:
     ]
     if driven:
         raise UserError(driven)
-    return Motion(
+    return SourceMotion(
         tuple(recordings(project.source, fitted)),
         tuple(recordings(project.source, held_out, ())),
         project.time_scale,
     )
 
 
-def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = None) -> FitOptions:
+def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = None) -> LegFitOptions:
     """The project's fit options.
 
     Raises
@@ -82,7 +82,7 @@ def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = 
     """
     require_method(project.fit, str(project.path))
     intervals = project.fit.intervals
-    return FitOptions(
+    return LegFitOptions(
         project.free_angle,
         project.fit.weight,
         curves or {},
@@ -118,7 +118,7 @@ def damper_laws(project: LegProject) -> dict[str, DamperLaw]:
     return laws
 
 
-def releases(motion: Sequence[Recording], result: FitResult) -> list[Release]:
+def releases(motion: Sequence[Recording], result: FitResult) -> list[WantedRelease]:
     """Each fitted trial's initial state, as the fit found it, as a release of the wanted leg.
 
     A trial's own shift of the free angle is taken off the initial pose too: the robot's springs do not drift, and what
@@ -129,5 +129,7 @@ def releases(motion: Sequence[Recording], result: FitResult) -> list[Release]:
     common = np.array([result.joints[name].free_angle.value for name in names])
     for recording, trial in zip(motion, result.trials, strict=False):
         shift = result.leg.sign * (trial.free_angle - common)
-        found.append(Release(recording.name, recording.time, trial.rotation - shift, trial.rate, recording.conditions))
+        found.append(
+            WantedRelease(recording.name, recording.time, trial.rotation - shift, trial.rate, recording.conditions)
+        )
     return found

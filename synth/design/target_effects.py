@@ -49,7 +49,7 @@ class TargetEffect:
 
 
 @dataclass(frozen=True)
-class Target:
+class TargetLeg:
     """The target as a design takes it: ``ideal`` without effects, ``real`` with those that stay."""
 
     ideal: Leg
@@ -57,7 +57,7 @@ class Target:
     effects: tuple[TargetEffect, ...]
 
 
-def target_of(leg: Leg) -> Target:
+def target_of(leg: Leg) -> TargetLeg:
     """Sort a target's effects; its own springs and dampers, which are replaced, are left as they are."""
     found = [_judged(name, joint.name, given) for joint in leg.joints for name, given in joint.effects.items()]
     found += [_judged(name, None, given) for name, given in leg.effects.items()]
@@ -66,7 +66,7 @@ def target_of(leg: Leg) -> Target:
         for joint in leg.joints
     }
     ideal = replace(leg, effects={}, joints=tuple(replace(joint, effects={}) for joint in leg.joints))
-    return Target(ideal, with_effects(ideal, stay), tuple(found))
+    return TargetLeg(ideal, with_effects(ideal, stay), tuple(found))
 
 
 def with_effects(leg: Leg, effects: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Leg:

@@ -35,7 +35,7 @@ _MISSING = frozenset({"nan", "+nan", "-nan"})
 
 
 @dataclass(frozen=True)
-class Column:
+class CsvColumn:
     """One column's name, unit and place in the file (0-based)."""
 
     name: str
@@ -49,14 +49,14 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class CsvTable:
     """A CSV of numbers.
 
     ``values``: (n_row, n_column) in the units of the header, nan where a cell is empty; ``data`` the file's bytes.
     """
 
     name: str  # the file as the user named it
-    columns: tuple[Column, ...]
+    columns: tuple[CsvColumn, ...]
     values: Array
     data: bytes = field(repr=False)
 
@@ -72,7 +72,7 @@ class Table:
         return next(number for count, number in enumerate(lines) if count == row)
 
 
-def in_si(table: Table, wanted: Mapping[str, str], foreign: str) -> tuple[dict[str, Array], list[Problem]]:
+def in_si(table: CsvTable, wanted: Mapping[str, str], foreign: str) -> tuple[dict[str, Array], list[Problem]]:
     """Columns (n_row,) by name in the wanted SI units, and what is wrong: other columns, units of another kind.
 
     ``foreign`` : what is said of a column that is not among the wanted ones.
@@ -91,7 +91,7 @@ def in_si(table: Table, wanted: Mapping[str, str], foreign: str) -> tuple[dict[s
     return values, problems
 
 
-def read_table(path: Path, name: str | None = None) -> Table:
+def read_table(path: Path, name: str | None = None) -> CsvTable:
     """Read a CSV whose every column is ``name [unit]``.
 
     Raises
@@ -114,7 +114,7 @@ def read_table(path: Path, name: str | None = None) -> Table:
         values = _slow(data, name, columns, width)
     if not len(values):
         raise UserError(Problem("has a header and no rows", name))
-    return Table(name, columns, np.ascontiguousarray(values[:, [column.index for column in columns]]), data)
+    return CsvTable(name, columns, np.ascontiguousarray(values[:, [column.index for column in columns]]), data)
 
 
 def _check_text(data: bytes, name: str) -> None:
@@ -132,7 +132,7 @@ def _check_text(data: bytes, name: str) -> None:
         raise UserError(Problem("is not UTF-8 text; save it as UTF-8", name, line)) from None
 
 
-def _columns(data: bytes, name: str) -> tuple[tuple[Column, ...], int]:
+def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
     """The header's columns, and their number with unnamed ones at the end (trailing commas) left out."""
     try:
         line, titles = next((number, cells) for number, cells in _rows(data, name) if any(c.strip() for c in cells))
@@ -149,10 +149,10 @@ def _columns(data: bytes, name: str) -> tuple[tuple[Column, ...], int]:
             text = f"is separated by {word}; write it with commas, and with points for decimals"
             raise UserError(Problem(text, name, line))
     problems: list[Problem] = []
-    columns: list[Column] = []
+    columns: list[CsvColumn] = []
     for index, title in enumerate(titles):
         try:
-            columns.append(Column(*header(title), index))
+            columns.append(CsvColumn(*header(title), index))
         except UserError as error:
             problems.append(Problem(error.problems[0].text, name, line, f"column {index + 1}"))
     names = [column.name for column in columns]
@@ -197,7 +197,7 @@ def _fast(data: bytes, width: int) -> Array | None:
     return np.asarray(values, dtype=np.float64) if usable else None
 
 
-def _slow(data: bytes, name: str, columns: tuple[Column, ...], width: int) -> Array:
+def _slow(data: bytes, name: str, columns: tuple[CsvColumn, ...], width: int) -> Array:
     """The same cell by cell; raises what is wrong, or reads what numpy was too strict for (quotes, blanks)."""
     problems: list[Problem] = []
     values = array("d")  # boxed floats of a file at the limit would take 0.5 GB
@@ -216,7 +216,7 @@ def _slow(data: bytes, name: str, columns: tuple[Column, ...], width: int) -> Ar
 
 
 def _row(
-    line: int, cells: list[str], name: str, columns: tuple[Column, ...], width: int
+    line: int, cells: list[str], name: str, columns: tuple[CsvColumn, ...], width: int
 ) -> tuple[list[Problem], list[float]]:
     """Mistakes and numbers of one row."""
     if cells[0].lstrip().startswith("#"):

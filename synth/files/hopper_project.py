@@ -17,7 +17,7 @@ from synth.files.paths import inside
 from synth.files.schema import Because, Default
 from synth.files.validate import Quantity, Title, gathering
 from synth.files.yaml_lines import Document
-from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, MotorOptions, Tolerances, in_reach
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, HopperTolerances, Laminate, MotorOptions, in_reach
 
 LAB = "the lab's own simulation (idealabasu/code_pynamics)"
 MOST_DESIGNS = 20_000_000  # of a sweep: at 8 000 designs a second and core, 20 minutes on two
@@ -205,7 +205,7 @@ class HopperProject:
     gearbox: Literal["warn", "stop"]
     catalogs: tuple[Path, ...]
     lengths: tuple[float, ...]
-    tolerances: Tolerances
+    tolerances: HopperTolerances
     objectives: tuple[str, ...]
     choose: str
     intervals: str
@@ -253,7 +253,7 @@ def read_hopper_project(path: str | Path) -> HopperProject:
         gearbox=motors.gearbox,
         catalogs=catalogs,
         lengths=swept,
-        tolerances=Tolerances(**vars(tolerance)),
+        tolerances=HopperTolerances(**vars(tolerance)),
         objectives=tuple(dict.fromkeys(file.objectives)),
         choose=file.choose,
         intervals=file.intervals,

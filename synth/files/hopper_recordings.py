@@ -12,7 +12,7 @@ from pydantic import Field
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.csv_table import Table, read_table
+from synth.files.csv_table import CsvTable, read_table
 from synth.files.hopper_project import HopperProject, design_named
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.paths import inside, matching
@@ -204,7 +204,7 @@ def read_recording(
     return HopperRecording(name, found)
 
 
-def _refuse_gaps(table: Table, values: Array, title: str, name: str) -> None:
+def _refuse_gaps(table: CsvTable, values: Array, title: str, name: str) -> None:
     if np.isnan(values).any():
         row = int(np.argmax(np.isnan(values)))
         raise UserError(Problem("has an empty cell; these experiments need every sample", name, table.line(row), title))

@@ -61,7 +61,7 @@ def allowed_values(name: str) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Prior:
+class RatePrior:
     """How far the leg file's own values may be trusted, one standard deviation; None: not at all.
 
     ``spring`` and ``damper`` are shares of the rate given in the leg file, ``free_angle`` is in rad.

@@ -11,7 +11,7 @@ from pydantic import Field
 from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.project_options import FitOptions, FreeAngle, Prior, Release
+from synth.files.project_options import FitOptions, FreeAngle, RatePrior, Release
 from synth.files.schema import Because, Default
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
@@ -51,7 +51,7 @@ class FitProject:
     trials: tuple[Trial, ...]
     free_angle: FreeAngle
     fit: FitOptions
-    prior: Prior | None
+    prior: RatePrior | None
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
     static: tuple[StaticPoint, ...] = ()
@@ -80,7 +80,7 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     fit = reader.section(FitOptions, "fit")
     prior = None
     if written.get("prior") is not None:
-        prior = reader.entry(Prior, ("prior",), written["prior"])
+        prior = reader.entry(RatePrior, ("prior",), written["prior"])
     leg, trials = reader.leg_and_trials()
     if leg is not None and prior is not None:
         _check_prior(reader, prior, leg)
@@ -100,7 +100,7 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     )
 
 
-def _check_prior(reader: ProjectReader, prior: Prior, leg: Leg) -> None:
+def _check_prior(reader: ProjectReader, prior: RatePrior, leg: Leg) -> None:
     """A prior around a value needs the value."""
     has_spring = any(joint.spring is not None for joint in leg.joints)
     has_damper = any(joint.damper is not None and joint.damper.rate is not None for joint in leg.joints)

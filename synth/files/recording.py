@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.errors import Problem, UserError
-from synth.files.csv_table import Column, Table, in_si, read_table
+from synth.files.csv_table import CsvColumn, CsvTable, in_si, read_table
 from synth.files.recordings_together import clock_problem
 from synth.files.validate import near
 from synth.swing.leg_model import Leg
@@ -73,7 +73,7 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     return Recorded(time, angles, velocities, torques, table.sha256)
 
 
-def _scaled(table: Table, leg: Leg) -> dict[str, Array]:
+def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
     """Columns by name, in SI; raises where one is missing, unknown, or in a unit of another dimension."""
     wanted = {"time": "s", **dict.fromkeys(leg.joint_names, "rad")}
     for suffix, unit in SUFFIXES.items():
@@ -92,7 +92,7 @@ def _scaled(table: Table, leg: Leg) -> dict[str, Array]:
     return values
 
 
-def _time_problems(table: Table, time: Array) -> list[Problem]:
+def _time_problems(table: CsvTable, time: Array) -> list[Problem]:
     if len(time) < SHORTEST:
         return [Problem(f"has {len(time)} samples; a trial needs at least {SHORTEST}", table.name)]
     missing = np.isnan(time)
@@ -111,7 +111,7 @@ def _time_problems(table: Table, time: Array) -> list[Problem]:
     return [Problem(f"time {what}: {before:g}, then {after:g}{more}", table.name, table.line(row), title)]
 
 
-def _empty_columns(table: Table, values: dict[str, Array]) -> list[Problem]:
+def _empty_columns(table: CsvTable, values: dict[str, Array]) -> list[Problem]:
     return [
         Problem("is empty from top to bottom; leave the column out or record it", table.name, 1, column.title)
         for column in table.columns
@@ -119,7 +119,7 @@ def _empty_columns(table: Table, values: dict[str, Array]) -> list[Problem]:
     ]
 
 
-def _angle_problems(table: Table, leg: Leg, angles: Array) -> list[Problem]:
+def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
     """Angles that no joint reaches, the sign of degrees labelled radians or of radians labelled degrees."""
     by_name = {column.name: column for column in table.columns}
     problems: list[Problem] = []
@@ -136,7 +136,9 @@ def _angle_problems(table: Table, leg: Leg, angles: Array) -> list[Problem]:
     return _radians_as_degrees(table, leg, angles) if in_degrees else []
 
 
-def _between_samples(table: Table, leg: Leg, time: Array, angles: Array, torques: Array) -> tuple[Array, list[Problem]]:
+def _between_samples(
+    table: CsvTable, leg: Leg, time: Array, angles: Array, torques: Array
+) -> tuple[Array, list[Problem]]:
     """Known torques (n, n_joint) N m in every row, linear between the samples of their own columns; and mistakes.
 
     A torque may be sampled more densely than the angles, or at other times: the cells of the other are then empty. A
@@ -160,11 +162,11 @@ def _between_samples(table: Table, leg: Leg, time: Array, angles: Array, torques
     return filled, problems
 
 
-def _is_degrees(column: Column) -> bool:
+def _is_degrees(column: CsvColumn) -> bool:
     return abs(factor(column.unit, "rad") / radians(1.0) - 1.0) < 1e-9
 
 
-def _too_wide(table: Table, column: Column, angle: float, row: int) -> Problem:
+def _too_wide(table: CsvTable, column: CsvColumn, angle: float, row: int) -> Problem:
     shown = f"{angle / factor(column.unit, 'rad'):g} {column.unit}"
     if _is_degrees(column):
         text = f"{shown} is beyond any joint's travel; if the joint does turn so far, give it a range in the leg file"
@@ -174,7 +176,7 @@ def _too_wide(table: Table, column: Column, angle: float, row: int) -> Problem:
     return Problem(text, table.name, table.line(row), column.title)
 
 
-def _radians_as_degrees(table: Table, leg: Leg, angles: Array) -> list[Problem]:
+def _radians_as_degrees(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
     """Refuse numbers under 2 pi that make sense for this leg as radians only.
 
     The yardstick is where the leg file puts each joint: the middle of its range, else its spring's free angle, else

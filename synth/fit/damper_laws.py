@@ -15,7 +15,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.fit_problem import bare
-from synth.fit.laws import LAWS, LINEAR, POWER, TABLE, Law, LawUnknowns, SpeedRange
+from synth.fit.laws import LAWS, LINEAR, POWER, TABLE, CandidateLaw, LawUnknowns, SpeedRange
 from synth.fit.least_squares import Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
@@ -37,7 +37,7 @@ BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: where a 
 class LawFit:
     """One law fitted: numbers, RMS (rad) on the drops it was fitted on and on drops that took no part."""
 
-    law: Law
+    law: CandidateLaw
     parameters: Mapping[str, Any]
     curve: DamperCurve
     rms_fitted: float

@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.errors import UserError
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
@@ -25,7 +25,7 @@ from synth.fit.uncertainty import clipped_rms, sample_scatter, shift_variances
 from synth.swing.leg_model import Leg
 
 
-def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | None = None) -> FitResult:
+def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | None = None) -> FitResult:
     """Find spring rate, free angle and damper rate of every joint.
 
     Parameters
@@ -39,7 +39,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
     """
     if not recordings:
         raise UserError("no trial is left to fit: every one is held out")
-    options = options or FitOptions()
+    options = options or LegFitOptions()
     model = model_of(leg, options.curves, prior=options.prior, static=options.static)
     if options.near is not None:
         return _fit_near(model, recordings, options, options.near)
@@ -71,7 +71,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: FitOptions | Non
     )
 
 
-def _fit_later(leg: Leg, recordings: Sequence[Recording], options: FitOptions, start: float, said: str) -> FitResult:
+def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, said: str) -> FitResult:
     """The fit to what comes ``start`` s after each recording's first sample."""
     cut = later(recordings, start)
     assert cut is not None
@@ -89,7 +89,7 @@ class _Softened:
 
 
 def _fit_near(
-    model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions, near: FitResult
+    model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions, near: FitResult
 ) -> FitResult:
     """Fit from an earlier result of the same recordings, each trial's free angle staying where it was found.
 
@@ -118,7 +118,7 @@ def _fit_near(
 
 
 def _treatments(
-    model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions, scatter: Array
+    model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions, scatter: Array
 ) -> tuple[dict[str, Treatment], Array]:
     """The leg with free angles a trial, if these may be, and with common ones; and how probable (n,) the shifts are.
 
@@ -149,7 +149,7 @@ def _per_trial(
     recordings: Sequence[Recording],
     values: Array,
     locals_: Sequence[Local],
-    options: FitOptions,
+    options: LegFitOptions,
     scatter: Array,
 ) -> tuple[Treatment, Array]:
     """Free angles a trial, first nearly free, then within the spread that this shows; probability (n,)."""
@@ -174,7 +174,7 @@ def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: St
 
 
 def _choose(
-    leg: Leg, treatments: Mapping[str, Treatment], probability: Array, options: FitOptions, n_trial: int
+    leg: Leg, treatments: Mapping[str, Treatment], probability: Array, options: LegFitOptions, n_trial: int
 ) -> tuple[str, str]:
     """Common or per_trial, and why; ``probability`` (n,) as of ``_treatments``."""
     if n_trial == 1:

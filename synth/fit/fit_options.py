@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from synth.files.project_options import Prior
+from synth.files.project_options import RatePrior
 from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
 from synth.fit.fit_result import FitResult
@@ -13,7 +13,7 @@ from synth.swing.leg_model import DamperCurve
 
 
 @dataclass(frozen=True)
-class FitOptions:
+class LegFitOptions:
     """How to fit.
 
     ``free_angle``: auto, common or per_trial. ``weight``: noise (each joint by its own residual), amplitude (and each
@@ -30,7 +30,7 @@ class FitOptions:
     weight: str = "noise"
     curves: Mapping[str, DamperCurve] = field(default_factory=dict)
     seed: int = 0
-    prior: Prior | None = None
+    prior: RatePrior | None = None
     near: FitResult | None = None
     static: tuple[StaticPoint, ...] = ()
     intervals: str = "sensitivities"

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.files.project_options import Prior
+from synth.files.project_options import RatePrior
 from synth.files.static_points_file import StaticPoint
 from synth.fit.static_points import balances
 from synth.fit.trajectories import TrajectoryModel
@@ -32,7 +32,7 @@ def model_of(
     leg: Leg,
     curves: Mapping[str, DamperCurve] | None = None,
     *,
-    prior: Prior | None = None,
+    prior: RatePrior | None = None,
     static: Sequence[StaticPoint] = (),
 ) -> TrajectoryModel:
     """The leg's motion by every spring rate, rest and damper rate that is not known by its curve.
@@ -58,7 +58,7 @@ def sought_by(model: TrajectoryModel) -> SpringsAndDampers:
     return model.unknowns
 
 
-def _beliefs(unknowns: SpringsAndDampers, given: Leg, prior: Prior) -> tuple[tuple[int, float, float], ...]:
+def _beliefs(unknowns: SpringsAndDampers, given: Leg, prior: RatePrior) -> tuple[tuple[int, float, float], ...]:
     """The user's priors about the leg file's own values: log-normal for rates (their share), normal for angles."""
     found = []
     for j, joint in enumerate(given.joints):

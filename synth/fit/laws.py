@@ -20,7 +20,7 @@ TABLE_POINTS = 6  # of a tabulated law: one a factor of about two in speed
 
 
 @dataclass(frozen=True)
-class Law:
+class CandidateLaw:
     """A candidate: its name, formula, and the names and units of its numbers."""
 
     name: str
@@ -28,12 +28,12 @@ class Law:
     parameters: tuple[tuple[str, str], ...]
 
 
-LINEAR = Law("linear", "T = b w", (("rate", "N*m*s/rad"),))
-POWER = Law("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
-FRICTION = Law("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
+LINEAR = CandidateLaw("linear", "T = b w", (("rate", "N*m*s/rad"),))
+POWER = CandidateLaw("power", "T = T1 (w / w1)^p, w1 = 1 rad/s", (("torque_at_1_rad_per_s", "N*m"), ("exponent", "1")))
+FRICTION = CandidateLaw("coulomb_viscous", "T = Tc + b w", (("friction", "N*m"), ("rate", "N*m*s/rad")))
 # A number a point of the table.
 _SLOPES = tuple((f"slope_{i + 1}", "N*m*s/rad") for i in range(TABLE_POINTS))
-TABLE = Law("table", "monotone, linear between points", _SLOPES)
+TABLE = CandidateLaw("table", "monotone, linear between points", _SLOPES)
 LAWS = (LINEAR, POWER, FRICTION, TABLE)
 
 
@@ -56,7 +56,7 @@ class LawUnknowns:
     """One law's numbers as the unknowns of a fit: logarithms, except the power law's exponent."""
 
     chain: Chain
-    law: Law
+    law: CandidateLaw
     joint: int
     speeds: SpeedRange
     scale: float  # N m s/rad, a rate to start from

@@ -17,7 +17,7 @@ from synth.errors import Problem, UserError
 from synth.files.project_options import FitOptions as Choice
 from synth.fit.costs import Cost, emphasised
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.hand import cut_of, later, look, said_of
@@ -57,7 +57,7 @@ def require_method(choice: Choice, file: str, *, static: bool = False, prior: bo
         raise UserError(problems)
 
 
-def fit_by(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
+def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """Fit a leg by the project's method and cost; see ``estimate.fit_leg``.
 
     A fit with ``options.near``, which only moves an earlier one, is by least squares whatever the method.
@@ -79,7 +79,7 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choic
     return _searched(leg, recordings, options, choice)
 
 
-def _after_hands(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
+def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """As ``fit_by``, to what comes after a hand that most recordings show."""
     seen, free = look(leg, recordings), replace(options, release="recorded")
     cut = later(recordings, cut_of(seen)) if seen.plain else None
@@ -101,7 +101,7 @@ def search_of(
     return Search(model_of(leg, curves), recordings, cost, common)
 
 
-def _searched(leg: Leg, recordings: Sequence[Recording], options: FitOptions, choice: Choice) -> FitResult:
+def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """The thesis' way: piecewise, and from there the swarm."""
     cost = Cost(choice.cost, tuple(recordings), options.weight)
     search = search_of(leg, recordings, cost, options.curves, common=options.free_angle == "common")
@@ -132,7 +132,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: FitOptions, ch
     )
 
 
-def _assembled(search: Search, rates: Array, options: FitOptions, n_trial: int) -> FitResult:
+def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: int) -> FitResult:
     """The result at these rates (2, n), with the trajectories' sensitivities there as intervals."""
     model, recordings = search.model, search.recordings
     middle, own = search.locals(rates[0])

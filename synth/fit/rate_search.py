@@ -16,7 +16,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.fit_problem import sought_by
 from synth.fit.recordings import Recording
-from synth.fit.simplex import Found, simplex
+from synth.fit.simplex import SearchEnd, simplex
 from synth.fit.starts import Start, balanced_rests, starts
 from synth.fit.swarm import swarm
 from synth.fit.trajectories import Local, TrajectoryModel
@@ -117,7 +117,7 @@ class Search:
         bounds: Bounds,
         order: Sequence[int] | None = None,
         judged: Sequence[Sequence[int]] | None = None,
-    ) -> tuple[Array, list[Found]]:
+    ) -> tuple[Array, list[SearchEnd]]:
         """(2, n) rates by a simplex joint after joint, the others held: knee, hip, ankle, as in the thesis.
 
         Each joint's two rates are sought by its own cost and that of the joints before it in the order, or by those of
@@ -141,7 +141,7 @@ class Search:
 
     def swarm(
         self, seeded: Array, bounds: Bounds, *, seed: int = 0, decimals: int | None = None
-    ) -> tuple[Array, Found]:
+    ) -> tuple[Array, SearchEnd]:
         """(2, n) rates by the swarm over all joints at once, its first particle at ``seeded`` (2, n)."""
         sought = np.array([np.ones(self.n, dtype=bool), np.isin(np.arange(self.n), self.unknowns.dampers)])
 

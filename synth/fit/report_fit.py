@@ -11,7 +11,7 @@ from synth.arrays import Array
 from synth.estimation.intervals import NORMAL90, Estimate
 from synth.fit.bootstrap import Bootstrap, bootstrap
 from synth.fit.draws import drawn_legs, draws
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
 from synth.fit.interval_sources import sources_of
@@ -49,7 +49,7 @@ def result_of(
     mode: str,
     why: str,
     scatter: Array,
-    options: FitOptions,
+    options: LegFitOptions,
     *,
     softened: Sequence[str] = (),
     searched: bool = False,
@@ -127,7 +127,7 @@ def result_of(
     )
 
 
-def _link_widths(leg: Leg, options: FitOptions) -> Array:
+def _link_widths(leg: Leg, options: LegFitOptions) -> Array:
     """(4, n) what the project leaves open of the links' numbers."""
     if options.tolerance is None:
         return np.zeros((len(LINK_QUANTITIES), len(leg.joints)))
@@ -141,7 +141,7 @@ def _with_links(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array,
 
 
 def _refits(
-    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, options: FitOptions
+    model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, options: LegFitOptions
 ) -> tuple[Bootstrap | None, list[str]]:
     """The bootstrap's refits if they are asked for, or none and why."""
     if options.intervals != "bootstrap":

@@ -20,7 +20,7 @@ TOLERANCE_X, TOLERANCE_F = 1e-4, 1e-4  # the defaults of MATLAB's fminsearch
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchEnd:
     """Where a search ended: ``point`` (d,), its ``cost``, steps done, and points computed."""
 
     point: Array
@@ -36,7 +36,7 @@ def simplex(
     upper: Array,
     *,
     max_iterations: int = MAX_ITERATIONS,
-) -> Found:
+) -> SearchEnd:
     """Minimise ``cost``, which takes columns (d, c) and gives (c,), from ``start`` (d,) within the bounds (d,)."""
 
     def inside(angle: Array) -> Array:
@@ -67,7 +67,7 @@ def simplex(
         else:
             points[:, -1], values[-1] = tried[:, chosen], found[chosen]
     best = int(np.argmin(values))
-    return Found(inside(points[:, [best]])[:, 0], float(values[best]), done, evaluations)
+    return SearchEnd(inside(points[:, [best]])[:, 0], float(values[best]), done, evaluations)
 
 
 def _chosen(found: Array, values: Array) -> int | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.free_angle import WIDE
 from synth.fit.recordings import Recording
@@ -87,7 +87,7 @@ def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Arr
     return np.array(found)
 
 
-def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: FitOptions) -> FirstGuess:
+def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> FirstGuess:
     """The weak form's answer with the window whose trajectories lie nearest the trials."""
     leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), sought_by(model)
     curves = [options.curves.get(name) for name in leg.joint_names]

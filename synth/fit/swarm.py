@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.simplex import Found
+from synth.fit.simplex import SearchEnd
 
 PARTICLES = 20  # as in the thesis' script, like those below
 ITERATIONS = 100  # as in the script
@@ -31,7 +31,7 @@ def swarm(
     seed: int = 0,
     iterations: int = ITERATIONS,
     decimals: int | None = None,
-) -> Found:
+) -> SearchEnd:
     """Minimise ``cost``, which takes columns (d, c) and gives (c,), from ``seeded`` (d,) and 19 random points."""
     generator = np.random.default_rng(seed)
     d = len(seeded)
@@ -54,4 +54,4 @@ def swarm(
         better = found < own_cost
         own[:, better], own_cost[better] = points[:, better], found[better]
         best = int(np.argmin(own_cost))
-    return Found(own[:, best].copy(), float(own_cost[best]), iterations, PARTICLES * (iterations + 1))
+    return SearchEnd(own[:, best].copy(), float(own_cost[best]), iterations, PARTICLES * (iterations + 1))

@@ -17,14 +17,14 @@ from synth.fit.trajectories import Local
 
 
 @dataclass(frozen=True)
-class Scored:
+class UnseenFit:
     """Each trial's own unknowns, and predictions (m, n) rad a trial."""
 
     locals: tuple[Local, ...]
     predictions: tuple[Array, ...]
 
 
-def score(result: FitResult, recordings: Sequence[Recording]) -> Scored:
+def score(result: FitResult, recordings: Sequence[Recording]) -> UnseenFit:
     """Predict recordings with the fitted leg held fixed.
 
     Where the fit found that the free angle differs from trial to trial, each scored trial has its own within that
@@ -44,4 +44,4 @@ def score(result: FitResult, recordings: Sequence[Recording]) -> Scored:
     noise = np.where(np.isfinite(noise), noise, 1.0)
     weights = Weights(np.tile(noise, (len(recordings), 1)), spread)
     solution = solve(model, recordings, values, first_locals(recordings), weights, fixed=True)
-    return Scored(solution.locals, solution.predictions)
+    return UnseenFit(solution.locals, solution.predictions)

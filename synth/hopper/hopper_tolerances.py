@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.hopper.motors import with_speed, with_torque
-from synth.jump.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
+from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_layout import LANES
 from synth.jump.jump_models import Model, lanes
 
@@ -29,7 +29,7 @@ QUANTITIES = (
 )
 
 
-def copies(leg: HopperLeg, motor: Motor, tolerances: Tolerances) -> list[tuple[HopperLeg, Motor]]:
+def copies(leg: HopperLeg, motor: Motor, tolerances: HopperTolerances) -> list[tuple[HopperLeg, Motor]]:
     """The design and its fourteen copies, lower end before upper, in the order of ``QUANTITIES``."""
     t = tolerances
     found = [(leg, motor)]
@@ -50,7 +50,7 @@ def copies(leg: HopperLeg, motor: Motor, tolerances: Tolerances) -> list[tuple[H
 
 
 def groups(
-    leg: HopperLeg, motor: Motor, contact: Contact, model: Model, tolerances: Tolerances, length: Array
+    leg: HopperLeg, motor: Motor, contact: Contact, model: Model, tolerances: HopperTolerances, length: Array
 ) -> Array:
     """(n_design, n_row, 16) lanes of ``copies`` for each length (n_design,) m; the last lane repeats the nominal one.
 

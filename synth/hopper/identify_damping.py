@@ -21,7 +21,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PullUps
-from synth.hopper.identify_motor import Estimate
+from synth.hopper.identify_motor import IdentifiedConstant
 from synth.hopper.windows import OVERLAP, windows
 from synth.jump.hopper_leg import HopperLeg
 
@@ -52,8 +52,8 @@ class Folding:
 class DampingEstimate:
     """Damping of one joint, N m s/rad; by length (m) beside it; ``angle_error`` rad: simulated less recorded, rms."""
 
-    damping: Estimate
-    by_length: dict[float, Estimate]
+    damping: IdentifiedConstant
+    by_length: dict[float, IdentifiedConstant]
     angle_error: float
     method: str
 
@@ -101,7 +101,7 @@ def identify_damping(project: PullUps) -> DampingEstimate:
         for length in lengths
     }
     if project.method == "genetic":
-        found = Estimate(_genetic(project, tables), found.deviation)
+        found = IdentifiedConstant(_genetic(project, tables), found.deviation)
     errors = [simulate_fold(t, trial, np.array([found.value]))[:, 0] - trial["upper link"]
               for t, trial in zip(tables, project.trials, strict=True)]  # fmt: skip
     error = float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
@@ -149,14 +149,14 @@ def _rate(time: Array, angle: Array, width: float = 0.02) -> Array:
     return rate
 
 
-def _one(rows: Array) -> Estimate:
+def _one(rows: Array) -> IdentifiedConstant:
     moved, other = rows[:, 0], rows[:, 1]
     power = float(moved @ moved)
     if power == 0.0 or len(rows) < 4:
         raise UserError(Problem("the legs hardly move in these recordings; nothing is told of their damping"))
     value = float(moved @ other) / power
     left = other - value * moved
-    return Estimate(value, float(np.sqrt(left @ left / max(1, len(rows) - 1) * OVERLAP / power)))
+    return IdentifiedConstant(value, float(np.sqrt(left @ left / max(1, len(rows) - 1) * OVERLAP / power)))
 
 
 def simulate_fold(table: Folding, trial: HopperRecording, damping: Array) -> Array:

@@ -29,7 +29,7 @@ SURE = 3.0  # standard deviations below 0 from which on a constant is negative
 
 
 @dataclass(frozen=True)
-class Estimate:
+class IdentifiedConstant:
     """A number and its standard deviation."""
 
     value: float
@@ -45,12 +45,12 @@ class Estimate:
 class MotorEstimate:
     """Constants at the rotor, SI."""
 
-    resistance: Estimate
-    inductance: Estimate
-    back_emf: Estimate
-    friction: Estimate
-    viscous: Estimate
-    rotor_inertia: Estimate
+    resistance: IdentifiedConstant
+    inductance: IdentifiedConstant
+    back_emf: IdentifiedConstant
+    friction: IdentifiedConstant
+    viscous: IdentifiedConstant
+    rotor_inertia: IdentifiedConstant
     windows: int
 
 
@@ -112,7 +112,7 @@ def _refuse_no_motor(names: Sequence[str], found: MotorEstimate) -> None:
     above = {"resistance": "ohm", "back_emf": "N*m/A", "rotor_inertia": "kg*m^2"}
     wrong = {key: unit for key, unit in above.items() if getattr(found, key).value <= 0.0}
     for key, unit in {"inductance": "H", "friction": "N*m", "viscous": "N*m*s/rad"}.items():
-        estimate: Estimate = getattr(found, key)
+        estimate: IdentifiedConstant = getattr(found, key)
         if estimate.value < -SURE * estimate.deviation:
             wrong[key] = unit
     if wrong:
@@ -130,10 +130,9 @@ def _estimate(rows: Array) -> MotorEstimate:
     # What is unknown of K_v is unknown of every torque.
     relative = sigma_e[1] / back_emf
     spread = np.hypot(sigma_m, relative * np.abs(m))
-    return MotorEstimate(
-        Estimate(e[0], sigma_e[0]), Estimate(e[2], sigma_e[2]), Estimate(back_emf, sigma_e[1]),
-        Estimate(m[0], spread[0]), Estimate(m[1], spread[1]), Estimate(m[2], spread[2]), len(rows),
-    )  # fmt: skip
+    found = ((e[0], sigma_e[0]), (e[2], sigma_e[2]), (back_emf, sigma_e[1]))
+    frictions = zip(m[:3], spread[:3], strict=True)
+    return MotorEstimate(*(IdentifiedConstant(*pair) for pair in (*found, *frictions)), len(rows))
 
 
 def _windows(run: HopperRecording, ratio: float, width: float) -> Array:

@@ -16,8 +16,8 @@ from synth.files.hopper_project import MOST_INTERVALS, HopperProject, model_prob
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.hopper_tolerances import contributions, groups, intervals
 from synth.hopper.motors import chosen_rows, estimates_of, motor_of
-from synth.hopper.sweep import OBJECTIVES, Problem, Sweep, pareto_front, run_sweep
-from synth.jump.hopper_leg import HopperLeg, Motor, Tolerances, in_reach
+from synth.hopper.sweep import OBJECTIVES, Sweep, SweepProblem, pareto_front, run_sweep
+from synth.jump.hopper_leg import HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
@@ -85,7 +85,7 @@ class Study:
         return self.sweep.problem.motors[int(self.sweep.motor[self.best])]
 
 
-def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[Problem, tuple[GearMotorRow, ...]]:
+def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepProblem, tuple[GearMotorRow, ...]]:
     """What to sweep, with the motors' rows.
 
     Raises
@@ -107,7 +107,7 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[Problem
             raise UserError(model_problem(project, f"{text} write model: A, or fewer motors and lengths"))
     everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
     tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
-    return Problem(project.leg, motors, tolerances, project.lengths, project.contact, MODELS[project.model],
+    return SweepProblem(project.leg, motors, tolerances, project.lengths, project.contact, MODELS[project.model],
                    everywhere and MODELS[project.model].engine == "lanes"), tuple(rows)  # fmt: skip
 
 
@@ -147,7 +147,7 @@ def study(
     )  # fmt: skip
 
 
-def run_ladder(leg: HopperLeg, motor: Motor, problem: Problem) -> tuple[dict[str, Outcome], dict[str, str]]:
+def run_ladder(leg: HopperLeg, motor: Motor, problem: SweepProblem) -> tuple[dict[str, Outcome], dict[str, str]]:
     """One design by every model; model C on both grounds where MuJoCo is there, else the note how to get it."""
     found: dict[str, Outcome] = {}
     notes: dict[str, str] = {}
@@ -167,11 +167,11 @@ def run_ladder(leg: HopperLeg, motor: Motor, problem: Problem) -> tuple[dict[str
     return found, notes
 
 
-def _has_lanes(problem: Problem) -> bool:
+def _has_lanes(problem: SweepProblem) -> bool:
     return problem.model.engine == "lanes"
 
 
-def _tolerances(given: Tolerances, row: GearMotorRow) -> Tolerances:
+def _tolerances(given: HopperTolerances, row: GearMotorRow) -> HopperTolerances:
     """The project's, with what the maker states in its place."""
     speed = given.speed if row.speed_tolerance is None else row.speed_tolerance
     current = given.current if row.current_tolerance is None else row.current_tolerance
@@ -185,7 +185,7 @@ def _best(sweep: Sweep, objective: str, allowed: NDArray[np.bool_]) -> int | Non
     return int(np.argmax(score))
 
 
-def _group(problem: Problem, index: int) -> Array:
+def _group(problem: SweepProblem, index: int) -> Array:
     """Clearances (16,) of a design and its copies at the tolerances' ends."""
     n = len(problem.lengths)
     m, length = index // n, problem.lengths[index % n]
@@ -195,12 +195,12 @@ def _group(problem: Problem, index: int) -> Array:
     return heights(outcome)
 
 
-def _leaning(leg: HopperLeg, motor: Motor, problem: Problem, pitch: float) -> Leaning:
+def _leaning(leg: HopperLeg, motor: Motor, problem: SweepProblem, pitch: float) -> Leaning:
     found = planar_jump(leg, motor, problem.contact, problem.model, pitch=pitch)
     return Leaning(pitch, found.outcome, found.pitch, found.slip)
 
 
-def _neighbours(problem: Problem, rows: tuple[GearMotorRow, ...], best: int) -> list[Neighbour]:
+def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int) -> list[Neighbour]:
     """One centimetre shorter and longer, one ratio less and more of the same motor among those swept."""
     n = len(problem.lengths)
     m, length = best // n, problem.lengths[best % n]
@@ -222,7 +222,7 @@ def _neighbours(problem: Problem, rows: tuple[GearMotorRow, ...], best: int) -> 
     ]
 
 
-def _one(problem: Problem, motor: Motor, length: float) -> Outcome:
+def _one(problem: SweepProblem, motor: Motor, length: float) -> Outcome:
     """One design by the model of the sweep."""
     leg = problem.leg.with_length(length)
     if problem.model.engine == "point":

@@ -15,7 +15,7 @@ from synth.arrays import Array
 from synth.errors import UserError
 from synth.hopper.checkpoint import Checkpoint
 from synth.hopper.hopper_tolerances import groups, intervals
-from synth.jump.hopper_leg import Contact, HopperLeg, Motor, Tolerances, in_reach
+from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
@@ -34,12 +34,12 @@ Limiting = Literal["warn", "stop"]
 
 
 @dataclass(frozen=True)
-class Problem:
+class SweepProblem:
     """What is swept: legs of ``lengths`` (m) by ``motors``, by one model."""
 
     leg: HopperLeg
     motors: tuple[Motor, ...]
-    tolerances: tuple[Tolerances, ...]  # one a motor
+    tolerances: tuple[HopperTolerances, ...]  # one a motor
     lengths: tuple[float, ...]
     contact: Contact
     model: Model
@@ -58,7 +58,7 @@ class Sweep:
     ``clearance_low``, ``clearance_high``: nan where no interval was asked for.
     """
 
-    problem: Problem
+    problem: SweepProblem
     motor: NDArray[np.int64]
     length: Array
     status: Array
@@ -90,7 +90,7 @@ class Sweep:
 
 
 def run_sweep(
-    problem: Problem,
+    problem: SweepProblem,
     checkpoint: Checkpoint | None = None,
     *,
     workers: int | None = None,
@@ -133,7 +133,7 @@ def run_sweep(
 
 
 def _on_threads(
-    problem: Problem, missing: Sequence[int], workers: int | None, keep: Callable[[int, Array], None]
+    problem: SweepProblem, missing: Sequence[int], workers: int | None, keep: Callable[[int, Array], None]
 ) -> None:
     if problem.model.engine == "lanes":
         compiled_jump(problem.leg.bending)  # once, before threads ask for it
@@ -143,7 +143,7 @@ def _on_threads(
         list(pool.map(lambda index: keep(index, _chunk(problem, index)), missing))
 
 
-def _on_cluster(problem: Problem, missing: Sequence[int], cluster: Cluster) -> Iterator[tuple[int, Array]]:
+def _on_cluster(problem: SweepProblem, missing: Sequence[int], cluster: Cluster) -> Iterator[tuple[int, Array]]:
     for key, ended in cluster.run(_chunk_of, ((str(index), (problem, index)) for index in missing)):
         if ended.crash:
             raise RuntimeError(f"chunk {key} of the sweep failed on a worker:\n{ended.crash}")
@@ -155,7 +155,7 @@ def _on_cluster(problem: Problem, missing: Sequence[int], cluster: Cluster) -> I
 _mujoco = threading.Lock()
 
 
-def _chunk_of(given: tuple[Problem, int]) -> Array:
+def _chunk_of(given: tuple[SweepProblem, int]) -> Array:
     """One chunk, in a worker that may run several at once."""
     problem, index = given
     if problem.model.engine == "mujoco":
@@ -164,7 +164,7 @@ def _chunk_of(given: tuple[Problem, int]) -> Array:
     return _chunk(problem, index)
 
 
-def _chunk(problem: Problem, index: int) -> Array:
+def _chunk(problem: SweepProblem, index: int) -> Array:
     """(N_OUTCOME + 2, n) outcomes, low and high of one chunk's designs."""
     first, last = index * CHUNK, min((index + 1) * CHUNK, problem.size)
     lengths = np.array(problem.lengths)
@@ -181,7 +181,7 @@ def _chunk(problem: Problem, index: int) -> Array:
     return found
 
 
-def _jumps(problem: Problem, index: int, length: Array) -> Array:
+def _jumps(problem: SweepProblem, index: int, length: Array) -> Array:
     motor, model = problem.motors[index], problem.model
     found = np.full((N_OUTCOME + 2, len(length)), np.nan)
     if model.engine == "point":
@@ -207,7 +207,7 @@ def _jumps(problem: Problem, index: int, length: Array) -> Array:
     return found
 
 
-def _collect(problem: Problem, rows: Array) -> Sweep:
+def _collect(problem: SweepProblem, rows: Array) -> Sweep:
     n = len(problem.lengths)
     number = np.arange(problem.size)
     motor, length = number // n, np.array(problem.lengths)[number % n]

@@ -22,7 +22,7 @@ import synth
 from synth.arrays import Array
 from synth.hopper.hopper_tolerances import groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of
-from synth.jump.hopper_leg import Contact, HopperLeg, Motor, MotorOptions, Tolerances, in_reach
+from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, Motor, MotorOptions, in_reach
 from synth.jump.jump_models import MODELS, lanes
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.outcomes import APEX, CLEARANCE, heights
@@ -107,7 +107,7 @@ def matched_pose(motor: Motor, target: float = PREDICTED) -> HopperLeg:
 
 def prediction(leg: HopperLeg, motor: Motor, model: str) -> dict[str, tuple[float, float, float]]:
     """Nominal, low and high (m) of each measure of the built design, from the tolerances."""
-    tolerances = Tolerances(speed=0.2, current=0.5)
+    tolerances = HopperTolerances(speed=0.2, current=0.5)
     made = groups(leg, motor, Contact(), MODELS[model], tolerances, np.array([BUILT_LENGTH]))[0]
     found = compiled_jump(leg.bending).run(made)
     shown = {}

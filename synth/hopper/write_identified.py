@@ -9,7 +9,7 @@ from typing import Any
 import synth
 from synth.files.named_files import InputFile
 from synth.hopper.identify_damping import DampingEstimate
-from synth.hopper.identify_motor import Estimate, MotorEstimate
+from synth.hopper.identify_motor import IdentifiedConstant, MotorEstimate
 from synth.hopper.validate_jumps import Validation
 from synth.units import quantity
 
@@ -24,7 +24,7 @@ def head(kind: str, name: str, inputs: Sequence[InputFile]) -> dict[str, Any]:
     }
 
 
-def _estimate(found: Estimate, unit: str) -> dict[str, Any]:
+def _estimate(found: IdentifiedConstant, unit: str) -> dict[str, Any]:
     return quantity(found.value, unit, found.interval90)
 
 

@@ -270,7 +270,7 @@ def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
 
 
 @dataclass(frozen=True)
-class Tolerances:
+class HopperTolerances:
     """90 % half widths as shares of the value, ``crouch`` in rad; ``speed`` and ``current`` where the row has none."""
 
     speed: float = 0.2

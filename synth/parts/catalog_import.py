@@ -16,7 +16,7 @@ from typing import Any
 
 from synth.errors import Problem, UserError
 from synth.parts.headers import standard, standard_value
-from synth.parts.rows import FAMILIES, Row
+from synth.parts.rows import FAMILIES, CatalogueRow
 from synth.units import factor, parse
 
 IMPORTED = ("torsion_springs", "dampers")  # families whose tables vendors sell from
@@ -119,7 +119,9 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
     return best
 
 
-def _columns(titles: Sequence[str], told: Mapping[str, str], row: type[Row]) -> tuple[list[_Column], list[str]]:
+def _columns(
+    titles: Sequence[str], told: Mapping[str, str], row: type[CatalogueRow]
+) -> tuple[list[_Column], list[str]]:
     known = {item.name: item for item in row.columns()}
     columns: list[_Column] = []
     unused = []

@@ -16,7 +16,7 @@ from synth.errors import Problem, UserError
 from synth.files.names import title_fault
 from synth.files.paths import read_bytes
 from synth.parts.headers import standard, standard_value
-from synth.parts.rows import FAMILIES, Row
+from synth.parts.rows import FAMILIES, CatalogueRow
 from synth.units import factor, header
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
@@ -31,7 +31,7 @@ class ReadTable:
     """The rows of a file that could be read, and what is wrong with the others."""
 
     family: str | None
-    rows: tuple[Row, ...]
+    rows: tuple[CatalogueRow, ...]
     problems: tuple[Problem, ...]
 
 
@@ -82,7 +82,7 @@ def _read(lines: Iterator[list[str]], name: str) -> ReadTable:
     columns, problems = _columns(titles, written, row_type, name)
     if problems:
         return ReadTable(family, (), tuple(problems))
-    rows: list[Row] = []
+    rows: list[CatalogueRow] = []
     line = 1
     for cells in lines:
         line = getattr(lines, "line_num", line + 1)
@@ -122,7 +122,7 @@ def _standard(titles: list[str]) -> list[str]:
     return found
 
 
-def _keys(row_type: type[Row]) -> list[str]:
+def _keys(row_type: type[CatalogueRow]) -> list[str]:
     return [item.name for item in row_type.columns() if item.metadata.get("key")]
 
 
@@ -144,7 +144,7 @@ def _near_key(titles: list[str]) -> str:
 
 
 def _columns(
-    titles: list[str], written: list[str], row_type: type[Row], name: str
+    titles: list[str], written: list[str], row_type: type[CatalogueRow], name: str
 ) -> tuple[list[_Column], list[Problem]]:
     """Match headers with fields; ``written``: as they stand in the file.
 
@@ -194,8 +194,8 @@ def _scale(title: str, item: Field[Any]) -> float:
 
 
 def _row(
-    cells: list[str], columns: list[_Column], row_type: type[Row], name: str, line: int
-) -> tuple[Row | None, list[Problem]]:
+    cells: list[str], columns: list[_Column], row_type: type[CatalogueRow], name: str, line: int
+) -> tuple[CatalogueRow | None, list[Problem]]:
     values: dict[str, Any] = {}
     problems: list[Problem] = []
     for column in columns:

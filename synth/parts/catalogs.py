@@ -13,11 +13,11 @@ from synth.parts.catalog_table import MAX_PROBLEMS, read_table
 from synth.parts.row_check import completed, contradictions, curve_problems, status_of
 from synth.parts.rows import (
     FAMILIES,
+    CatalogueRow,
     CurvePointRow,
     DamperRow,
     GearMotorRow,
     MaterialRow,
-    Row,
     TorsionSpringRow,
     WireRow,
 )
@@ -25,7 +25,7 @@ from synth.parts.usable import usable_damper, usable_spring
 from synth.parts.wire import ALIASES, WireMaterial, wire_material
 from synth.units import factor
 
-R = TypeVar("R", bound=Row)
+R = TypeVar("R", bound=CatalogueRow)
 P = TypeVar("P", TorsionSpringRow, DamperRow, GearMotorRow)
 
 
@@ -94,9 +94,9 @@ class Catalogue:
         """Young's modulus of wire, Pa; None where the material is not known."""
         return _modulus(ALIASES.get(material, material), diameter, self.materials)
 
-    def rows(self, family: str) -> tuple[Row, ...]:
+    def rows(self, family: str) -> tuple[CatalogueRow, ...]:
         """All rows of a family; UserError with near misses on an unknown one."""
-        families: dict[str, tuple[Row, ...]] = {
+        families: dict[str, tuple[CatalogueRow, ...]] = {
             "torsion_springs": self.springs,
             "dampers": self.dampers,
             "damper_curves": self.curves,
@@ -161,9 +161,9 @@ def check_catalogue(paths: Sequence[Path] = ()) -> list[Problem]:
 
 
 @lru_cache(maxsize=1)
-def _built_in() -> tuple[Row, ...]:
+def _built_in() -> tuple[CatalogueRow, ...]:
     folder = catalog_folder()
-    rows: list[Row] = []
+    rows: list[CatalogueRow] = []
     for family in FAMILIES:
         table = read_table(folder / f"{family}.csv", shown=f"catalogs/{family}.csv")
         if table.problems:
@@ -172,8 +172,8 @@ def _built_in() -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _read_all(extra: Sequence[Path]) -> tuple[list[Row], list[Problem]]:
-    rows: list[Row] = list(_built_in())
+def _read_all(extra: Sequence[Path]) -> tuple[list[CatalogueRow], list[Problem]]:
+    rows: list[CatalogueRow] = list(_built_in())
     problems: list[Problem] = []
     for path in extra:
         table = read_table(Path(path))
@@ -182,7 +182,7 @@ def _read_all(extra: Sequence[Path]) -> tuple[list[Row], list[Problem]]:
     return rows, problems
 
 
-def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
+def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
     """Rows of all files to one catalogue: replaced parts, curves beside their dampers, statuses."""
     rows = list(rows)
     materials = _of(rows, MaterialRow)
@@ -211,7 +211,7 @@ def _join(rows: Iterable[Row]) -> tuple[Catalogue, list[Problem]]:
     return catalogue, problems
 
 
-def _of(rows: Iterable[Row], row_type: type[R]) -> list[R]:
+def _of(rows: Iterable[CatalogueRow], row_type: type[R]) -> list[R]:
     return [row for row in rows if isinstance(row, row_type)]
 
 

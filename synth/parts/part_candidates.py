@@ -11,9 +11,9 @@ from typing import Generic, TypeVar
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
-from synth.parts.rows import DamperRow, Row, TorsionSpringRow
+from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
 
-RowType = TypeVar("RowType", bound=Row)
+RowType = TypeVar("RowType", bound=CatalogueRow)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,15 @@ from itertools import pairwise
 
 from synth.parts.coil_angle import CONVENTIONS, TOLERANCE, angle_mismatch, included_angle
 from synth.parts.coil_rate import rate
-from synth.parts.rows import CurvePointRow, DamperRow, GearMotorRow, MaterialRow, Row, TorsionSpringRow, WireRow
+from synth.parts.rows import (
+    CatalogueRow,
+    CurvePointRow,
+    DamperRow,
+    GearMotorRow,
+    MaterialRow,
+    TorsionSpringRow,
+    WireRow,
+)
 
 DISAGREEMENT = 0.25  # published values this far apart cannot both be right: vendors' own tolerance is 10 %
 
@@ -29,7 +37,7 @@ def completed(row: TorsionSpringRow) -> TorsionSpringRow:
     return row
 
 
-def missing(row: Row) -> list[str]:
+def missing(row: CatalogueRow) -> list[str]:
     """What a row lacks, in words."""
     needed = getattr(row, "needed", ())
     lacking = [f"no {name.replace('_', ' ')}" for name in needed if getattr(row, name) in (None, "")]
@@ -43,7 +51,7 @@ def missing(row: Row) -> list[str]:
     return lacking
 
 
-def contradictions(row: Row, modulus_of: ModulusOf) -> list[str]:
+def contradictions(row: CatalogueRow, modulus_of: ModulusOf) -> list[str]:
     """Published values of a row that cannot all be true, in words with the numbers."""
     if isinstance(row, TorsionSpringRow):
         return [*_rate(row, modulus_of), *_angle(row), *_spring_sizes(row)]
@@ -76,7 +84,7 @@ def _motor(row: GearMotorRow) -> list[str]:
     return [f"stall torque and current with the no-load speed make the gear {gain:.3g} times as strong as its motor"]
 
 
-def status_of(row: Row, modulus_of: ModulusOf) -> str:
+def status_of(row: CatalogueRow, modulus_of: ModulusOf) -> str:
     """The row's status: a fault that the file declares stands; a declared ``complete`` is verified."""
     if row.status and row.status != "complete":
         return row.status

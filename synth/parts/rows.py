@@ -28,7 +28,7 @@ def _text(*, key: bool = False, choices: tuple[str, ...] = ()) -> Any:
 
 
 @dataclass(frozen=True)
-class Row:
+class CatalogueRow:
     """What every catalogue row has: where it stands, where it comes from and whether it can be used."""
 
     family: ClassVar[str]
@@ -66,7 +66,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class TorsionSpringRow(Row):
+class TorsionSpringRow(CatalogueRow):
     """A torsion spring that a vendor sells."""
 
     family: ClassVar[str] = "torsion_springs"
@@ -132,7 +132,7 @@ class TorsionSpringRow(Row):
 
 
 @dataclass(frozen=True)
-class DamperRow(Row):
+class DamperRow(CatalogueRow):
     """A rotary damper that a vendor sells, with the points of its torque-speed curve where there are any."""
 
     family: ClassVar[str] = "dampers"
@@ -221,7 +221,7 @@ class DamperRow(Row):
 
 
 @dataclass(frozen=True)
-class CurvePointRow(Row):
+class CurvePointRow(CatalogueRow):
     """One point of a damper's torque-speed curve."""
 
     family: ClassVar[str] = "damper_curves"
@@ -234,7 +234,7 @@ class CurvePointRow(Row):
 
 
 @dataclass(frozen=True)
-class WireRow(Row):
+class WireRow(CatalogueRow):
     """A stock size of spring wire, with its strength where the list gives one."""
 
     family: ClassVar[str] = "wire_diameters"
@@ -253,7 +253,7 @@ class WireRow(Row):
 
 
 @dataclass(frozen=True)
-class MaterialRow(Row):
+class MaterialRow(CatalogueRow):
     """One property of one wire material from one source; percentages are fractions of the tensile strength."""
 
     family: ClassVar[str] = "wire_materials"
@@ -304,7 +304,7 @@ class MaterialRow(Row):
 
 
 @dataclass(frozen=True)
-class GearMotorRow(Row):
+class GearMotorRow(CatalogueRow):
     """A gear motor that a vendor sells, at one voltage; torque and speeds at the output shaft."""
 
     family: ClassVar[str] = "gearmotors"
@@ -349,6 +349,6 @@ class GearMotorRow(Row):
         return torque * speed / ((stall - free) * voltage * (1.0 - free / stall))
 
 
-FAMILIES: dict[str, type[Row]] = {
+FAMILIES: dict[str, type[CatalogueRow]] = {
     row.family: row for row in (TorsionSpringRow, DamperRow, CurvePointRow, WireRow, MaterialRow, GearMotorRow)
 }

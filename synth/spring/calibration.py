@@ -41,7 +41,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class WindingCalibration:
     """Factors on the wire's flow stress (its tensile strength) and on the rate; ``spread`` one SD of the latter.
 
     ``n_back`` and ``n_rate`` samples told them.
@@ -54,7 +54,7 @@ class Calibration:
     n_rate: int = 0
 
 
-UNCALIBRATED = Calibration()
+UNCALIBRATED = WindingCalibration()
 
 
 def flow_factor(sample: Sample, modulus: float, strength: float) -> float | None:
@@ -88,10 +88,10 @@ def rate_factor(sample: Sample, modulus: float, form: RateForm = "bending") -> f
     return sample.rate / rate(modulus, sample.wire, mean, active, form)
 
 
-def calibrated(flows: Sequence[float], rates: Sequence[float]) -> Calibration:
+def calibrated(flows: Sequence[float], rates: Sequence[float]) -> WindingCalibration:
     """Geometric means of the samples' factors; 1 where no sample tells one."""
     logs = [math.log(value) for value in rates]
     middle = sum(logs) / len(logs) if logs else 0.0
     spread = math.sqrt(sum((x - middle) ** 2 for x in logs) / (len(logs) - 1)) if len(logs) > 1 else None
     back = math.exp(sum(math.log(value) for value in flows) / len(flows)) if flows else 1.0
-    return Calibration(back, math.exp(middle), spread, len(flows), len(rates))
+    return WindingCalibration(back, math.exp(middle), spread, len(flows), len(rates))

@@ -17,7 +17,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_angle import CONVENTIONS, Convention, coil_fraction
 from synth.parts.coil_rate import RATE_FORMULA, RateForm, coil_product, mean_diameter_for
 from synth.parts.wire import WireMaterial
-from synth.spring.calibration import UNCALIBRATED, Calibration
+from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import OPENING
 from synth.spring.evaluate import check_spring, travel_limit
 from synth.spring.spring_result import DESIGN_LIFE, FEWEST_COILS, SpringDesign, SpringLimits, SpringTask
@@ -76,7 +76,7 @@ class SpringWish:
     limits: SpringLimits = field(default_factory=SpringLimits)
     hand: str = "right"
     rate_form: RateForm = "bending"
-    calibration: Calibration = UNCALIBRATED
+    calibration: WindingCalibration = UNCALIBRATED
 
     @property
     def task(self) -> SpringTask:

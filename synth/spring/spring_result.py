@@ -9,7 +9,7 @@ from typing import Any
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
 from synth.spring.arms import arm_force, arm_share
-from synth.spring.calibration import UNCALIBRATED, Calibration
+from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import CodeCheck, dynamic_factor
 from synth.spring.fatigue import Life
 from synth.spring.winding import WindingTolerance, mandrel_diameter, stress_relief, turns_on_mandrel
@@ -316,4 +316,4 @@ class SpringTask:
     limits: SpringLimits = field(default_factory=SpringLimits)
     hand: str = "right"
     rate_form: RateForm = "bending"
-    calibration: Calibration = UNCALIBRATED
+    calibration: WindingCalibration = UNCALIBRATED

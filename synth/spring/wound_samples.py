@@ -21,7 +21,7 @@ from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import RateForm
 from synth.parts.wire import WireMaterial
-from synth.spring.calibration import Calibration, Sample, calibrated, flow_factor, rate_factor
+from synth.spring.calibration import Sample, WindingCalibration, calibrated, flow_factor, rate_factor
 from synth.units import factor, header, quantity
 
 FORMAT = "synth/spring/calibration/1"
@@ -124,7 +124,7 @@ def _sample(values: Mapping[str, float]) -> Sample:
     )  # fmt: skip
 
 
-def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: RateForm) -> Calibration:
+def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: RateForm) -> WindingCalibration:
     """What the samples say of a wire.
 
     Raises
@@ -145,7 +145,7 @@ def calibration_of(samples: Sequence[Sample], material: WireMaterial, form: Rate
     return calibrated(flows, rates)
 
 
-def calibration_json(found: Calibration, material: str, source: str, formula: str) -> dict[str, Any]:
+def calibration_json(found: WindingCalibration, material: str, source: str, formula: str) -> dict[str, Any]:
     """The content of the file."""
     return {
         "format": FORMAT,
@@ -161,7 +161,7 @@ def calibration_json(found: Calibration, material: str, source: str, formula: st
     }
 
 
-def read_calibration(path: Path) -> Calibration:
+def read_calibration(path: Path) -> WindingCalibration:
     """Read such a file.
 
     Raises
@@ -177,7 +177,7 @@ def read_calibration(path: Path) -> Calibration:
         if not all(0.0 < value < 10.0 for value in values):
             raise ValueError("a factor is not above 0")
         spread = float(rate["spread"]["value"]) if "spread" in rate else None
-        return Calibration(*values, spread, int(back["samples"]), int(rate["samples"]))
+        return WindingCalibration(*values, spread, int(back["samples"]), int(rate["samples"]))
     except UserError as error:
         raise UserError([Problem(one.text, one.file, key="--calibration") for one in error.problems]) from None
     except (ValueError, KeyError, TypeError, RecursionError) as error:

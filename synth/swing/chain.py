@@ -20,7 +20,7 @@ from synth.compiling import code_cache
 from synth.swing import chain_source
 from synth.swing.effects import Effect, effect_named, registered
 from synth.swing.known_torque import KnownTorque, delayed, for_integrator
-from synth.swing.lane_layout import DRIVE, LANES, MOST_MEMORIES, WORKING, Law, Layout
+from synth.swing.lane_layout import DRIVE, LANES, MOST_MEMORIES, WORKING, LaneLaw, Layout
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg, Tip
 from synth.swing.time_unit import time_exponent
@@ -400,7 +400,7 @@ def _torque_effects() -> tuple[Effect, ...]:
 
 def _chain_of(n: int, effects: tuple[Effect, ...]) -> Chain:
     """The chain with the text of each module that it may need."""
-    layout = Layout(n, tuple(Law(effect.name, len(effect.parameters), effect.memory) for effect in effects))
+    layout = Layout(n, tuple(LaneLaw(effect.name, len(effect.parameters), effect.memory) for effect in effects))
     imports = {effect.name: effect.module for effect in effects}
     modules = ("synth.compiling.trigonometry", "synth.swing.effects.inlined", *imports.values())
     files = tuple(_file_of(module) for module in modules)

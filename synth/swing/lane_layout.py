@@ -36,7 +36,7 @@ _FOR_EFFECTS = (
 
 
 @dataclass(frozen=True)
-class Law:
+class LaneLaw:
     """An effect's compiled torque as the layout sees it: its name, number of parameters, whether it has memory."""
 
     name: str
@@ -49,7 +49,7 @@ class Layout:
     """Row numbers for a chain of ``n`` links; ``laws`` in compiled order."""
 
     n: int
-    laws: tuple[Law, ...] = ()
+    laws: tuple[LaneLaw, ...] = ()
 
     @cached_property
     def blocks(self) -> dict[str, tuple[int, int]]:

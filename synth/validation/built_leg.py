@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.files.project_options import Prior
+from synth.files.project_options import RatePrior
 from synth.files.static_points_file import StaticPoint
 from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, JointFit
 from synth.fit.recordings import Recording, recordings
 from synth.fit.starts import starts
 from synth.swing.leg_model import Damper, Leg, Spring
-from synth.validation.comparison_table import Row, Table, cell, listed, percent
+from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell, listed, percent
 from synth.validation.explanations import inside, on_bounds, softened
 from synth.validation.ridge_scan import along
 from synth.validation.thesis_data import JOINTS, LabData
@@ -25,7 +25,7 @@ from synth.validation.thesis_data import JOINTS, LabData
 USED = 4  # of the releases a joint, the first, took part in the thesis
 WIRE_THEORY = 38.0  # N m/rad, what the thesis reckoned for the hip's spring
 STICKS = np.radians(3.0)  # how far from balance a joint may come to rest
-HELD = Prior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # of what is known already
+HELD = RatePrior(spring=1e-3, damper=1e-3, free_angle=np.radians(3.0))  # of what is known already
 HELD_AT = (15.0, 38.0, 75.8, 150.0)  # N m/rad at which the hip's spring is held to show the ridge
 
 
@@ -43,7 +43,7 @@ class Isolated:
         return self.fit.joints[self.joint]
 
 
-def table_8(data: LabData) -> Table:
+def table_8(data: LabData) -> ComparisonTable:
     """Spring and damper rates of the built leg, joint by joint."""
     published = data.rates("thesis_table_8_built")
     bounds = data.published["thesis_table_8_built"]
@@ -51,14 +51,16 @@ def table_8(data: LabData) -> Table:
         np.array([[pair[end] for pair in bounds[key]] for key in ("bounds_k", "bounds_b")]) for end in (0, 1)
     )
     found = isolated(data)
-    together = fit_leg(data.built, _all(data), FitOptions(free_angle="per_trial", tolerance=data.tolerance))
+    together = fit_leg(data.built, _all(data), LegFitOptions(free_angle="per_trial", tolerance=data.tolerance))
     rows = []
     for row, (symbol, unit) in enumerate((("k", "N*m/rad"), ("b", "N*m*s/rad"))):
         for j, name in enumerate(JOINTS):
             fits = (found[name].found, together.joints[name])
             estimates = [joint.spring_rate if row == 0 else joint.damper_rate for joint in fits]
             ends = f"{lower[row, j]:.4g} to {upper[row, j]:.4g}"
-            rows.append(Row(f"{name} {symbol}", (cell(published[row, j], unit), ends, *(cell(e) for e in estimates))))
+            rows.append(
+                ComparisonRow(f"{name} {symbol}", (cell(published[row, j], unit), ends, *(cell(e) for e in estimates)))
+            )
     said = [
         *on_bounds(published, lower, upper, "the published pair"),
         *_outside(found, lower, upper),
@@ -66,7 +68,7 @@ def table_8(data: LabData) -> Table:
         *_ridge(found["hip"]),
         _spread(found),
     ]
-    return Table(
+    return ComparisonTable(
         "Table 8",
         "The built robot leg: springs and dampers identified joint by joint",
         ("", "published", "its bounds", "ours, joint by joint", "ours, all releases at once"),
@@ -87,7 +89,7 @@ def isolated(data: LabData) -> dict[str, Isolated]:
         held = replace(leg, joints=tuple(known.joints[len(JOINTS) - len(leg.joints) :]))
         held = held.with_joints(**{joint: {"spring": None, "damper": None}})
         prior = HELD if len(leg.joints) > 1 else None
-        options = FitOptions(
+        options = LegFitOptions(
             free_angle="per_trial", prior=prior, static=_ends(leg, recordings), tolerance=data.tolerance
         )
         fit = fit_leg(held, recordings, options)

@@ -13,7 +13,7 @@ Cell = dict[str, Any] | str | None
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparisonRow:
     """``label``, then a cell for every column: a quantity, words, or nothing."""
 
     label: str
@@ -21,13 +21,13 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Table:
+class ComparisonTable:
     """One of the thesis' tables. ``how`` says what was done; ``differences`` are sentences made from the figures."""
 
     name: str
     title: str
     columns: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[ComparisonRow, ...]
     how: str
     differences: tuple[str, ...]
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
-from synth.validation.comparison_table import Row, Table, cell
+from synth.validation.comparison_table import ComparisonRow, ComparisonTable, cell
 from synth.validation.explanations import apart, found_rates, median_text, on_bounds
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisWay
@@ -44,7 +44,7 @@ def find_rat(data: LabData, seed: int = 0) -> Rat:
     recordings = data.releases()
     way = ThesisWay(data.rat, recordings, _swarm_terms())
     piecewise, swarm = _gone(data, recordings, NONE, seed)
-    fit = fit_leg(data.rat, recordings, FitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
+    fit = fit_leg(data.rat, recordings, LegFitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
     return Rat(tuple(recordings), way, piecewise, swarm, _gone(data, recordings, ALL, seed)[1], fit)
 
 
@@ -64,7 +64,7 @@ def _gone(data: LabData, recordings: Sequence[Recording], mistakes: Mistakes, se
     return piecewise, swarm
 
 
-def table_1(data: LabData, rat: Rat) -> Table:
+def table_1(data: LabData, rat: Rat) -> ComparisonTable:
     """Spring and damper rates of the rat."""
     published = {name: data.rates("thesis_table_1_rat", name) for name in ("piecewise", "swarm")}
     ours = {"piecewise": rat.piecewise, "swarm": rat.swarm}
@@ -75,7 +75,7 @@ def table_1(data: LabData, rat: Rat) -> Table:
             joint = rat.fit.joints[name]
             cells = [cell(rates[row, j], unit) for pair in published for rates in (published[pair], ours[pair])]
             estimate = joint.spring_rate if row == 0 else joint.damper_rate
-            rows.append(Row(f"{name} {symbol}", (*cells, cell(rat.again[row, j], unit), cell(estimate))))
+            rows.append(ComparisonRow(f"{name} {symbol}", (*cells, cell(rat.again[row, j], unit), cell(estimate))))
     said = []
     for pair, rates in published.items():
         cost = rat.way.total(rates), rat.way.total(ours[pair])
@@ -89,7 +89,7 @@ def table_1(data: LabData, rat: Rat) -> Table:
     best = found_rates(rat.fit)
     said += apart(published["swarm"], rat.fit, rat.way.rms(published["swarm"]), rat.way.rms(best))
     said += _foot(data, rat, published["swarm"])
-    return Table(
+    return ComparisonTable(
         "Table 1",
         "The rat's hind limb: spring and damper rates",
         ("", "piecewise, published", "piecewise, ours", "swarm, published", "swarm, ours", "swarm, ours with its "
@@ -113,7 +113,7 @@ def _foot(data: LabData, rat: Rat, rates: Array) -> list[str]:
     ]
 
 
-def table_2(data: LabData, rat: Rat) -> Table:
+def table_2(data: LabData, rat: Rat) -> ComparisonTable:
     """How well the rates bring back frequency, damping, rise time and angle: medians over the releases."""
     sets = {
         "piecewise, published rates": data.rates("thesis_table_1_rat", "piecewise"),
@@ -125,7 +125,7 @@ def table_2(data: LabData, rat: Rat) -> Table:
     right, wrong = "swarm, published rates", "the same with its mistakes"
     medians[wrong] = _medians(ThesisWay(data.rat, rat.recordings, _swarm_terms(), ALL), sets[right])
     order = ("piecewise, published rates", right, wrong, "swarm, ours", "least squares")
-    rows = tuple(Row(what, (TABLE_2[what], *(medians[name][what] for name in order))) for what in TABLE_2)
+    rows = tuple(ComparisonRow(what, (TABLE_2[what], *(medians[name][what] for name in order))) for what in TABLE_2)
     own = np.degrees(np.median([np.nanmean(np.abs(t.measured - t.fitted)[:, ANKLE]) for t in rat.fit.trials]))
     said = (
         f"Angle: the published rates leave {medians[right]['angle']} at the ankle in a model put right and "
@@ -138,7 +138,7 @@ def table_2(data: LabData, rat: Rat) -> Table:
         "Damping ratio: the thesis' rat scripts take the logarithm of two peaks half a cycle apart for a whole "
         "cycle's, which doubles the decrement on both sides; relative errors of small ratios stay, larger ones shrink.",
     )
-    return Table(
+    return ComparisonTable(
         "Table 2",
         "The rat's hind limb: errors of the characteristics, medians over the seven releases",
         ("", "published", *order),

@@ -11,12 +11,12 @@ import numpy as np
 from synth.arrays import Array
 from synth.estimation.intervals import Estimate
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, Variant
 from synth.fit.rate_search import Bounds
 from synth.fit.recordings import Recording
 from synth.motion.characteristics import Characteristics
-from synth.validation.comparison_table import Cell, Row, Table, cell, listed
+from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, cell, listed
 from synth.validation.explanations import apart, found_rates, inside, on_bounds
 from synth.validation.thesis_data import JOINTS, SEVEN, LabData
 from synth.validation.thesis_method import ALL, ANKLE, HIP, KNEE, NONE, Mistakes, Terms, ThesisWay
@@ -36,7 +36,7 @@ Features = Sequence[Sequence[Characteristics]]  # by release and joint
 
 
 @dataclass(frozen=True)
-class Target:
+class RobotTarget:
     """What was found for the robot: the thesis' way gone again, once with its mistakes, and least squares."""
 
     recordings: tuple[Recording, ...]
@@ -48,7 +48,7 @@ class Target:
     common: Variant  # one free angle for all releases
 
 
-def find_target(data: LabData, seed: int = 0) -> Target:
+def find_target(data: LabData, seed: int = 0) -> RobotTarget:
     """Go the thesis' way on the releases slowed down by two, and fit them by least squares."""
     slow = [recording.stretched(SLOWER) for recording in data.releases()]
     weights = np.array([[STRESS if name in STRESSED[j] else 1.0 for j in (HIP, KNEE, ANKLE)] for name in SEVEN])
@@ -56,12 +56,12 @@ def find_target(data: LabData, seed: int = 0) -> Target:
     ways = [ThesisWay(data.dog, slow, terms, mistakes, SLOWER) for mistakes in (NONE, ALL)]
     bounds = Bounds(LOWER, UPPER)
     swarms = [way.search.swarm(START, bounds, seed=seed)[0] for way in ways]
-    fit = fit_leg(data.dog, slow, FitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
+    fit = fit_leg(data.dog, slow, LegFitOptions(free_angle="per_trial", seed=seed, tolerance=data.tolerance))
     common = next(variant for variant in fit.variants if variant.free_angle == "common")
-    return Target(tuple(slow), ways[0], ways[1], swarms[0], swarms[1], fit, common)
+    return RobotTarget(tuple(slow), ways[0], ways[1], swarms[0], swarms[1], fit, common)
 
 
-def table_3(data: LabData, target: Target) -> Table:
+def table_3(data: LabData, target: RobotTarget) -> ComparisonTable:
     """Spring and damper rates that the robot's joints need."""
     published = data.rates("thesis_table_3_target")
     rows = []
@@ -72,7 +72,9 @@ def table_3(data: LabData, target: Target) -> Table:
             if row == 1:
                 found = [joint.damper_rate, common.damper_rate[name]]
             numbers = [published[row, j], target.swarm[row, j], target.again[row, j]]
-            rows.append(Row(f"{name} {symbol}", (*(cell(v, unit) for v in numbers), *(cell(e) for e in found))))
+            rows.append(
+                ComparisonRow(f"{name} {symbol}", (*(cell(v, unit) for v in numbers), *(cell(e) for e in found)))
+            )
     costs = [target.way.total(rates) for rates in (published, target.swarm)]
     best = found_rates(target.fit)
     said = [
@@ -84,7 +86,7 @@ def table_3(data: LabData, target: Target) -> Table:
         *_common(published, target.common),
         *_rates(target, published),
     ]
-    return Table(
+    return ComparisonTable(
         "Table 3",
         "The robot leg: spring and damper rates wanted",
         ("", "published", "swarm, ours", "swarm, ours with its mistakes", "least squares, free angle a release",
@@ -108,7 +110,7 @@ def _common(published: Array, common: Variant) -> list[str]:
     ]
 
 
-def _rates(target: Target, published: Array) -> list[str]:
+def _rates(target: RobotTarget, published: Array) -> list[str]:
     """What the doubled initial rate does."""
     doubled = ThesisWay(
         target.fit.leg, target.recordings, target.way.cost.terms, Mistakes(double_rate=True), stretched=SLOWER
@@ -121,7 +123,7 @@ def _rates(target: Target, published: Array) -> list[str]:
     ]
 
 
-def table_4(data: LabData, target: Target) -> Table:
+def table_4(data: LabData, target: RobotTarget) -> ComparisonTable:
     """Free angles of the robot's springs."""
     published = data.published["thesis_table_4_free_angle_deg"]
     rates = data.rates("thesis_table_3_target")
@@ -132,7 +134,7 @@ def table_4(data: LabData, target: Target) -> Table:
     ]
     spreads = np.std(target.way.search.rests(rates[0][:, None])[:, :, 0], axis=0, ddof=1)
     rows = tuple(
-        Row(
+        ComparisonRow(
             name,
             (
                 cell(float(np.radians(published[j])), "deg"),
@@ -155,7 +157,7 @@ def table_4(data: LabData, target: Target) -> Table:
         )
         for j, name in enumerate(JOINTS)
     ]
-    return Table(
+    return ComparisonTable(
         "Table 4",
         "The robot leg: free angles",
         ("", "published", "published rates, put right", "published rates, foot's weight wrong", "least squares",
@@ -166,14 +168,14 @@ def table_4(data: LabData, target: Target) -> Table:
     )  # fmt: skip
 
 
-def table_a1(data: LabData, target: Target) -> Table:
+def table_a1(data: LabData, target: RobotTarget) -> ComparisonTable:
     """Release by release: characteristics of the slowed-down rat, and of the robot with the published rates."""
     published, rates = data.published["thesis_table_A1"], data.rates("thesis_table_3_target")
     given, reached = published["data"], published["achieved"]
     wanted = target.way.cost.data
     right, wrong = target.way.features(rates), target.wrong.features(rates)
     means = [way.mean_errors(rates)[:, ANKLE] for way in (target.way, target.wrong)]
-    rows: list[Row] = []
+    rows: list[ComparisonRow] = []
     for t, name in enumerate(SEVEN):
         for label, unit, keys, joint, term in (
             ("hip rise time", "s", ("hip_rise_s_HEAD", "hip_rise_s"), HIP, "rise_time"),
@@ -188,11 +190,11 @@ def table_a1(data: LabData, target: Target) -> Table:
                 cell(ours[1], unit),
                 cell(ours[2], unit),
             )
-            rows.append(Row(f"{name}: {label}", cells))
+            rows.append(ComparisonRow(f"{name}: {label}", cells))
         achieved = cell(float(reached["ankle_mean_signed_diff_rad"][t]), "deg")
         rest = (None, None, achieved, *(cell(float(mean[t]), "deg") for mean in means))
-        rows.append(Row(f"{name}: ankle, mean error", rest))
-    return Table(
+        rows.append(ComparisonRow(f"{name}: ankle, mean error", rest))
+    return ComparisonTable(
         "Table A-1",
         "Release by release: the slowed-down rat, and the robot with the published rates",
         ("", "rat, published", "rat, ours", "robot, published", "robot, ours", "robot, ours with its mistakes"),

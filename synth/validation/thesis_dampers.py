@@ -10,13 +10,13 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import TorsionSpringRow
 from synth.swing.leg_model import DamperCurve
-from synth.validation.comparison_table import Cell, Row, Table, cell, percent
+from synth.validation.comparison_table import Cell, ComparisonRow, ComparisonTable, cell, percent
 from synth.validation.explanations import inside
 from synth.validation.thesis_data import JOINTS, LabData
 
@@ -25,25 +25,27 @@ SPRINGS = {"knee": "LTR135H 10 M", "ankle": "LTR080F 10 S"}  # what the thesis b
 WIRE, OUTSIDE, COILS, MODULUS = 0.1875 * 0.0254, 1.63 * 0.0254, 1.04, 203.4e9
 
 
-def table_6(data: LabData, slow: Sequence[Recording]) -> Table:
+def table_6(data: LabData, slow: Sequence[Recording]) -> ComparisonTable:
     """Damper rates from drops, the springs that suit them, and what the makers say; ``slow``: the wanted motion."""
     published = data.published["thesis_table_6"]
     rates = np.array(published["b_dampers"], dtype=float)
     laws = [_law(data, joint) for joint in JOINTS]
     linear = [next(fit for fit in law.fits if fit.law.name == "linear") for law in laws]
     curves = {name: DamperCurve((1.0,), (float(b),)) for name, b in zip(JOINTS, rates, strict=True)}
-    fit = fit_leg(data.dog, slow, FitOptions(free_angle="per_trial", curves=curves, tolerance=data.tolerance))
+    fit = fit_leg(data.dog, slow, LegFitOptions(free_angle="per_trial", curves=curves, tolerance=data.tolerance))
     makers = _makers()
-    rows: list[Row] = []
+    rows: list[ComparisonRow] = []
     for j, name in enumerate(JOINTS):
         found = float(linear[j].parameters["rate"]["value"])
-        rows.append(Row(f"{name} b, damper alone", (cell(float(rates[j]), "N*m*s/rad"), cell(found, "N*m*s/rad"))))
+        rows.append(
+            ComparisonRow(f"{name} b, damper alone", (cell(float(rates[j]), "N*m*s/rad"), cell(found, "N*m*s/rad")))
+        )
     for j, name in enumerate(JOINTS):
         given = cell(float(published["k_given_dampers"][j]), "N*m/rad")
-        rows.append(Row(f"{name} k, wanted with that damper", (given, cell(fit.joints[name].spring_rate))))
+        rows.append(ComparisonRow(f"{name} k, wanted with that damper", (given, cell(fit.joints[name].spring_rate))))
     for j, name in enumerate(JOINTS):
         cells: tuple[Cell, ...] = (cell(float(published["k_manufacturer"][j]), "N*m/rad"), cell(makers[j], "N*m/rad"))
-        rows.append(Row(f"{name} k, by its maker", cells))
+        rows.append(ComparisonRow(f"{name} k, by its maker", cells))
     said = [_of_law(law, float(rates[j])) for j, law in enumerate(laws)]
     said += _of_springs(np.array(published["k_given_dampers"], dtype=float), fit)
     said.append(
@@ -51,7 +53,7 @@ def table_6(data: LabData, slow: Sequence[Recording]) -> Table:
         f"{_bending(OUTSIDE):.1f} N*m/rad, which is the published number; the formula wants the mean diameter, with "
         f"which the same spring has {_bending(OUTSIDE - WIRE):.1f} N*m/rad."
     )
-    return Table(
+    return ComparisonTable(
         "Table 6",
         "Dampers and springs of the built robot leg",
         ("", "published", "ours"),

@@ -8,7 +8,7 @@ from typing import Any
 
 import synth
 from synth.validation.built_leg import table_8
-from synth.validation.comparison_table import Table
+from synth.validation.comparison_table import ComparisonTable
 from synth.validation.rat_tables import find_rat, table_1, table_2
 from synth.validation.robot_tables import find_target, table_3, table_4, table_a1
 from synth.validation.thesis_dampers import table_6
@@ -18,7 +18,7 @@ FORMAT = "synth/reproduction/1"
 Stage = Callable[[str], AbstractContextManager[object]]
 
 
-def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tuple[Table, ...]:
+def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tuple[ComparisonTable, ...]:
     """Tables 1, 2, 3, 4, 6, 8 and A-1 from the laboratory's recordings.
 
     Parameters
@@ -44,7 +44,7 @@ def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tu
     return (*tables, table_a1(data, target))
 
 
-def reproduction_json(data: LabData, tables: tuple[Table, ...], seed: int) -> dict[str, Any]:
+def reproduction_json(data: LabData, tables: tuple[ComparisonTable, ...], seed: int) -> dict[str, Any]:
     """The content of ``reproduction.json``."""
     return {
         "format": FORMAT,

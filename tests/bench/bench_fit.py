@@ -31,7 +31,7 @@ from synth.files.leg_file import write_leg
 from synth.files.output import write_csv
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -71,7 +71,7 @@ class Spent:
 def ours(count: int, free_angle: str) -> Spent:
     """A warm fit of so many trials."""
     leg, given = bare_leg(), recordings(bare_leg(), trials(count))
-    options = FitOptions(free_angle=free_angle)
+    options = LegFitOptions(free_angle=free_angle)
     walls: list[float] = []
 
     def fit() -> None:

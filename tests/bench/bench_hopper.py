@@ -20,8 +20,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from hopper.hoppers import catalogue, motor
 from synth.hopper.motors import chosen_rows, motor_of
-from synth.hopper.sweep import Problem, run_sweep
-from synth.jump.hopper_leg import Contact, HopperLeg, Tolerances
+from synth.hopper.sweep import SweepProblem, run_sweep
+from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances
 from synth.jump.jump_models import MODELS, lanes
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mjcf, mujoco_jump
@@ -74,7 +74,9 @@ def sweep(count: int) -> tuple[float, float, float]:
     """Seconds, seconds of all cores' work, and MB for ``count`` designs of model full, HP and HPCB motors."""
     motors = tuple(motor_of(row) for row in chosen_rows(catalogue().motors, ["N20 HP*"]))
     lengths = tuple(np.linspace(0.06, 0.18, -(-count // len(motors))))
-    problem = Problem(HopperLeg(), motors, (Tolerances(),) * len(motors), lengths, Contact(), MODELS["full"], False)
+    problem = SweepProblem(
+        HopperLeg(), motors, (HopperTolerances(),) * len(motors), lengths, Contact(), MODELS["full"], False
+    )
     start, worked = time.perf_counter(), time.process_time()
     found = run_sweep(problem)
     spent, worked = time.perf_counter() - start, time.process_time() - worked

@@ -13,8 +13,8 @@ import numpy as np
 from bench import thesis_leg as thesis
 from bench.results import Goal, Section, Table, load, run_alone, say
 from synth.design.part_lanes import Acting, PartLanes
-from synth.design.part_search import Found, best_sets
-from synth.design.response import Release, WantedResponse
+from synth.design.part_search import FoundSets, best_sets
+from synth.design.response import WantedRelease, WantedResponse
 from synth.parts.damper_law import power_law_curve
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper
@@ -28,7 +28,7 @@ def lanes(n_damper: int, n_spring: int) -> PartLanes:
     """``n_damper`` times ``n_spring`` pairs a joint, in an order of their own."""
     leg, generator = thesis.leg(), np.random.default_rng(1)
     times = thesis.TIMES[::5]
-    releases = [Release(f"{k}", times, q, np.zeros(3), Conditions()) for k, q in enumerate(thesis.RELEASES)]
+    releases = [WantedRelease(f"{k}", times, q, np.zeros(3), Conditions()) for k, q in enumerate(thesis.RELEASES)]
     acting = []
     for joint in leg.joints:
         assert joint.spring is not None
@@ -43,7 +43,7 @@ def lanes(n_damper: int, n_spring: int) -> PartLanes:
     return PartLanes(WantedResponse.of(leg, releases), leg, acting)
 
 
-def timed(sets: PartLanes, exhaustive: int) -> tuple[Found, float, float]:
+def timed(sets: PartLanes, exhaustive: int) -> tuple[FoundSets, float, float]:
     """What was found, processor seconds of all threads, and seconds on the wall."""
     processor, wall = time.process_time(), time.perf_counter()
     found = best_sets(sets, [0, 0, 0], BEST, exhaustive=exhaustive)
@@ -61,7 +61,7 @@ def section() -> Section:
     million, processor, wall = timed(many, 0)
     say(f"{million.n_set} sets: {processor:.1f} s of a processor, {wall:.1f} s on the wall, load {load():.1f}")
 
-    def row(words: str, found: Found, processor: float, wall: float) -> tuple[str | float | None, ...]:
+    def row(words: str, found: FoundSets, processor: float, wall: float) -> tuple[str | float | None, ...]:
         error = float(np.degrees(found.error[0]))
         return words, found.n_set, found.n_simulated, round(processor, 2), round(wall, 2), round(error, 3)
 

@@ -23,7 +23,7 @@ from jinja2 import Environment
 from markupsafe import Markup
 
 from bench.results import Cell, Figure, Section, load, say
-from reports.figures.axes import Axes, Scale
+from reports.figures.axes import Axes, AxisScale
 from reports.figures.legend import legend
 from reports.figures.palette import BLUE, GREEN, GREY, ORANGE, VERMILION, Line
 from reports.figures.svg import Svg
@@ -147,7 +147,8 @@ def drawing(figure: Figure) -> Markup:
         ends = (0.0, 1.08 * max(xs), 0.0, 1.12 * max(ys))
     svg = Svg(430, 270, figure.title)
     axes = Axes(
-        Scale(ends[0], ends[1], 58, 415, figure.logarithmic), Scale(ends[2], ends[3], 225, 14, figure.logarithmic)
+        AxisScale(ends[0], ends[1], 58, 415, figure.logarithmic),
+        AxisScale(ends[2], ends[3], 225, 14, figure.logarithmic),
     )
     axes.frame(svg)
     for line, curve in zip(LINES, figure.curves, strict=False):

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from synth.design.leg_design import LegDesign, design_leg
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.leg_project import LegProject
 from synth.files.output import write_csv
@@ -99,7 +99,9 @@ def write_project(folder: Path, seed: int) -> LegProject:
             for j in leg.joints
         )
     )
-    releases = [Release(f"{k}", TIME, generator.uniform(-0.9, 0.9, 2), np.zeros(2), Conditions()) for k in range(3)]
+    releases = [
+        WantedRelease(f"{k}", TIME, generator.uniform(-0.9, 0.9, 2), np.zeros(2), Conditions()) for k in range(3)
+    ]
     for k, motion in enumerate(WantedResponse.of(leg, releases).motions):
         angles = np.degrees(leg.to_measured(motion) + generator.normal(0.0, NOISE, motion.shape))
         columns = {"time [s]": TIME, **{f"{n} [deg]": angles[:, j] for j, n in enumerate(NAMES)}}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from synth.design.choose_dampers import MeasuredCurve, choose_dampers
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import DamperChoice, JointChoice, SpringChoice
 from synth.parts.catalogs import Catalogue
@@ -25,7 +25,7 @@ def one_link(damper: Damper, rate: float = 1.2) -> Leg:
 
 
 def response(leg: Leg) -> WantedResponse:
-    release = Release("a", TIME, np.array([0.25]), np.zeros(1), Conditions())
+    release = WantedRelease("a", TIME, np.array([0.25]), np.zeros(1), Conditions())
     return WantedResponse.of(leg, [release])
 
 

@@ -11,7 +11,7 @@ from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
 from synth.design.part_lanes import Acting, PartLanes
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.files.project_options import ToleranceOptions
 from synth.parts.arrangement import Arrangement
 from synth.parts.catalogs import Catalogue
@@ -43,7 +43,7 @@ def spring(catalogue: Catalogue) -> SpringOption:
 
 def forecaster(rate: float, asked: ToleranceOptions, within: float = 0.1) -> Forecaster:
     leg = knee(rate)
-    wanted = WantedResponse.of(leg, [Release("a", TIME, np.array([0.4]), np.zeros(1), Conditions())])
+    wanted = WantedResponse.of(leg, [WantedRelease("a", TIME, np.array([0.4]), np.zeros(1), Conditions())])
     lanes = PartLanes(wanted, leg, [[Acting(rate, Damper(1.0))]])
     return Forecaster(lanes, asked, within)
 
@@ -95,7 +95,7 @@ def test_temperature_acts_on_a_damper_as_its_coefficient_says(spring: SpringOpti
     row = replace(catalogue.find_damper("6597K19"), torque_per_kelvin=-0.02)
     option = DamperOption(row, row.damper("linear"), "linear", "secant")
     lanes = PartLanes(
-        WantedResponse.of(knee(spring.rate), [Release("a", TIME, np.array([0.4]), np.zeros(1), Conditions())]),
+        WantedResponse.of(knee(spring.rate), [WantedRelease("a", TIME, np.array([0.4]), np.zeros(1), Conditions())]),
         knee(spring.rate),
         [[Acting(spring.rate, option.damper)]],
     )

@@ -17,7 +17,7 @@ from synth.files.leg_file import read_leg
 from synth.files.projects import read_leg_project
 from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.hand import later
 from synth.fit.recordings import recordings
 from synth.parts.catalogs import Catalogue
@@ -75,7 +75,7 @@ def test_with_one_free_angle_the_thesis_stiffness_comes_out() -> None:
     rat, dog = (read_leg(DATA / name / f"{name}.leg.yaml") for name in ("rat", "dog"))
     trials = read_trials([f"rat/releases/{name}.csv" for name in SEVEN], DATA, rat)
     scaled = [recording.stretched(2.0) for recording in recordings(rat, trials)]
-    common = fit_leg(dog, scaled, FitOptions(free_angle="common"))
+    common = fit_leg(dog, scaled, LegFitOptions(free_angle="common"))
     for joint, value in zip(common.joints.values(), published, strict=True):
         estimate = joint.spring_rate
         assert estimate.low is not None
@@ -121,7 +121,7 @@ def test_thirty_releases_agree_with_the_seven(design: LegDesign) -> None:
     assert len(trials) == 30
     free = later(recordings(rat, trials), design.source.cut)
     assert free is not None
-    result = fit_leg(leg, [recording.stretched(2.0) for recording in free], FitOptions())
+    result = fit_leg(leg, [recording.stretched(2.0) for recording in free], LegFitOptions())
     knee, before = result.joints["knee"], design.target.joints["knee"]
     assert knee.spring_rate.value == pytest.approx(before.spring_rate.value, rel=0.15)
     assert knee.damper_rate is not None

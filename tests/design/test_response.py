@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.fit.trajectories import TrajectoryModel
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -28,8 +28,8 @@ TIME = np.linspace(0.0, 1.0, 101)
 @pytest.fixture(scope="module")
 def wanted() -> WantedResponse:
     releases = [
-        Release("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions()),
-        Release("b", TIME, np.array([0.5, 0.9]), np.array([0.0, -2.0]), Conditions()),
+        WantedRelease("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions()),
+        WantedRelease("b", TIME, np.array([0.5, 0.9]), np.array([0.0, -2.0]), Conditions()),
     ]
     return WantedResponse.of(LEG, releases)
 
@@ -46,7 +46,7 @@ def test_errors_are_the_root_mean_square_of_the_difference(wanted: WantedRespons
 
 
 def test_a_locked_joint_does_not_count() -> None:
-    release = Release("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions(locked=(1,)))
+    release = WantedRelease("a", TIME, np.array([0.1, 1.4]), np.zeros(2), Conditions(locked=(1,)))
     wanted = WantedResponse.of(LEG, [release])
     other = LEG.with_joints(knee={"spring": Spring(9.0, 2.0)})
     assert wanted.errors([other])[0] == pytest.approx([0.0, 0.0], abs=1e-12)

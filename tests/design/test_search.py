@@ -9,7 +9,7 @@ import pytest
 
 from synth.design.part_lanes import Acting, PartLanes
 from synth.design.part_search import Mistake, _Screen, best_sets
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Spring
 from three_links import LEG, TIME, grid, wanted
@@ -95,7 +95,7 @@ def test_one_joint_is_screened_like_many() -> None:
     """With nothing to act on each other the screen is exact."""
     options = grid(30, 10)[2]
     leg = replace(LEG, joints=LEG.joints[2:])
-    release = Release("a", TIME, np.array([0.5]), np.zeros(1), Conditions())
+    release = WantedRelease("a", TIME, np.array([0.5]), np.zeros(1), Conditions())
     lanes = PartLanes(WantedResponse.of(leg, [release]), leg, [options])
     whole, screened = best_sets(lanes, [0], 5), best_sets(lanes, [0], 5, exhaustive=0)
     assert screened.index.tolist() == whole.index.tolist()

@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 
 from synth.design.choose_dampers import DamperChoiceMade, DamperOption
-from synth.design.choose_springs import SpringChoiceMade, SpringSource, Travel, sense_warning, spring_warnings, travels
+from synth.design.choose_springs import (
+    SpringChoiceMade,
+    SpringSource,
+    WantedTravel,
+    sense_warning,
+    spring_warnings,
+    travels,
+)
 from synth.design.part_sets import SetsMade, choose_sets
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.errors import UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
@@ -20,7 +27,7 @@ from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 from synth.swing.mechanics import rest_pose
 
 TIME = np.linspace(0.0, 1.0, 101)
-TRAVEL = [Travel(radians(50.0), radians(10.0))]
+TRAVEL = [WantedTravel(radians(50.0), radians(10.0))]
 
 
 def knee(rate: float) -> Leg:
@@ -30,14 +37,16 @@ def knee(rate: float) -> Leg:
 
 def wanted(leg: Leg) -> WantedResponse:
     start = leg.to_rotation(np.array([radians(70.0)]))
-    return WantedResponse.of(leg, [Release("a", TIME, start, np.zeros(1), Conditions())])
+    return WantedResponse.of(leg, [WantedRelease("a", TIME, start, np.zeros(1), Conditions())])
 
 
 def choice(**spring: object) -> SpringChoice:
     return SpringChoice(**spring)  # type: ignore[arg-type]
 
 
-def sets_for(leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[Travel], **parts: object) -> SetsMade:
+def sets_for(
+    leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[WantedTravel], **parts: object
+) -> SetsMade:
     """The knee's spring chosen beside a linear damper that was measured."""
     damper = leg.joints[0].damper
     assert damper is not None
@@ -47,7 +56,9 @@ def sets_for(leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[T
     return choose_sets(wanted(leg), leg, dampers, [source], PartsOptions(**parts))  # type: ignore[arg-type]
 
 
-def choose(leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[Travel] = TRAVEL) -> SpringChoiceMade:
+def choose(
+    leg: Leg, asked: SpringChoice, catalogue: Catalogue, travel: list[WantedTravel] = TRAVEL
+) -> SpringChoiceMade:
     return sets_for(leg, asked, catalogue, travel).springs
 
 
@@ -112,7 +123,7 @@ def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: 
     """79 N m/rad over 45 deg within the thesis' outside diameter: yields; two or more in parallel can."""
     leg = knee(79.35)
     room = choice(make=True, max_outer_diameter=0.0414, max_body_length=0.05)
-    travel = [Travel(radians(45.0), radians(15.0))]
+    travel = [WantedTravel(radians(45.0), radians(15.0))]
     made = choose(leg, room, catalogue, travel)
     said = made.warnings[0][0]
     assert "no single spring can do 79.35 N*m/rad over 45.0 deg" in said
@@ -128,7 +139,7 @@ def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: 
 
 def test_a_bought_spring_that_would_yield_is_warned_of(catalogue: Catalogue) -> None:
     leg = knee(0.47269)
-    far = [Travel(radians(150.0), 0.0)]
+    far = [WantedTravel(radians(150.0), 0.0)]
     made = choose(leg, choice(part="LTR080F 10 S"), catalogue, far)
     assert "yields at" in spring_warnings("knee", made.chosen[0])[0]
 
@@ -153,13 +164,13 @@ def test_a_spring_that_work_would_open_is_seated_the_other_way_round_and_that_is
         assert found.below is below
         assert np.degrees([found.winding, found.opening]) == pytest.approx([40.0, 5.0])
         assert bool(sense_warning("knee", found)) is found.turned_round is not below
-    assert "towards larger measured angles" in sense_warning("knee", Travel(0.7, 0.1, below=False))[0]
-    assert sense_warning("knee", Travel(0.7, 0.6, below=False)) == []
+    assert "towards larger measured angles" in sense_warning("knee", WantedTravel(0.7, 0.1, below=False))[0]
+    assert sense_warning("knee", WantedTravel(0.7, 0.6, below=False)) == []
 
 
 @pytest.mark.parametrize("rate", [2.2922, 3.3])  # a bought one, one to wind
 def test_the_seat_is_the_choice_s(catalogue: Catalogue, rate: float) -> None:
-    for travel, closes in ((Travel(0.7, 0.1, below=False), 1), (Travel(0.7, 0.1), -1)):
+    for travel, closes in ((WantedTravel(0.7, 0.1, below=False), 1), (WantedTravel(0.7, 0.1), -1)):
         made = choose(knee(rate), choice(rate_tolerance=0.05), catalogue, [travel])
         assert {option.closes for option in made.ranked[0]} == {closes}
         assert any("the other way round" in text for text in made.warnings[0]) is (closes == 1)

@@ -9,19 +9,19 @@ import pytest
 
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from fit.test_static_points import OVERDAMPED
-from synth.design.choice_robustness import Told, told
+from synth.design.choice_robustness import ChoiceRobustness, told
 from synth.design.response import WantedResponse
 from synth.design.stages import releases as released
 from synth.fit.draws import DRAWS
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.swing.leg_model import Leg
 
 
 def fit_of(leg: Leg, noise: float, **options: object) -> tuple[FitResult, WantedResponse]:
     recordings = recorded(leg, releases(leg, 3, Rig(noise=noise, rate=250.0), 3))
-    fit = fit_leg(bare(leg), recordings, FitOptions(free_angle="common", **options))  # type: ignore[arg-type]
+    fit = fit_leg(bare(leg), recordings, LegFitOptions(free_angle="common", **options))  # type: ignore[arg-type]
     return fit, WantedResponse.of(fit.leg, released(recordings, fit))
 
 
@@ -87,4 +87,4 @@ def test_two_sets_that_the_trials_do_not_tell_apart_are_said_to_hang_on_them() -
 def test_without_draws_nothing_is_said() -> None:
     fit, wanted = fit_of(robot(), 0.2)
     assert told(wanted, replace(fit, drawn=()), [fit.leg]) is None
-    assert Told(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None
+    assert ChoiceRobustness(np.array([[1.0, 2.0]]), np.array([1.0, 2.0])).warning is None

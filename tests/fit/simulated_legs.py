@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from peers.mujoco_leg import ExtraTorque, simulate
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording, recordings
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
@@ -117,7 +117,7 @@ def recorded(leg: Leg, trials: Sequence[Trial]) -> list[Recording]:
 
 def fitted(leg: Leg, trials: Sequence[Trial], **options: object) -> FitResult:
     """Fit the bare leg to trials."""
-    return fit_leg(bare(leg), recorded(leg, trials), FitOptions(**options))  # type: ignore[arg-type]
+    return fit_leg(bare(leg), recorded(leg, trials), LegFitOptions(**options))  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ import pytest
 from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from robustness.random_legs import random_case
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.hand import Seen, later, look, same_leg
 from synth.fit.recordings import recordings
 from synth.validation.thesis_data import read_lab_data
 
 LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
-FREE = FitOptions(release="free")
+FREE = LegFitOptions(release="free")
 
 
 def test_the_probability_of_a_difference_is_uniform_where_there_is_none() -> None:

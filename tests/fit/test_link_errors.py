@@ -12,7 +12,7 @@ from fit.simulated_legs import Rig, bare, recorded, release, releases, robot
 from synth.files.static_points_file import StaticPoint
 from synth.files.tolerance import Tolerance
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.least_squares import Stage, Weights, solve
@@ -57,7 +57,7 @@ def test_of_a_pendulum_in_small_swings_it_is_the_closed_form() -> None:
     generator = np.random.default_rng(3)
     trials = [release(leg, [a], generator, Rig(noise=0.002, duration=2.0)) for a in (2.0, -3.0)]
     given = bare(leg)
-    found = sensitivity(given, fit_leg(given, recordings(given, trials), FitOptions(free_angle="common")), trials)
+    found = sensitivity(given, fit_leg(given, recordings(given, trials), LegFitOptions(free_angle="common")), trials)
     about = inertia + mass * com**2
     stiff, weight = rate + mass * 9.81 * com, mass * 9.81 * com
     expected = {
@@ -76,7 +76,7 @@ def test_of_a_leg_it_is_what_refits_give_static_points_too() -> None:
     leg = robot()
     trials, given = releases(leg, 3)[:3], bare(leg)
     point = StaticPoint("held", np.radians([120.0, 150.0, 120.0]), np.array([2.0, 0.0, 0.0]), (0,), torque_error=0.05)
-    options = FitOptions(free_angle="common", static=(point,))
+    options = LegFitOptions(free_angle="common", static=(point,))
     found = sensitivity(given, fit_leg(given, recordings(given, trials), options), trials, (point,))
     for column in (3, 4, 6, 11):  # masses of hip and knee, com of hip, inertia of ankle
         ends = []
@@ -94,7 +94,7 @@ def test_exact_links_keep_the_intervals_and_open_ones_widen_them() -> None:
     leg = robot()
     trials, given = releases(leg, 3), bare(leg)
     made = recordings(given, trials)
-    before, exact, wide = (fit_leg(given, made, FitOptions(tolerance=t)) for t in (None, EXACT, Tolerance()))
+    before, exact, wide = (fit_leg(given, made, LegFitOptions(tolerance=t)) for t in (None, EXACT, Tolerance()))
     assert exact.joints == before.joints
     assert exact.sources == ()
     for name, joint in wide.joints.items():
@@ -107,14 +107,14 @@ def test_exact_links_keep_the_intervals_and_open_ones_widen_them() -> None:
     knee = next(s for s in wide.sources if (s.joint, s.quantity) == ("knee", "spring_rate"))
     assert knee.sentence is not None
     assert "leg file's tolerances" in knee.sentence
-    one = fit_leg(given, made, FitOptions(tolerance=replace(EXACT, joints={"ankle": {"mass": 0.2}})))
+    one = fit_leg(given, made, LegFitOptions(tolerance=replace(EXACT, joints={"ankle": {"mass": 0.2}})))
     assert {name for s in one.sources for name in s.shares} == {"trials", "mass of the ankle's link"}
 
 
 def test_draws_spread_as_the_intervals_do() -> None:
     leg = robot()
     given = bare(leg)
-    result = fit_leg(given, recorded(leg, releases(leg, 3)), FitOptions(tolerance=Tolerance()))
+    result = fit_leg(given, recorded(leg, releases(leg, 3)), LegFitOptions(tolerance=Tolerance()))
     for j, joint in enumerate(result.joints.values()):
         drawn = np.log([one.spring_rate[j] for one in result.drawn])
         half = 0.5 * np.log(joint.spring_rate.high / joint.spring_rate.low)

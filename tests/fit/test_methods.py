@@ -7,9 +7,9 @@ import pytest
 
 from fit.simulated_legs import DAMPER, FREE_ANGLE, SPRING, Rig, bare, errors, recorded, release, releases, robot
 from synth.errors import UserError
-from synth.files.project_options import FitOptions as Choice
+from synth.files.project_options import LegFitOptions as Choice
 from synth.fit.costs import Cost, apart, emphasised
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.methods import fit_by, require_method, search_of
 from synth.fit.rate_search import Bounds, order_of
 from synth.fit.simplex import simplex
@@ -100,7 +100,7 @@ def test_the_order_is_knee_hip_ankle_and_only_one_joint_moves_at_a_time() -> Non
 
 @pytest.mark.parametrize(("method", "cost"), [("piecewise", "trajectory"), ("swarm", "transient")])
 def test_a_search_comes_near_the_truth_and_is_put_beside_least_squares(method: str, cost: str) -> None:
-    options = FitOptions(free_angle="per_trial")
+    options = LegFitOptions(free_angle="per_trial")
     result = fit_by(bare(LEG), RECORDINGS, options, Choice(method=method, cost=cost))  # type: ignore[arg-type]
     missed = errors(result, LEG)
     assert np.abs(np.r_[missed.spring, missed.damper]).max() < 0.25
@@ -112,7 +112,7 @@ def test_a_search_comes_near_the_truth_and_is_put_beside_least_squares(method: s
 
 
 def test_least_squares_by_the_transient_reports_residuals_over_all_samples() -> None:
-    found = fit_by(bare(LEG), RECORDINGS, FitOptions(), Choice(cost="transient"))
+    found = fit_by(bare(LEG), RECORDINGS, LegFitOptions(), Choice(cost="transient"))
     assert found.cost == "transient"
     assert np.abs(errors(found, LEG).spring).max() < 0.02
     assert np.isfinite(found.trials[0].measured).all()

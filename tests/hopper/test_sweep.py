@@ -11,8 +11,8 @@ from hopper.hoppers import catalogue, motor
 from synth.errors import UserError
 from synth.hopper.hopper_tolerances import UNIFORM, groups, intervals
 from synth.hopper.motors import chosen_rows, motor_of, with_speed, with_torque
-from synth.hopper.sweep import OBJECTIVES, Problem, pareto_front, run_sweep
-from synth.jump.hopper_leg import Contact, HopperLeg, MotorOptions, Tolerances
+from synth.hopper.sweep import OBJECTIVES, SweepProblem, pareto_front, run_sweep
+from synth.jump.hopper_leg import Contact, HopperLeg, HopperTolerances, MotorOptions
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.point_mass import point_mass_outcomes
@@ -20,14 +20,14 @@ from synth.jump.point_mass import point_mass_outcomes
 
 def problem(
     model: str = "full", lengths: tuple[float, ...] = (0.06, 0.09, 0.12, 0.15), everywhere: bool = False
-) -> Problem:
+) -> SweepProblem:
     motors = tuple(motor(ratio) for ratio in (75, 100, 150, 210))
-    return Problem(HopperLeg(), motors, (Tolerances(),) * 4, lengths, Contact(), MODELS[model], everywhere)
+    return SweepProblem(HopperLeg(), motors, (HopperTolerances(),) * 4, lengths, Contact(), MODELS[model], everywhere)
 
 
 def test_intervals_are_what_random_draws_give() -> None:
     """2 000 draws of every tolerance at once: their 5 and 95 % ends against the first-order interval."""
-    leg, own, t = HopperLeg(), motor(), Tolerances()
+    leg, own, t = HopperLeg(), motor(), HopperTolerances()
     rng = np.random.default_rng(11)
     columns = []
     z90 = 1.6449

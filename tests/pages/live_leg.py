@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.design.page_data import damper_json, leg_json, replay_json
-from synth.design.response import Release, WantedResponse
+from synth.design.response import WantedRelease, WantedResponse
 from synth.parts.damper_law import power_law_curve
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Damper, Leg, Spring
@@ -26,11 +26,11 @@ CURVED = LEG.with_joints(
 )
 STIFFER = 1.6  # times the knee's rate, of the alternative spring
 RELEASES = (
-    Release("free_1", TIME, np.array([0.1, 1.4, -0.5]), np.zeros(3), Conditions()),
-    Release("free_2", TIME, np.array([0.5, 0.8, -1.0]), np.array([0.0, -2.0, 1.0]), Conditions()),
-    Release("locked_hip", TIME, np.array([0.3, 1.0, -0.8]), np.array([0.0, 3.0, 1.0]), Conditions(locked=(0,))),
-    Release("heavy", TIME, np.array([0.2, 1.2, -0.4]), np.array([1.0, -1.0, 0.0]), Conditions(tip_mass=0.05)),
-    Release("tilted", TIME, np.array([0.2, 1.2, -0.4]), np.zeros(3), Conditions(tilt=0.35)),
+    WantedRelease("free_1", TIME, np.array([0.1, 1.4, -0.5]), np.zeros(3), Conditions()),
+    WantedRelease("free_2", TIME, np.array([0.5, 0.8, -1.0]), np.array([0.0, -2.0, 1.0]), Conditions()),
+    WantedRelease("locked_hip", TIME, np.array([0.3, 1.0, -0.8]), np.array([0.0, 3.0, 1.0]), Conditions(locked=(0,))),
+    WantedRelease("heavy", TIME, np.array([0.2, 1.2, -0.4]), np.array([1.0, -1.0, 0.0]), Conditions(tip_mass=0.05)),
+    WantedRelease("tilted", TIME, np.array([0.2, 1.2, -0.4]), np.zeros(3), Conditions(tilt=0.35)),
 )
 
 

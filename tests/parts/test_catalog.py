@@ -14,7 +14,7 @@ from synth.errors import UserError
 from synth.parts.catalogs import Catalogue, catalog_folder, catalogue_rows_as_table, check_catalogue
 from synth.parts.coil_angle import angle_mismatch
 from synth.parts.row_check import contradictions, geometric_rates, missing
-from synth.parts.rows import FAMILIES, Row, TorsionSpringRow
+from synth.parts.rows import FAMILIES, CatalogueRow, TorsionSpringRow
 from synth.parts.usable import offers
 from synth.units import factor
 
@@ -23,7 +23,7 @@ ALL_ROWS = [row for family in FAMILIES for row in CATALOGUE.rows(family)]
 SPRINGS_WITH_GEOMETRY = [row for row in CATALOGUE.springs if geometric_rates(row, CATALOGUE.elastic_modulus)]
 
 
-def _name(row: Row) -> str:
+def _name(row: CatalogueRow) -> str:
     return row.place.removeprefix("catalogs/")
 
 
@@ -51,7 +51,7 @@ def test_readme_explains_every_column(family: str) -> None:
 
 
 @pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
-def test_every_row_is_traceable_and_its_numbers_allowed(row: Row) -> None:
+def test_every_row_is_traceable_and_its_numbers_allowed(row: CatalogueRow) -> None:
     assert row.source
     assert not re.search(r"seed|text search|\.txt|corpus", row.source + row.note)
     assert row.status == "complete" or re.match(
@@ -67,7 +67,7 @@ def test_every_row_is_traceable_and_its_numbers_allowed(row: Row) -> None:
 
 
 @pytest.mark.parametrize("row", ALL_ROWS, ids=_name)
-def test_complete_rows_lack_nothing_and_contradict_nothing(row: Row) -> None:
+def test_complete_rows_lack_nothing_and_contradict_nothing(row: CatalogueRow) -> None:
     lacking, wrong = missing(row), contradictions(row, CATALOGUE.elastic_modulus)
     if row.complete:
         assert not lacking

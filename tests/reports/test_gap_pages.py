@@ -23,7 +23,7 @@ from reports import quantities, write_gap_report
 from reports.figures import missing_torque
 from reports.figures.missing_torque import Cloud, binned, missing_torque_figure, quantile
 from reports.figures.named_laws import law_of
-from reports.reading import Table
+from reports.reading import ResultTable
 from reports.sections.gap_next import entry_text
 from reports.sections.gap_where import error_over_time
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
@@ -330,7 +330,7 @@ def test_the_named_law_lies_on_the_missing_torque(written: Folder, effect: GapRe
 
 def test_error_over_time_is_a_root_mean_square_over_trials() -> None:
     times = [k / 100 for k in range(101)]
-    tables = [Table({"time": times, "e": [size] * 101}, {}) for size in (3.0, 4.0)]
+    tables = [ResultTable({"time": times, "e": [size] * 101}, {}) for size in (3.0, 4.0)]
     middles, values = error_over_time(tables, "e")
     assert values == pytest.approx([math.sqrt(12.5)] * len(values))
     assert middles[0] > 0.0

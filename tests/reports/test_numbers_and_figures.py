@@ -12,11 +12,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from reports import quantities
-from reports.figures.axes import Scale, log_ticks, padded, tick_text, ticks
-from reports.figures.spring_drawing import Spring, arms_of, spring_drawing
+from reports.figures.axes import AxisScale, log_ticks, padded, tick_text, ticks
+from reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
 from reports.figures.svg import polyline_path, thinned
 from reports.figures.torque_speed import RPM, law_points
-from reports.reading import ReportError, Table, read_table
+from reports.reading import ReportError, ResultTable, read_table
 from reports.responses import Response, extremes, file_of
 from reports.sections.spring_sheet import drawing_of
 
@@ -81,9 +81,9 @@ def test_tick_labels_have_the_decimals_of_their_step() -> None:
 
 
 def test_a_scale_maps_its_ends_and_the_middle() -> None:
-    assert Scale(2.0, 6.0, 100.0, 0.0)(3.0) == pytest.approx(75.0)
-    assert Scale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(10.0) == pytest.approx(5.0)
-    assert math.isnan(Scale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(-1.0))
+    assert AxisScale(2.0, 6.0, 100.0, 0.0)(3.0) == pytest.approx(75.0)
+    assert AxisScale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(10.0) == pytest.approx(5.0)
+    assert math.isnan(AxisScale(1.0, 100.0, 0.0, 10.0, logarithmic=True)(-1.0))
     assert padded([3.0, math.nan, 3.0], least=2.0) == pytest.approx((1.88, 4.12))
 
 
@@ -124,7 +124,7 @@ def test_drawn_arms_are_tangent_and_enclose_the_included_angle(coils: float, wir
     """The wire turns 2 pi N counter-clockwise from the first arm's root to the second's, whatever N."""
     included = math.radians((180.0 - 360.0 * (coils % 1.0)) % 360.0)
     mean = 8 * wire
-    first, second = arms_of(Spring(wire, mean, coils, included, (leg, leg), wire * (coils + 1)))
+    first, second = arms_of(DrawnSpring(wire, mean, coils, included, (leg, leg), wire * (coils + 1)))
     for arm in (first, second):
         assert math.hypot(*arm.root) == pytest.approx(mean / 2)
         assert arm.root[0] * arm.direction[0] + arm.root[1] * arm.direction[1] == pytest.approx(0.0, abs=1e-9 * mean)
@@ -153,7 +153,7 @@ def test_any_included_angle_can_be_drawn(degrees: float, arms: str) -> None:
 
 
 def test_rms_skips_missing_samples() -> None:
-    table = Table({"time": [0, 1, 2], "a b wanted": [0.0, 0.0, math.nan], "a b built": [3.0, 4.0, 9.0]}, {})
+    table = ResultTable({"time": [0, 1, 2], "a b wanted": [0.0, 0.0, math.nan], "a b built": [3.0, 4.0, 9.0]}, {})
     response = Response("x", "x.csv", table)
     assert response.joints("wanted") == ["a b"]
     assert response.rms("a b", "wanted", "built") == pytest.approx(math.sqrt(12.5))
@@ -199,7 +199,7 @@ def test_work_turns_the_near_arm_along_the_wires_winding(hand: str, sense: float
     counter-clockwise: 0.3 rad more of turns. Tangent arms enclose pi - 2 pi frac(N), radial ones 2 pi frac(N).
     """
     angle, travel = math.radians(120.0), 0.3
-    spring = Spring(2.0, 20.0, 5.0, angle, (25.0, 25.0), 12.0, arms, None, hand, travel)
+    spring = DrawnSpring(2.0, 20.0, 5.0, angle, (25.0, 25.0), 12.0, arms, None, hand, travel)
     near = arms_of(spring)[1].direction
     start = math.atan2(near[1], near[0])
     html = str(spring_drawing("x", spring))

@@ -14,7 +14,7 @@ import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale
+from reports.figures.axes import Axes, AxisScale
 from reports.figures.palette import BLUE, GREY, VERMILION
 from reports.figures.svg import Svg
 from robustness.numbers import (
@@ -120,7 +120,7 @@ def _failures(records: Sequence[Record]) -> list[str]:
 def _calibration(records: Sequence[Record]) -> Markup:
     """Share of intervals that hold the truth, over what they would claim at other levels."""
     svg = Svg(430, 330, "Share of intervals that hold the truth over the level that they claim")
-    axes = Axes(Scale(0, 100, 50, 420), Scale(0, 100, 290, 12))
+    axes = Axes(AxisScale(0, 100, 50, 420), AxisScale(0, 100, 290, 12))
     axes.frame(svg)
     svg.line((axes.x(0), axes.y(0)), (axes.x(100), axes.y(100)), f'stroke="{GREY}" stroke-width="1"')
     for (name, words), colour in zip(QUANTITIES.items(), COLOURS, strict=True):
@@ -147,7 +147,7 @@ def _errors(records: Sequence[Record]) -> Markup:
     """Each rate's error over its interval's half-width."""
     svg = Svg(430, 330, "Error of each rate over the half-width of its interval")
     ends = (2e-4, 3.0)
-    axes = Axes(Scale(*ends, 60, 420, logarithmic=True), Scale(2e-5, 3.0, 290, 12, logarithmic=True))
+    axes = Axes(AxisScale(*ends, 60, 420, logarithmic=True), AxisScale(2e-5, 3.0, 290, 12, logarithmic=True))
     axes.frame(svg)
     at = [(x, axes.x(x), axes.y(x)) for x in ends]
     svg.line((at[0][1], at[0][2]), (at[1][1], at[1][2]), f'stroke="{GREY}" stroke-width="1"')

@@ -15,7 +15,7 @@ from synth.errors import UserError
 from synth.estimation.intervals import Estimate
 from synth.files.trial_list import Trial
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.recordings import Recording, recordings
 from synth.fit.uncertainty import clipped_rms
@@ -65,10 +65,10 @@ def study_case(seed: int, case: Case | None = None) -> dict[str, Any]:
             del variants["recorded"]
     headline = variants[record["headline"]]
     record["fits"] = {
-        name: _fitted(case, case.off, trials, FitOptions(tolerance=TOLERANCE_OF_LINKS))
+        name: _fitted(case, case.off, trials, LegFitOptions(tolerance=TOLERANCE_OF_LINKS))
         for name, trials in variants.items()
     }
-    record["fits"]["exact"] = _fitted(case, case.bare, headline, FitOptions())
+    record["fits"]["exact"] = _fitted(case, case.bare, headline, LegFitOptions())
     return record
 
 
@@ -88,7 +88,7 @@ def _cut(trial: Trial, start: float) -> Trial:
     return replace(trial, time=trial.time[first:], angles=trial.angles[first:])
 
 
-def _fitted(case: Case, given: Leg, trials: Sequence[Trial], options: FitOptions) -> dict[str, Any]:
+def _fitted(case: Case, given: Leg, trials: Sequence[Trial], options: LegFitOptions) -> dict[str, Any]:
     start = time.process_time()
     try:
         made = recordings(given, trials)

@@ -27,7 +27,7 @@ from robustness.random_legs import Array, Case, random_case, random_recorder
 from synth.errors import UserError
 from synth.fit.costs import Cost
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.methods import search_of
 from synth.fit.rate_search import Bounds, Search
 from synth.fit.recordings import Recording, recordings
@@ -94,7 +94,7 @@ def judge(seed: int) -> dict[str, Any]:
     given = [recording.thinned(MOST_SAMPLES) for recording in recordings(case.bare, case.trials, ())]
     found: dict[str, Leg | None] = {}
     try:
-        found[OURS] = fit_leg(case.bare, given, FitOptions()).leg
+        found[OURS] = fit_leg(case.bare, given, LegFitOptions()).leg
     except UserError:
         found[OURS] = None
     for name in (*COSTS, AS_IN_THE_THESIS):

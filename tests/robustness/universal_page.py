@@ -13,7 +13,7 @@ import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, Scale
+from reports.figures.axes import Axes, AxisScale
 from reports.figures.palette import BLUE, GREY, VERMILION
 from reports.figures.svg import Svg
 from robustness.universal import AS_IN_THE_THESIS, CONTESTANTS, FOLLOWED, OURS, Share, groups, legs_followed
@@ -118,7 +118,7 @@ def _plain(share: Share) -> dict[str, Any]:
 def _figure(results: Sequence[dict[str, Any]]) -> Markup:
     """Share of joints over their error, a line a contestant."""
     svg = Svg(760, 380, "Share of joints that are followed within an error, by cost")
-    axes = Axes(Scale(LEAST, MOST, 55, 750, logarithmic=True), Scale(0, 100, 330, 12))
+    axes = Axes(AxisScale(LEAST, MOST, 55, 750, logarithmic=True), AxisScale(0, 100, 330, 12))
     axes.frame(svg)
     svg.line((axes.x(FOLLOWED), 12), (axes.x(FOLLOWED), 330), f'stroke="{GREY}" stroke-width="1"')
     for index, name in enumerate(CONTESTANTS):

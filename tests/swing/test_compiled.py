@@ -20,7 +20,7 @@ from synth.compiling import code_cache
 from synth.compiling.compiled import KeptCode
 from synth.compiling.trigonometry import sine_cosine
 from synth.errors import UserError
-from synth.swing.lane_layout import MOST_LINKS, Law, Layout
+from synth.swing.lane_layout import MOST_LINKS, LaneLaw, Layout
 
 
 @njit
@@ -179,7 +179,7 @@ def test_generated_text_is_never_read_from_disk(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.parametrize("n", [1, 2, 7])
 def test_blocks_of_the_workspace_lie_end_to_end_and_do_not_move_with_n(n: int) -> None:
-    laws = (Law("coulomb_friction", 2, memory=True), Law("another", 3))
+    laws = (LaneLaw("coulomb_friction", 2, memory=True), LaneLaw("another", 3))
     layout = Layout(n, laws)
     ends = [0, *np.cumsum([size for _, size in layout.blocks.values()])]
     assert [first for first, _ in layout.blocks.values()] == ends[:-1]
@@ -192,7 +192,7 @@ def test_blocks_of_the_workspace_lie_end_to_end_and_do_not_move_with_n(n: int) -
 
 
 def test_the_state_is_rotations_rates_and_the_memories_that_take_part() -> None:
-    layout = Layout(2, (Law("coulomb_friction", 2, memory=True),))
+    layout = Layout(2, (LaneLaw("coulomb_friction", 2, memory=True),))
     state, derivative = layout.states([("coulomb_friction", 1)])
     row = layout.row
     assert state == [

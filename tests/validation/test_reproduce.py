@@ -18,7 +18,7 @@ from synth.files.output import write_csv
 from synth.files.trial_list import Trial
 from synth.fit import rate_search
 from synth.fit.estimate import fit_leg
-from synth.fit.fit_options import FitOptions
+from synth.fit.fit_options import LegFitOptions
 from synth.fit.recordings import Recording
 from synth.validation.built_leg import isolated
 from synth.validation.explanations import apart, found_rates, inside, on_bounds
@@ -190,7 +190,7 @@ def test_the_rats_median_angle_error_is_that_of_the_mistaken_model(data: LabData
 @lab
 def test_fitted_releases_start_where_the_recordings_do(data: LabData) -> None:
     """A Huber loss of the misfit once let BFp_1's knee start at -1350 deg/s, and GS_1's 5 deg off."""
-    fit = fit_leg(data.rat, data.releases(), FitOptions(free_angle="per_trial"))
+    fit = fit_leg(data.rat, data.releases(), LegFitOptions(free_angle="per_trial"))
     off = np.degrees([trial.start.angle - trial.start.recorded.angle for trial in fit.trials])
     assert np.mean(np.abs(off) < 1.5) > 0.94
     assert np.abs(off).max() < 3.0
