@@ -130,9 +130,9 @@ def _estimate(rows: Array) -> MotorEstimate:
     # What is unknown of K_v is unknown of every torque.
     relative = sigma_e[1] / back_emf
     spread = np.hypot(sigma_m, relative * np.abs(m))
-    found = ((e[0], sigma_e[0]), (e[2], sigma_e[2]), (back_emf, sigma_e[1]))
-    frictions = zip(m[:3], spread[:3], strict=True)
-    return MotorEstimate(*(IdentifiedConstant(*pair) for pair in (*found, *frictions)), len(rows))
+    resistance, inductance, emf = (IdentifiedConstant(e[i], sigma_e[i]) for i in (0, 2, 1))
+    friction, viscous, inertia = (IdentifiedConstant(m[i], spread[i]) for i in range(3))
+    return MotorEstimate(resistance, inductance, emf, friction, viscous, inertia, len(rows))
 
 
 def _windows(run: HopperRecording, ratio: float, width: float) -> Array:
