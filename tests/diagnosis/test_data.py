@@ -75,7 +75,7 @@ def test_coarse_counts_are_seen_where_they_are() -> None:
     assert coarse.step == pytest.approx(step, rel=1e-6)
     assert usual_noise(found, (coarse,))[1] == pytest.approx(NOISE, rel=0.1)  # as it would be without the counts
     trial = angle_trial(read(trials)[0], False)
-    told = rounded(TWO, trial, trial.measured + 0.3 * step, (coarse,))
+    told = rounded(trial, trial.measured + 0.3 * step, (coarse,))
     np.testing.assert_allclose(told[:, 1], trial.measured[:, 1], atol=1e-9)
     np.testing.assert_allclose(told[:, 0], trial.measured[:, 0] + 0.3 * step)
 
