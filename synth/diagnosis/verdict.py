@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key
 from synth.diagnosis.result import Verdict
 
+LEAST_SHARE = 0.1  # of the whole gap (RMS) that one cause more must take to be named: less does not matter to a user
 COUNTS = 0.95  # probability of coarse counts that show; not tuned
 
 
@@ -95,15 +96,28 @@ def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: 
     return np.asarray(weights / weights.sum())
 
 
-def paying(hypotheses: Sequence[Assessed[F]], share: float) -> list[Assessed[F]]:
-    """Those of several causes only that leave clearly less than the best of fewer causes does."""
+def paying(hypotheses: Sequence[Assessed[F]], share: float, least: float = LEAST_SHARE) -> list[Assessed[F]]:
+    """Those of several causes only that leave clearly less than the best of fewer causes does.
+
+    One cause more must take ``share`` of the squared error above the noise that fewer leave, and ``least`` of the whole
+    gap: near the noise a share of what is left is next to nothing.
+    """
+    gap = max((_above(h) for h in hypotheses if not h.keys), default=0.0)
     kept = []
     for hypothesis in hypotheses:
-        count = len(hypothesis.keys)
-        fewer = [h.ratio for h in hypotheses if 0 < len(h.keys) < count]
-        if count < 2 or hypothesis.ratio**2 - 1.0 <= (1.0 - share) * (min(fewer, default=np.inf) ** 2 - 1.0):
+        fewer = [_above(h) for h in hypotheses if 0 < len(h.keys) < len(hypothesis.keys)]
+        if len(hypothesis.keys) < 2 or not fewer:
+            kept.append(hypothesis)
+            continue
+        left, before = _above(hypothesis), min(fewer)
+        if left**2 <= (1.0 - share) * before**2 and before - left >= least * gap:
             kept.append(hypothesis)
     return kept
+
+
+def _above(found: Assessed[F]) -> float:
+    """RMS error above the noise, in noise floors."""
+    return float(np.sqrt(max(found.ratio**2 - 1.0, 0.0)))
 
 
 def judge(found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0) -> Judged[F]:
