@@ -10,7 +10,7 @@ from synth.commands.arguments import one_of
 if TYPE_CHECKING:
     from synth.files.project_options import FitOptions
 
-# Options of ``fit:`` that may be given here; which values each takes, its schema in ``project_options`` says.
+# Options of ``fit:`` that may be given here; which values each takes, ``fit_words`` says.
 _CHOICES = {
     "method": "how springs and dampers are sought",
     "cost": "what the search makes small",
@@ -21,7 +21,7 @@ _CHOICES = {
 
 def add_fit_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare ``--method``, ``--cost``, ``--weight`` and ``--intervals``."""
-    from synth.files.project_options import allowed_values
+    from synth.files.fit_words import allowed_values
 
     for name, text in _CHOICES.items():
         allowed = allowed_values(name)

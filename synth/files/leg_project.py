@@ -13,6 +13,7 @@ from pydantic import Field
 from synth import units
 from synth.errors import UserError
 from synth.files.curve import read_curve
+from synth.files.fit_words import FreeAngle
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.names import mixed_files
@@ -21,7 +22,6 @@ from synth.files.project_options import (
     CadOptions,
     DamperChoice,
     FitOptions,
-    FreeAngle,
     JointChoice,
     MeasuredSpring,
     PartsOptions,

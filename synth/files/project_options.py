@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import radians
-from typing import Annotated, Literal, get_args, get_type_hints
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from synth.files.fit_words import Cost, Intervals, Method, Weight
 from synth.files.schema import Because
 from synth.files.validate import Quantity, Title
 
@@ -20,11 +21,6 @@ Ratio = Annotated[float, Quantity("1", least=0.1, most=20)]
 Count = Annotated[int, Field(ge=1, le=4)]
 
 Release = Literal["free", "recorded"]
-FreeAngle = Literal["auto", "common", "per_trial"]
-Method = Literal["least_squares", "piecewise", "swarm"]
-Cost = Literal["trajectory", "transient", "characteristics"]
-Weight = Literal["amplitude", "equal", "noise"]
-Intervals = Literal["sensitivities", "bootstrap"]
 
 
 @dataclass(frozen=True)
@@ -53,11 +49,6 @@ class FitOptions:
     weight: Annotated[Weight, Because("each joint's errors count by how large they are: maximum likelihood")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
     intervals: Annotated[Intervals, Because("at no cost; where the trials fix all, both agree")] = "sensitivities"
-
-
-def allowed_values(name: str) -> tuple[str, ...]:
-    """The words that a field of ``FitOptions`` takes."""
-    return get_args(get_type_hints(FitOptions)[name])
 
 
 @dataclass(frozen=True)

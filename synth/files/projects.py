@@ -8,10 +8,11 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from synth.files.fit_words import FreeAngle
 from synth.files.leg_file import PartResolver
 from synth.files.leg_project import LegProject, read_leg_project
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.project_options import FitOptions, FreeAngle, RatePrior, Release
+from synth.files.project_options import FitOptions, RatePrior, Release
 from synth.files.schema import Because, Default
 from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
