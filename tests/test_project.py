@@ -78,9 +78,13 @@ def test_lock_covers_every_dependency_with_hashes_and_names_no_host() -> None:
     assert "--find-links" not in text
 
 
-def test_changelog_has_a_section_for_what_is_not_released() -> None:
+def test_changelog_begins_with_this_version_dated_or_with_what_comes_after_it() -> None:
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert re.search(r"^## \[Unreleased\]\n\n### (Added|Changed|Fixed|Removed)\n- ", text, re.MULTILINE)
+    first, *others = re.findall(r"^## \[([^]]+)\](?: - (\d{4}-\d{2}-\d{2}))?$", text, re.MULTILINE)
+    released = [first, *others] if first[0] != "Unreleased" else others
+    assert released[0][0] == synth.__version__
+    assert all(date for _, date in released)
+    assert re.search(r"^## \[[^]]+\].*\n\n### (Added|Changed|Fixed|Removed)\n- ", text, re.MULTILINE)
 
 
 def tool(name: str) -> ModuleType:

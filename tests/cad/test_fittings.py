@@ -128,7 +128,8 @@ def test_only_the_first_joint_has_a_mount():
 
 
 def test_a_damper_as_large_as_the_link_is_named():
-    plain = replace(HIP, damper=DamperDimensions(140.0, 16.0, 150.0), mount=None, encoder=None, link_length=200.0)
+    damper = DamperDimensions(140.0, 16.0, 150.0)
+    plain = cleared(replace(HIP, damper=damper, mount=None, encoder=None, link_length=200.0))
     with pytest.raises(DimensionError, match=r"damper\.bolt_circle = 150.*too wide for the link of 200 mm"):
         build_leg(LegDimensions("two", (plain, replace(plain, name="knee"))))
 

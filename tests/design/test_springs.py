@@ -127,12 +127,13 @@ def test_the_thesis_hip_cannot_be_one_spring_and_the_numbers_say_why(catalogue: 
     made = choose(leg, room, catalogue, travel)
     said = made.warnings[0][0]
     assert "no single spring can do 79.35 N*m/rad over 45.0 deg" in said
-    assert "MPa" in said
+    # With clamped arms and this diameter no stock wire reaches the rate, however short the travel.
+    assert "no stock wire of music gives 79.35 N*m/rad with a spring index of" in said
     option = made.chosen[0]
     assert option.design is not None
     assert option.result is not None
     assert option.result.best is None
-    assert {item.kind for item in option.result.nearest} >= {"parallel", "smaller_travel"}
+    assert {item.kind for item in option.result.nearest} == {"parallel"}
     assert option.design.count >= 2
     assert option.rate == pytest.approx(79.35, rel=1e-6)
 
