@@ -126,10 +126,16 @@ def _weights(target: Array, always: Array, known: Array, n: int) -> Array:
     return weight
 
 
+# Wrong springs and dampers: this baseline frees each joint's rates anyway, so as causes they would count twice.
+ALWAYS_THERE = ("spring_rate", "viscous_damping", "armature")
+
+
 def _models(project: GapProject, trials: Sequence[AngleTrial], lacking: Sequence[Array]) -> Iterator[_Model]:
     leg = project.leg
     for candidate in candidates(leg, trials, scales(leg, trials)):
         way = candidate.effect.way
+        if candidate.effect.name in ALWAYS_THERE:
+            continue
         if way == "torque":
             for start in candidate.starts():
                 torques = [_along(candidate, start, leg, trial) for trial in trials]
