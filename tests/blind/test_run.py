@@ -111,7 +111,8 @@ def test_baselines_see_a_large_and_simple_cause(folder: Path) -> None:
     assert torque.verdict == "effect"
     assert math.isclose(torque.none + sum(p for _, p in torque.ranked), 1.0)
     assert torque.none < 1e-3
-    assert dict(torque.ranked)["spring_preload", "hip"] > 0.01
+    # Its odds are not to be believed (it takes a moved centre of mass for sure); the cause is among its first.
+    assert ("spring_preload", "hip") in [key for key, _ in torque.ranked[:3]]
     freed = free_fit(project)
     assert ("spring_preload", "hip") in largest_change(freed, project).keys[:4]  # its fit has lost the phase
     least = least_residual(freed, project)

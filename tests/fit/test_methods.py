@@ -7,7 +7,7 @@ import pytest
 
 from fit.simulated_legs import DAMPER, FREE_ANGLE, SPRING, Rig, bare, errors, recorded, release, releases, robot
 from synth.errors import UserError
-from synth.files.project_options import LegFitOptions as Choice
+from synth.files.project_options import FitOptions as Choice
 from synth.fit.costs import Cost, apart, emphasised
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.methods import fit_by, require_method, search_of
