@@ -3,9 +3,10 @@
 The shape is a sum of hat functions, once over deflection for each direction of motion, once over speed. Each hat, taken
 along the *measured* motion, is a known torque; its effect on the predicted motion is one simulated column, so the fit
 is a linear least squares in which tolerances (with their priors) and initial states take part. Each trial is then
-predicted by the fit without it, in closed form: what a shape takes away there is what it is worth. The idea is that of
-nonparametric friction identification (Hensen, van de Molengraft & Steinbuch, IEEE Trans. Control Syst. Technol. 10
-(2002) 32).
+predicted by the fit without it, in closed form: what a shape takes away there is what it is worth.
+
+The torque is linear in its hats only as long as it moves the predicted phase by little; for a large effect it would have
+to be taken again from the motion that it makes.
 """
 
 from __future__ import annotations
@@ -206,7 +207,7 @@ def _result(joint: str, sign: int, hats: _Hats, each: Array, taken: float) -> Fr
     """From the hats' unknowns (n_trial, k), each without one trial, to a curve in the measured angle's sense."""
     count = len(each)
     middle = each.mean(axis=0)
-    deviation = np.sqrt((count - 1) / count * np.sum((each - middle) ** 2, axis=0))  # jackknife: Efron 1982, eq. 3.5
+    deviation = np.sqrt((count - 1) / count * np.sum((each - middle) ** 2, axis=0))  # jackknife (Efron 1982)
     torque, spread = sign * middle * hats.torque, NORMAL90 * deviation * hats.torque
     if hats.over == "speed":
         place, direction = sign * hats.nodes, np.zeros(len(hats.nodes))
