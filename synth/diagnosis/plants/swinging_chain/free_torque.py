@@ -5,8 +5,8 @@ along the *measured* motion, is a known torque; its effect on the predicted moti
 is a linear least squares in which tolerances (with their priors) and initial states take part. Each trial is then
 predicted by the fit without it, in closed form: what a shape takes away there is what it is worth.
 
-The torque is linear in its hats only as long as it moves the predicted phase by little; for a large effect it would have
-to be taken again from the motion that it makes.
+The torque is linear in its hats only as long as it moves the predicted phase by little; for a large effect it would
+have to be taken again from the motion that it makes.
 """
 
 from __future__ import annotations
