@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps blind-rigs rigs tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test check pages blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -45,6 +45,11 @@ blind-rigs: SEED = 4000
 blind-rigs: $(READY)  ## the same on dirty rigs: one main cause, small ones, wrong numbers: COUNT cases of seed SEED
 	PYTHONPATH=tests $(BIN)/python -m blind.rigs --seed $(SEED) --count $(COUNT) --to build/blind-rigs --workers $(WORKERS)
 
+blind-servos: SEED = 5000
+blind-servos: COUNT = 40
+blind-servos: $(READY)  ## the same on legs that position servos drive: COUNT (40) cases of seed SEED, build/blind-servos
+	PYTHONPATH=tests $(BIN)/python -m blind.servos --seed $(SEED) --count $(COUNT) --to build/blind-servos --workers $(WORKERS)
+
 rigs: $(READY)  ## what dominates on six real rigs of ../shared, from each half of the recordings: build/rigs
 	PYTHONPATH=tests $(BIN)/python -m real_rigs --to build/rigs
 
@@ -56,8 +61,9 @@ bench: $(READY)  ## speed, beside other engines in the same run: build/bench/ben
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)
 
 removal: COUNT = 200
-removal: $(READY)  ## choosing without a part against what choosing with it had listed: COUNT (200) random projects
-	PYTHONPATH=tests $(BIN)/python -m design.removal $(COUNT)
+removal: SEED = 1
+removal: $(READY)  ## choosing without a part against what choosing with it had listed: COUNT (200) random projects from seed SEED on
+	PYTHONPATH=tests $(BIN)/python -m design.removal $(COUNT) $(SEED)
 
 fuzz: COUNT = 300
 fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and checked in its own process: build/fuzz
@@ -65,6 +71,9 @@ fuzz: $(READY)  ## COUNT (300) random joints from seed SEED, each built and chec
 
 mutants: $(READY)  ## do the tests notice a wrong formula? forty single changes of the core, at least 95 % caught: build/mutants
 	$(BIN)/python tools/mutants.py --to build/mutants --workers $(WORKERS)
+
+reference: $(READY)  ## pages and JSON Schemas of all files, from the schema classes: docs/reference
+	$(BIN)/python tools/reference.py
 
 architecture: $(READY)  ## draw the packages from their imports: docs/architecture.svg
 	$(BIN)/python tools/architecture.py

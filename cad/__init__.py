@@ -19,6 +19,7 @@ from cad.dimensions import (
 )
 from cad.fittings import (
     AdapterDimensions,
+    BoreDimensions,
     DamperDimensions,
     EncoderDimensions,
     LoadDimensions,
@@ -58,6 +59,7 @@ _LATER = {
 __all__ = [
     "SIZED",
     "AdapterDimensions",
+    "BoreDimensions",
     "BuiltLeg",
     "CheckResult",
     "DamperDimensions",

@@ -78,6 +78,7 @@ class ArmLayout:
     height: float  # mm, z of the wire's centre at the tangent point
     slope: float  # dz/ds along the arm
     free: float  # mm, tangent point to seat
+    relief: float  # mm, by which the cap begins behind the pad
     seat: SeatSize
 
     def at(self, s: float, n: float) -> Point:
@@ -117,9 +118,12 @@ class ArmLayout:
 
 
 def lay_arm(
-    dimensions: JointDimensions, seat: SeatSize, direction: float, side: int, free: float, height: float
+    dimensions: JointDimensions, seat: SeatSize, direction: float, side: int, free: float, height: float, drop: float
 ) -> ArmLayout:
-    """An arm of the given direction; ``height`` mm: z at its tangent point. The lower arm falls, the upper rises."""
+    """An arm of the given direction; the lower arm falls, the upper rises.
+
+    ``height`` mm: z at its tangent point; ``drop`` mm: by which the coil is shorter when it opens to its stop.
+    """
     spring = dimensions.spring
     outward = unit(direction + 90.0 * side)
     slope = spring.drawn_pitch / (2 * math.pi * spring.radius)
@@ -130,5 +134,18 @@ def lay_arm(
         height=height,
         slope=-side * slope,
         free=free,
+        relief=_cap_relief(dimensions, slope + drop / 2 / free),
         seat=seat,
     )
+
+
+def _cap_relief(dimensions: JointDimensions, slope: float) -> float:
+    """Length (mm) by which a cap begins behind its pad, so that half the clearance is left before its edge.
+
+    The arm leans towards the cap. Of the arm's section at the clearance c before the seat, the point next to the cap
+    lies ``d/2 sin(beta)`` nearer to it than the centre, ``tan(beta) = slope``, at the stop where the arm leans most.
+    ``c cos(beta) - d/2 sin(beta)`` is less than c/2 where the wire is thick or the arm steep; the relief is the rest.
+    """
+    clear, lean = dimensions.clearance, math.atan(slope)
+    left = clear * math.cos(lean) - dimensions.spring.wire_diameter / 2 * math.sin(lean)
+    return max(0.0, clear / 2 - left)

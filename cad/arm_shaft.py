@@ -1,69 +1,160 @@
-"""The shafts: steel dowels that the spring's arms bear on, and the joint's D-shaft."""
+"""The hinge's shaft and what is pushed on it: rods, rings, pins; and the sections by which a damper is driven.
+
+A section is round, a D (a disc with a flat), a square or a hexagon; its size is the diameter, or across the flats. All
+flats of a D stand on the +x side.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
-from cad.outline import Point
-
+Form = Literal["round", "d", "square", "hex"]
+FORMS: tuple[Form, ...] = ("round", "d", "square", "hex")
+SIDES: dict[Form, int] = {"square": 4, "hex": 6}  # of a section
 FLAT_DEPTH = 0.1  # of the shaft's diameter: what is taken off a D-shaft
+PUSHED = 0.004  # of a shaft's diameter, that what is on it is drawn wider: chords of meshes do not touch then
+LEAST_PUSHED = 0.02  # mm
 
 
-def build_arm_shaft(diameter: float, bottom: float, top: float, at: Point) -> Any:
-    """A dowel (cadquery Solid) parallel to the hinge axis; all mm."""
+def loose(diameter: float) -> float:
+    """Diameter (mm) at which the bore of a bearing, collar or washer is drawn."""
+    return diameter + 2 * max(LEAST_PUSHED, PUSHED * diameter / 2)
+
+
+def circumradius(form: Form, size: float) -> float:
+    """Radius (mm) of the circle round a section."""
+    return size / 2 / math.cos(math.pi / SIDES[form]) if form in SIDES else size / 2
+
+
+def flat_distance(form: Form, size: float) -> float:
+    """Distance (mm) of a flat from the axis."""
+    return size * (0.5 - FLAT_DEPTH) if form == "d" else size / 2
+
+
+def build_section(form: Form, size: float, grow: float, bottom: float, top: float) -> Any:
+    """A section as a cadquery Solid along z, ``grow`` mm larger on every side."""
     import cadquery as cq
 
-    return cq.Solid.makeCylinder(diameter / 2, top - bottom, cq.Vector(at[0], at[1], bottom))
+    if form in SIDES:
+        count, radius = SIDES[form], circumradius(form, size + 2 * grow)
+        turns = [math.radians(180.0 / count + 360.0 * k / count) for k in range(count)]
+        corners = [cq.Vector(radius * math.cos(turn), radius * math.sin(turn), bottom) for turn in turns]
+        face = cq.Face.makeFromWires(cq.Wire.makePolygon(corners, close=True))
+        return cq.Solid.extrudeLinear(face, cq.Vector(0, 0, top - bottom))
+    rod = cq.Solid.makeCylinder(size / 2 + grow, top - bottom, cq.Vector(0, 0, bottom))
+    if form == "round":
+        return rod
+    flat = flat_distance(form, size) + grow
+    block = cq.Solid.makeBox(size, 2 * size, top - bottom, cq.Vector(flat, -size, bottom))
+    return rod.cut(block).Solids()[0]
 
 
-def arm_shaft_volume(diameter: float, length: float) -> float:
-    """Volume of a dowel, mm^3: pi d^2/4 L."""
-    return math.pi * diameter**2 / 4 * length
+def section_area(form: Form, size: float, grow: float = 0.0) -> float:
+    """Area (mm^2) of a section."""
+    if form in SIDES:
+        return SIDES[form] * (size / 2 + grow) ** 2 * math.tan(math.pi / SIDES[form])
+    radius = size / 2 + grow
+    return math.pi * radius**2 - (_segment(radius, flat_distance(form, size) + grow) if form == "d" else 0.0)
 
 
-def build_d_shaft(
-    diameter: float, bottom: float, flat_top: float, top: float, pocket: tuple[float, float] = (0.0, 0.0)
-) -> Any:
-    """The hinge shaft on the z axis: D-shaped from ``bottom`` to ``flat_top``, round from there to ``top``.
+def milled_area(form: Form, size: float, diameter: float) -> float:
+    """Area (mm^2) that a section leaves of a round rod from which it is milled."""
+    radius = diameter / 2
+    if form == "round":
+        return math.pi * radius**2
+    if form == "d":
+        return math.pi * radius**2 - _segment(radius, flat_distance(form, size))
+    if circumradius(form, size) <= radius:
+        return section_area(form, size)
+    return math.pi * radius**2 - SIDES[form] * _segment(radius, size / 2)
 
-    ``pocket``: diameter and depth of a magnet's pocket in the upper end; a depth of zero: none.
+
+def _segment(radius: float, distance: float) -> float:
+    """Area (mm^2) of a disc's part beyond a line at a distance from its middle."""
+    if distance >= radius:
+        return 0.0
+    half = math.acos(distance / radius)
+    return radius**2 * (half - math.sin(half) * math.cos(half))
+
+
+@dataclass(frozen=True)
+class ShaftShape:
+    """The hinge's shaft: a stock rod, its end for the damper, pin holes and a magnet's pocket; mm."""
+
+    diameter: float
+    bottom: float
+    top: float
+    form: Form  # of the lower end
+    form_size: float
+    form_length: float  # 0: the end is round
+    pins: tuple[tuple[float, float, float], ...]  # height, diameter and direction (deg) of each cross hole
+    pocket: tuple[float, float]  # diameter and depth of a magnet's pocket in the upper end
+
+
+def build_shaft(shape: ShaftShape) -> Any:
+    """The shaft as one cadquery Solid."""
+    import cadquery as cq
+
+    radius, (wide, deep) = shape.diameter / 2, shape.pocket
+    rod = cq.Solid.makeCylinder(radius, shape.top - shape.bottom, cq.Vector(0, 0, shape.bottom))
+    cuts = [cross_hole(height, size / 2, 2 * shape.diameter, turn) for height, size, turn in shape.pins]
+    if shape.form != "round" and shape.form_length > 0.0:
+        low, high = shape.bottom - 1.0, shape.bottom + shape.form_length
+        ring = cq.Solid.makeCylinder(2 * shape.diameter, high - low, cq.Vector(0, 0, low))
+        cuts.append(ring.cut(build_section(shape.form, shape.form_size, 0.0, low - 1.0, high + 1.0)))
+    if deep > 0.0:
+        cuts.append(cq.Solid.makeCylinder(wide / 2, deep + 1.0, cq.Vector(0, 0, shape.top - deep)))
+    return rod.cut(*cuts).Solids()[0] if cuts else rod
+
+
+def shaft_volume(shape: ShaftShape) -> float:
+    """Volume of :func:`build_shaft`, mm^3."""
+    round_area = math.pi * shape.diameter**2 / 4
+    end = 0.0 if shape.form == "round" else shape.form_length
+    volume = round_area * (shape.top - shape.bottom - end)
+    volume += end * milled_area(shape.form, shape.form_size, shape.diameter)
+    volume -= sum(cross_volume(shape.diameter / 2, 0.0, size / 2) for _, size, _ in shape.pins)
+    return volume - math.pi * shape.pocket[0] ** 2 / 4 * shape.pocket[1]
+
+
+def cross_hole(height: float, radius: float, reach: float, turn: float, start: float | None = None) -> Any:
+    """A cylinder square to the hinge at a height, from ``start`` (mm; None: -reach) to ``reach`` along ``turn`` deg."""
+    import cadquery as cq
+
+    low = -reach if start is None else start
+    x, y = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    return cq.Solid.makeCylinder(radius, reach - low, cq.Vector(low * x, low * y, height), cq.Vector(x, y, 0))
+
+
+def cross_volume(outer: float, inner: float, radius: float) -> float:
+    """Volume (mm^3) that a cross hole of a radius takes from a tube of outer and inner radius.
+
+    The integral of the chords over the hole. x = a sin t turns the disc's edge into a smooth periodic integrand, on
+    which the trapezoid rule is exact.
     """
+    import numpy as np
+
+    t = (np.arange(400) + 0.5) / 400 * math.pi - math.pi / 2
+    x, width = radius * np.sin(t), 2 * radius * np.cos(t)
+    chord = 2 * (np.sqrt(outer**2 - x**2) - np.sqrt(np.maximum(inner**2 - x**2, 0.0)))
+    return float(np.sum(chord * width * radius * np.cos(t)) * math.pi / 400)
+
+
+def build_ring(outer: float, bore: float, bottom: float, top: float) -> Any:
+    """A ring (cadquery Solid) about the hinge axis: bearing, collar or thrust washer, by its diameters (mm)."""
     import cadquery as cq
 
-    round_shaft = cq.Solid.makeCylinder(diameter / 2, top - bottom, cq.Vector(0, 0, bottom))
-    cuts = [_beyond_flat(diameter, 0.0, bottom, flat_top)]
-    if pocket[1] > 0.0:
-        cuts.append(cq.Solid.makeCylinder(pocket[0] / 2, pocket[1] + 1.0, cq.Vector(0, 0, top - pocket[1])))
-    return round_shaft.cut(*cuts).Solids()[0]
+    body = cq.Solid.makeCylinder(outer / 2, top - bottom, cq.Vector(0, 0, bottom))
+    return body.cut(cq.Solid.makeCylinder(bore / 2, top - bottom + 2, cq.Vector(0, 0, bottom - 1))).Solids()[0]
 
 
-def build_d_bore(diameter: float, fit: float, bottom: float, top: float) -> Any:
-    """The tool that cuts a bore in which a D-shaft is keyed, ``fit`` mm wider on every side."""
-    import cadquery as cq
-
-    tool = cq.Solid.makeCylinder(diameter / 2 + fit, top - bottom, cq.Vector(0, 0, bottom))
-    return tool.cut(_beyond_flat(diameter, fit, bottom, top)).Solids()[0]
+def ring_volume(outer: float, bore: float, height: float) -> float:
+    """Volume of :func:`build_ring`, mm^3."""
+    return math.pi / 4 * (outer**2 - bore**2) * height
 
 
-def _beyond_flat(diameter: float, fit: float, bottom: float, top: float) -> Any:
-    """The block on the +x side of the flat."""
-    import cadquery as cq
-
-    flat = diameter * (0.5 - FLAT_DEPTH) + fit
-    return cq.Solid.makeBox(diameter, 2 * diameter, top - bottom, cq.Vector(flat, -diameter, bottom))
-
-
-def d_section_area(diameter: float, fit: float = 0.0) -> float:
-    """Area (mm^2) of a D: a disc less the circular segment beyond the flat."""
-    radius, flat = diameter / 2 + fit, diameter * (0.5 - FLAT_DEPTH) + fit
-    half_angle = math.acos(flat / radius)
-    return math.pi * radius**2 - radius**2 * (half_angle - math.sin(half_angle) * math.cos(half_angle))
-
-
-def d_shaft_volume(
-    diameter: float, flat_length: float, round_length: float, pocket: tuple[float, float] = (0.0, 0.0)
-) -> float:
-    """Volume (mm^3) of a shaft that is D-shaped over ``flat_length`` and round over ``round_length``, less a pocket."""
-    full = d_section_area(diameter) * flat_length + math.pi * diameter**2 / 4 * round_length
-    return full - math.pi * pocket[0] ** 2 / 4 * pocket[1]
+def build_pin(size: float, length: float, height: float, turn: float) -> Any:
+    """A dowel pin through the hinge axis."""
+    return cross_hole(height, size / 2, length / 2, turn)

@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from cad.arm_shaft import FLAT_DEPTH
 from cad.fittings import PrintDimensions
 from cad.flexed_wire import effective_length
+from cad.hardware_checks import check_axial_play, check_keyed, check_screws
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
 from cad.parts import BuiltPart
@@ -131,32 +131,8 @@ def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list
         *check_spring_room(bodies),
         *check_gaps(bodies),
         *check_play(bodies),
+        *check_axial_play(bodies),
     ]
-
-
-def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
-    """The D-shaft turns its own half and no other: turned a quarter in its bore it overlaps the lower half only."""
-    shaft = manifold(joint.part("shaft").mesh).rotate((0.0, 0.0, 90.0))
-    keyed = float((shaft ^ manifold(joint.part("lower").mesh)).volume())
-    free = float((shaft ^ manifold(joint.part("upper").mesh)).volume())
-    name = joint.part("shaft").name
-    return [
-        at_least(
-            "keyed", name, keyed, _keyed_least(joint), "mm^3", "overlap with the lower half when turned a quarter"
-        ),
-        at_most("free", name, free, OVERLAP_LIMIT, "mm^3", "overlap with the upper half when turned a quarter"),
-    ]
-
-
-def _keyed_least(joint: BuiltJoint) -> float:
-    """Half of what a round shaft shares with the print beyond its bore's flat, over the floor, mm^3."""
-    dimensions = joint.dimensions
-    radius = dimensions.shaft_diameter / 2
-    flat = dimensions.shaft_diameter * (0.5 - FLAT_DEPTH) + dimensions.fit
-    if flat >= radius:
-        return math.inf
-    segment = radius**2 * math.acos(flat / radius) - flat * math.sqrt(radius**2 - flat**2)
-    return segment * dimensions.floor_thickness / 2
 
 
 def check_joint(
@@ -169,6 +145,7 @@ def check_joint(
     results.append(check_pitch(joint))
     results += check_arms(joint)
     results += check_keyed(joint)
+    results += check_screws(joint)
     results += check_interference(joint, link)
     results += check_printing(joint, printing or PrintDimensions())
     return tuple(results)
@@ -202,6 +179,7 @@ __all__ = [
     "CheckResult",
     "GateError",
     "check_arms",
+    "check_axial_play",
     "check_interference",
     "check_joint",
     "check_keyed",
@@ -209,6 +187,7 @@ __all__ = [
     "check_links",
     "check_part",
     "check_pitch",
+    "check_screws",
     "measured_arms",
     "require",
 ]

@@ -1,30 +1,77 @@
-"""The coupling between the joint's D-shaft and a damper that has a shaft of its own: two D bores in one sleeve.
+"""What joins the hinge's shaft with a damper: the adapter to a damper's own shaft, the insert for a damper's bore.
 
-Own frame, mm: its face towards the ear is z = 0, it grows along -z; both flats stand on the +x side, in phase.
+Adapter: a sleeve pinned on the hinge's shaft. A round output is pinned as well; on the flat of any other form a set
+screw in an insert takes the play. Insert: a printed square, D or hexagon, pinned on the shaft. Own frame, mm: the face
+towards the ear is z = 0, both grow along -z; flats stand on the +x side, the pin on the hinge's shaft along y.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
-from cad.arm_shaft import build_d_bore, d_section_area
+from cad.arm_shaft import Form, build_section, cross_hole, cross_volume, flat_distance, section_area
 from cad.fittings import AdapterDimensions
+from cad.hardware import Pin, insert_of
+from cad.screw_places import SET_SCREW
+
+PIN_TURN = 90.0  # deg, direction of the pins' axes
+SET_SCREW_LENGTH = 6.0  # mm, of ISO 4026 - M3: from the flat to just inside the insert's end, 5.7 mm
 
 
-def build_adapter(adapter: AdapterDimensions, radius: float, shaft_diameter: float, fit: float) -> Any:
-    """The adapter as one cadquery Solid of outer ``radius``."""
+@dataclass(frozen=True)
+class Hub:
+    """A sleeve pinned on a shaft: outer radius, shaft, fit, pin and its height; mm."""
+
+    radius: float
+    shaft: float
+    fit: float
+    pin: Pin
+    pin_height: float
+
+
+def pin_heights(adapter: AdapterDimensions) -> tuple[float, float]:
+    """Z (mm) of the middles of both grips: on the hinge's shaft, on the damper's."""
+    return -adapter.shaft_grip / 2, -adapter.length + adapter.output_grip / 2
+
+
+def build_adapter(adapter: AdapterDimensions, hub: Hub, output_pin: Pin | None) -> Any:
+    """The adapter as one cadquery Solid; ``output_pin``: through a round output."""
     import cadquery as cq
 
-    length = adapter.length
-    body = cq.Solid.makeCylinder(radius, length, cq.Vector(0, 0, -length))
-    upper = build_d_bore(shaft_diameter, fit, -adapter.shaft_grip, 1.0)
-    lower = build_d_bore(adapter.output_diameter, fit, -length - 1.0, -length + adapter.output_grip)
-    return body.cut(upper, lower)
+    length, low = adapter.length, pin_heights(adapter)[1]
+    body = cq.Solid.makeCylinder(hub.radius, length, cq.Vector(0, 0, -length))
+    cuts = [
+        build_section("round", hub.shaft, hub.fit, -adapter.shaft_grip, 1.0),
+        build_section(adapter.form, adapter.output_diameter, hub.fit, -length - 1.0, -length + adapter.output_grip),
+        cross_hole(hub.pin_height, hub.pin.size / 2, 2 * hub.radius, PIN_TURN),
+    ]
+    if output_pin is not None:
+        cuts.append(cross_hole(low, output_pin.size / 2, 2 * hub.radius, PIN_TURN))
+    else:
+        cuts.append(cross_hole(low, insert_of(SET_SCREW).hole / 2, 2 * hub.radius, 0.0, 0.0))
+    return body.cut(*cuts)
 
 
-def adapter_volume(adapter: AdapterDimensions, radius: float, shaft_diameter: float, fit: float) -> float:
-    """Volume of :func:`build_adapter`, mm^3, in closed form."""
-    bores = d_section_area(shaft_diameter, fit) * adapter.shaft_grip
-    bores += d_section_area(adapter.output_diameter, fit) * adapter.output_grip
-    return math.pi * radius**2 * adapter.length - bores
+def adapter_volume(adapter: AdapterDimensions, hub: Hub, output_pin: Pin | None) -> float | None:
+    """Volume of :func:`build_adapter`, mm^3; None where an insert's hole meets a flat, which has no closed form."""
+    if output_pin is None:
+        return None
+    shaft, output = hub.shaft / 2 + hub.fit, adapter.output_diameter / 2 + hub.fit
+    bores = section_area("round", hub.shaft, hub.fit) * adapter.shaft_grip
+    bores += section_area(adapter.form, adapter.output_diameter, hub.fit) * adapter.output_grip
+    holes = cross_volume(hub.radius, shaft, hub.pin.size / 2) + cross_volume(hub.radius, output, output_pin.size / 2)
+    return math.pi * hub.radius**2 * adapter.length - bores - holes
+
+
+def build_insert(form: Form, size: float, length: float, hub: Hub) -> Any:
+    """The insert for a damper's bore as one cadquery Solid, ``hub.fit`` smaller on every side than the bore."""
+    body = build_section(form, size, -hub.fit, -length, 0.0)
+    bore = build_section("round", hub.shaft, hub.fit, -length - 1.0, 1.0)
+    return body.cut(bore, cross_hole(hub.pin_height, hub.pin.size / 2, 2 * size, PIN_TURN)).Solids()[0]
+
+
+def set_screw_place(adapter: AdapterDimensions) -> tuple[float, float]:
+    """Height (mm) of the set screw's axis and how far from the hinge axis it begins: on the output's flat."""
+    return pin_heights(adapter)[1], flat_distance(adapter.form, adapter.output_diameter)

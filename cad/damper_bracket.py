@@ -1,22 +1,51 @@
 """The bracket that holds a rotary damper coaxial with the joint, and the bought damper's envelope.
 
-A sleeve closed by a base plate. The base lies on ear A, the damper's body hangs in the sleeve, its flange
-seats on the sleeve's open end, and the same screws go through flange and sleeve into the ear, so flange and
-hinge share one screw circle. Own frame, mm: the base's face on the ear is z = 0, the bracket grows along -z.
+A sleeve open at both ends. One lies on ear A, round the shaft's collar, and is screwed to it from between the ears; the
+damper's body hangs in the sleeve, its flange seats on the other end and is screwed to it. Both sets of screws stand on
+the damper's own circle and end in inserts. Own frame, mm: the face on the ear is z = 0, the bracket grows along -z.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from cad.arm_shaft import cross_hole, cross_volume
 from cad.fittings import DamperDimensions
 from cad.outline import Point
+from cad.screw_places import FLANGE_THICKNESS
 
-FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none
+ACCESS_TURN = 90.0  # deg: between two of the damper's screws, however many there are
 ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in
-PILOT = 0.8  # of the clearance hole's diameter: a screw cuts its thread in print
+
+
+@dataclass(frozen=True)
+class Sleeve:
+    """What the bracket is drawn from: radii, height, inserts' holes (radius, depths from ear and open end); mm.
+
+    A thin sleeve with a boss round each screw, or, where bosses would meet, one as thick as those.
+    """
+
+    radius: float  # of the damper's flange, round all bosses
+    bore: float
+    wall: float
+    height: float
+    hole: float
+    depths: tuple[float, float]
+    access: tuple[tuple[float, float], ...] = ()  # heights and radii of holes for keys and pins of what is inside
+
+    @property
+    def boss(self) -> float:
+        """Radius of a boss: a wall round the insert."""
+        return self.hole + self.wall
+
+    def thin(self, screws: Sequence[Point]) -> bool:
+        """Whether bosses stand apart on a sleeve that does not reach them anyway."""
+        circle = math.hypot(*screws[0])
+        apart = 2 * circle * math.sin(math.pi / len(screws))
+        return apart > 2 * self.boss and circle + self.boss > self.bore + self.wall > circle - self.boss
 
 
 def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
@@ -25,39 +54,45 @@ def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) 
     return cq.Solid.makeCylinder(radius, top - bottom, cq.Vector(at[0], at[1], bottom))
 
 
-def build_bracket(
-    damper: DamperDimensions,
-    screws: Sequence[Point],
-    radius: float,
-    height: float,
-    wall: float,
-    clearance: float,
-    shaft_diameter: float,
-) -> Any:
-    """The bracket as one cadquery Solid: ``screws`` at, outer ``radius`` and ``height``, base ``wall`` thick, mm."""
-    body = _cylinder(radius, -height, 0.0)
-    cuts = [
-        _cylinder(damper.outer_diameter / 2 + clearance, -height - 1.0, -wall),
-        _cylinder(shaft_diameter / 2 + 2 * clearance, -wall - 1.0, 1.0),
-        *(_cylinder(damper.bolt_diameter / 2, -height - 1.0, 1.0, at) for at in screws),
-    ]
+def build_bracket(sleeve: Sleeve, screws: Sequence[Point]) -> Any:
+    """The bracket as one cadquery Solid."""
+    above, below = sleeve.depths
+    cuts = [_cylinder(sleeve.bore, -sleeve.height - 1.0, 1.0)]
+    cuts += [cross_hole(height, wide, sleeve.radius + 1.0, ACCESS_TURN, 0.0) for height, wide in sleeve.access]
+    for at in screws:
+        cuts.append(_cylinder(sleeve.hole, -above, 1.0, at))
+        cuts.append(_cylinder(sleeve.hole, -sleeve.height - 1.0, -sleeve.height + below, at))
+    if not sleeve.thin(screws):
+        return _cylinder(sleeve.radius, -sleeve.height, 0.0).cut(*cuts)
+    body = _cylinder(sleeve.bore + sleeve.wall, -sleeve.height, 0.0)
+    body = body.fuse(*(_cylinder(sleeve.boss, -sleeve.height, 0.0, at) for at in screws))
     return body.cut(*cuts)
 
 
-def bracket_volume(
-    damper: DamperDimensions, radius: float, height: float, wall: float, clearance: float, shaft_diameter: float
-) -> float:
+def bracket_volume(sleeve: Sleeve, screws: Sequence[Point]) -> float:
     """Volume of :func:`build_bracket`, mm^3, in closed form."""
-    area = radius**2 - damper.bolt_count * (damper.bolt_diameter / 2) ** 2
-    sleeve = area - (damper.outer_diameter / 2 + clearance) ** 2
-    base = area - (shaft_diameter / 2 + 2 * clearance) ** 2
-    return math.pi * (sleeve * (height - wall) + base * wall)
+    holes = len(screws) * math.pi * sleeve.hole**2 * sum(sleeve.depths)
+    outer = sleeve.bore + sleeve.wall if sleeve.thin(screws) else sleeve.radius
+    holes += sum(cross_volume(outer, sleeve.bore, wide) / 2 for _, wide in sleeve.access)
+    bore = math.pi * sleeve.bore**2
+    if not sleeve.thin(screws):
+        return (math.pi * sleeve.radius**2 - bore) * sleeve.height - holes
+    wide, boss = sleeve.bore + sleeve.wall, sleeve.boss
+    beside = math.pi * boss**2 - _lens(wide, boss, math.hypot(*screws[0]))
+    return (math.pi * wide**2 - bore + len(screws) * beside) * sleeve.height - holes
+
+
+def _lens(first: float, second: float, apart: float) -> float:
+    """Area (mm^2) that two discs ``apart`` mm share."""
+    a = math.acos((apart**2 + first**2 - second**2) / (2 * apart * first))
+    b = math.acos((apart**2 + second**2 - first**2) / (2 * apart * second))
+    return first**2 * (a - math.sin(a) * math.cos(a)) + second**2 * (b - math.sin(b) * math.cos(b))
 
 
 def build_damper(damper: DamperDimensions, screws: Sequence[Point], radius: float, height: float, bore: float) -> Any:
     """Envelope of the bought damper seated on the bracket: body and flange round a bore of radius ``bore``, mm.
 
-    The rotor, which is keyed on the shaft and turns with it, is not drawn.
+    The rotor, which is driven by the shaft and turns with it, is not drawn.
     """
     top = -height + damper.body_length
     flange = _cylinder(radius, -height - FLANGE_THICKNESS, -height)

@@ -11,6 +11,7 @@ import re
 from dataclasses import MISSING, dataclass, field
 
 from cad.fittings import DamperDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
+from cad.hardware import ShaftParts, shaft_parts, shaft_sizes
 from cad.limits import DimensionError, DimensionProblem, dimension, range_problems
 
 STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's tilt in its bearings are off by about one
@@ -143,7 +144,9 @@ class JointDimensions:
     link_length: float = dimension(200.0, 20.0, 1500.0, "mm", "hinge axis to hinge axis")
     link_width: float = dimension(20.0, 6.0, 80.0, "mm", "outer diameter of the link's tube; 20 x 1.5 is stock")
     tube_wall: float = dimension(1.5, 0.5, 10.0, "mm", "of the link's tube")
-    shaft_diameter: float = dimension(8.0, 3.0, 30.0, "mm", "printed bores under 3 mm close up; 8 carries a dog's leg")
+    shaft_diameter: float = dimension(
+        8.0, 3.0, 20.0, "mm", "of a stock rod; bearings and collars are listed for these; 8 carries a dog's leg"
+    )
     seat_screw: float | None = dimension(
         None, 2.0, 8.0, "mm", "nominal size of the screws that clamp an arm; left out about the wire's diameter"
     )
@@ -159,7 +162,7 @@ class JointDimensions:
     wall: float = dimension(3.0, 1.2, 12.0, "mm", "printed wall; under 1.2 it is two lines wide")
     plate: float = dimension(6.0, 2.0, 25.0, "mm", "ears and floor plate; two walls, so the shaft has a seat")
     floor: float | None = dimension(
-        None, 2.0, 60.0, "mm", "the lower half's floor, in which the D-shaft is keyed; left out it is a plate"
+        None, 2.0, 60.0, "mm", "the lower half's floor, in which the shaft is pinned; left out it is a plate"
     )
     stops: tuple[float, float] | None = None  # measured deg at which the hard stops touch; None: STOP_MARGIN past range
     yields: tuple[float, float] | None = None  # measured deg at which the spring yields, where that is known
@@ -176,6 +179,11 @@ class JointDimensions:
     def floor_thickness(self) -> float:
         """The lower half's floor, mm."""
         return self.plate if self.floor is None else self.floor
+
+    @property
+    def hardware(self) -> ShaftParts:
+        """Bearings, collars, thrust washers and pins of the shaft's diameter."""
+        return shaft_parts(self.shaft_diameter)
 
     @property
     def stop_angles(self) -> tuple[float, float]:
@@ -222,6 +230,10 @@ class JointDimensions:
         found = range_problems(self, prefix)
         if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
             found.append(DimensionProblem("name", self.name, "letters, digits, space, _.-", "it names files"))
+        if self.shaft_diameter not in shaft_sizes():
+            sizes = ", ".join(f"{size:g}" for size in shaft_sizes())
+            text = "a stock rod for which ball bearings, collars and thrust washers are listed"
+            found.append(DimensionProblem(prefix + "shaft_diameter", self.shaft_diameter, f"one of {sizes} mm", text))
         if self.sign not in (1, -1):
             found.append(DimensionProblem(prefix + "sign", self.sign, "+1 or -1", "the sense of the measured angle"))
         if self.springs not in (1, 2):
@@ -249,24 +261,6 @@ class JointDimensions:
             )
         if not found:
             found += self._stop_problems()
-        if not found:
-            smallest = self.shaft_diameter + 4 * self.clearance + 2.0
-            if self.damper.outer_diameter < smallest:
-                found.append(
-                    DimensionProblem(
-                        prefix + "damper.outer_diameter",
-                        self.damper.outer_diameter,
-                        f"at least {smallest:.4g} mm with a shaft of {self.shaft_diameter:g} mm",
-                        "the shaft goes into the damper's body",
-                    )
-                )
-        if not found:
-            damper = self.damper
-            smallest = damper.outer_diameter + damper.bolt_diameter + 2 * self.clearance + 2.0
-            if damper.bolt_circle < smallest:
-                name, allowed = f"{prefix}damper.bolt_circle", f"at least {smallest:.4g} mm"
-                reason = "the screws pass outside the sleeve round the damper with 1 mm between"
-                found.append(DimensionProblem(name, damper.bolt_circle, allowed, reason))
         if not found and 2 * self.tube_wall >= self.link_width:
             found.append(
                 DimensionProblem(

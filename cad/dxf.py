@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.encoder_seat import seat_floor
+from cad.encoder_seat import seat_bore, seat_step
 from cad.joint import BuiltJoint
 from cad.layout import seat_screws
 from cad.outline import Point
@@ -50,22 +50,24 @@ class FlatBracket:
 
 
 def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
-    """The sheets that damper bracket, encoder seat and mount consist of, for whom cuts them instead of printing."""
+    """The sheets that damper bracket, encoder seat and mount consist of, for whom cuts them instead of printing.
+
+    A stack of sheets has no inserts: the screws' holes go through, for longer screws with nuts.
+    """
     d, layout = joint.dimensions, joint.layout
-    name, damper, clear = file_name(d.name), d.damper, d.clearance
+    name, damper = file_name(d.name), d.damper
     screws = tuple((at, damper.bolt_diameter / 2) for at in layout.screws)
-    middle, base, ring = (0.0, 0.0), d.shaft_diameter / 2 + 2 * clear, damper.outer_diameter / 2 + clear
-    bracket = layout.bracket_radius
+    middle = (0.0, 0.0)
     found = [
-        FlatBracket(f"{name}_damper_bracket_base", bracket, ((middle, base), *screws), d.wall),
-        FlatBracket(f"{name}_damper_bracket_ring", bracket, ((middle, ring), *screws), layout.bracket_height - d.wall),
-    ]
+        FlatBracket(f"{name}_damper_bracket_sheet", layout.bracket_radius, ((middle, layout.bracket_bore), *screws),
+                    layout.bracket_height),
+    ]  # fmt: skip
     if d.encoder is not None:
         small = tuple((at, d.encoder.bolt_diameter / 2) for at in seat_screws(d.encoder, layout.upper.direction))
-        bore, recess = d.shaft_diameter / 2 + clear, d.encoder.body_diameter / 2 + d.fit
+        recess = d.encoder.body_diameter / 2 + d.fit
         found += [
-            FlatBracket(f"{name}_encoder_seat_base", layout.seat_radius, ((middle, bore), *small),
-                        seat_floor(d.encoder)),
+            FlatBracket(f"{name}_encoder_seat_base", layout.seat_radius, ((middle, seat_bore(d)), *small),
+                        seat_step(d)),
             FlatBracket(f"{name}_encoder_seat_ring", layout.seat_radius, ((middle, recess), *small),
                         d.encoder.body_depth),
         ]  # fmt: skip

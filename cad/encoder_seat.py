@@ -1,7 +1,9 @@
 """The seat of an angle encoder on ear B, over the end of the shaft, and the bought encoder's envelope.
 
-A ring screwed to the ear. Its floor keeps the sensor's face at the air gap from the magnet in the shaft's end;
-the recess above takes the housing. Own frame, mm: the face on the ear is z = 0, the seat grows along +z.
+A ring round the shaft's collar, screwed to the ear; a step in it keeps the sensor's face at the air gap from the magnet
+in the shaft's end, and the recess above takes the housing. A housing no wider than the collar lies on a floor over it,
+through which the shaft goes on. Own frame, mm: the face on the ear is z = 0, it grows along
++z.
 """
 
 from __future__ import annotations
@@ -11,19 +13,38 @@ from typing import Any
 
 from cad.dimensions import JointDimensions
 from cad.fittings import EncoderDimensions
-from cad.layout import JointLayout, seat_screws
+from cad.layout import SUNK_ASIDE, JointLayout
 from cad.outline import Point
+from cad.screw_places import encoder_screws
+from cad.shaft_line import AXIAL_GAP, beyond_collar
 
-LEAST_FLOOR = 1.2  # mm, of print under the encoder's rim
-
-
-def seat_floor(encoder: EncoderDimensions) -> float:
-    """Thickness (mm) between ear and encoder: the magnet is flush with the ear, so it is the air gap."""
-    return max(encoder.air_gap, LEAST_FLOOR)
+LEAST_STEP = 1.2  # mm, that the sensor's face is above the shaft's end at least: what printed heights are off by
 
 
-def _bore(dimensions: JointDimensions) -> float:
-    return dimensions.shaft_diameter / 2 + dimensions.clearance
+def seat_step(dimensions: JointDimensions) -> float:
+    """Height (mm) of the step: up to the shaft's end with the magnet, and the air gap."""
+    encoder = dimensions.encoder
+    assert encoder is not None
+    over = AXIAL_GAP + dimensions.hardware.stack + beyond_collar(dimensions)
+    return over + max(encoder.air_gap, LEAST_STEP)
+
+
+def seat_height(dimensions: JointDimensions) -> float:
+    """Height (mm) of the whole seat."""
+    assert dimensions.encoder is not None
+    return seat_step(dimensions) + dimensions.encoder.body_depth
+
+
+def seat_bore(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the room round collar and thrust washer."""
+    return dimensions.hardware.radius + dimensions.clearance
+
+
+def _sunk(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
+    """How deep (mm) the screws' heads are sunk, and the radius of the holes for that."""
+    place = encoder_screws(dimensions, layout, seat_height(dimensions))[0]
+    depth = layout.gap_b + layout.ear + seat_height(dimensions) - place.face
+    return depth, place.screw.head_diameter / 2 + SUNK_ASIDE
 
 
 def _cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
@@ -36,32 +57,43 @@ def build_seat(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The seat as one cadquery Solid in its own frame."""
     encoder = dimensions.encoder
     assert encoder is not None
-    floor = seat_floor(encoder)
-    top = floor + encoder.body_depth
-    cuts = [
-        _cylinder(encoder.body_diameter / 2 + dimensions.fit, floor, top + 1.0),
-        _cylinder(_bore(dimensions), -1.0, floor + 0.5),
-        *(
-            _cylinder(encoder.bolt_diameter / 2, -1.0, top + 1.0, at)
-            for at in seat_screws(encoder, layout.upper.direction)
-        ),
-    ]
+    step, top = seat_step(dimensions), seat_height(dimensions)
+    cuts = [_cylinder(encoder.body_diameter / 2 + dimensions.fit, step, top + 1.0)]
+    floor = beyond_collar(dimensions) > 0.0
+    room = AXIAL_GAP + dimensions.hardware.stack + dimensions.clearance if floor else step + 0.5
+    cuts.append(_cylinder(seat_bore(dimensions), -1.0, room))
+    if floor:
+        cuts.append(_cylinder(dimensions.shaft_diameter / 2 + dimensions.clearance, room - 0.5, step + 0.5))
+    depth, wide = _sunk(dimensions, layout)
+    for place in encoder_screws(dimensions, layout, top):
+        cuts.append(_cylinder(encoder.bolt_diameter / 2, -1.0, top + 1.0, place.at))
+        if depth > 0.0:
+            cuts.append(_cylinder(wide, top - depth, top + 1.0, place.at))
     return _cylinder(layout.seat_radius, 0.0, top).cut(*cuts)
 
 
-def seat_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Volume of :func:`build_seat`, mm^3, in closed form."""
+def seat_volume(dimensions: JointDimensions, layout: JointLayout) -> float | None:
+    """Volume of :func:`build_seat`, mm^3, in closed form; None where sunk heads cut into its recess."""
     encoder = dimensions.encoder
     assert encoder is not None
+    depth, _ = _sunk(dimensions, layout)
+    if depth > 0.0:
+        return None
     area = layout.seat_radius**2 - encoder.bolt_count * (encoder.bolt_diameter / 2) ** 2
     ring = (area - (encoder.body_diameter / 2 + dimensions.fit) ** 2) * encoder.body_depth
-    return math.pi * (ring + (area - _bore(dimensions) ** 2) * seat_floor(encoder))
+    step = seat_step(dimensions)
+    room = step
+    if beyond_collar(dimensions) > 0.0:
+        room = AXIAL_GAP + dimensions.hardware.stack + dimensions.clearance
+    below = area * step - seat_bore(dimensions) ** 2 * room
+    below -= (dimensions.shaft_diameter / 2 + dimensions.clearance) ** 2 * (step - room)
+    return math.pi * (ring + below)
 
 
-def build_encoder(encoder: EncoderDimensions) -> Any:
+def build_encoder(dimensions: JointDimensions, encoder: EncoderDimensions) -> Any:
     """Envelope of the bought encoder (cadquery Solid) as it lies in the seat, in the seat's frame."""
-    floor = seat_floor(encoder)
-    return _cylinder(encoder.body_diameter / 2, floor, floor + encoder.body_depth)
+    step = seat_step(dimensions)
+    return _cylinder(encoder.body_diameter / 2, step, step + encoder.body_depth)
 
 
 def encoder_volume(encoder: EncoderDimensions) -> float:

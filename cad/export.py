@@ -8,13 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
+from cad.assembly import exploded, numbers_at
 from cad.checks import check_leg
 from cad.dxf import flat_brackets, write_flat
 from cad.joint import BuiltJoint
 from cad.leg import BuiltLeg
 from cad.parts import BuiltPart, Mesh, file_name
 from cad.preview import Camera, Colour, PreviewError
-from cad.print_file import on_the_bed, write_3mf
+from cad.print_file import plates, write_3mf
 from cad.printing import plan_part
 from cad.results import CheckResult, require
 from cad.scene_file import write_glb
@@ -75,12 +76,15 @@ def export_leg(
 
 
 def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
-    """The printed parts as one 3MF, the leg as GLB, the flat brackets as DXF."""
+    """The printed parts as 3MF, a file a plate of the bed's size, the leg as GLB, the flat brackets as DXF."""
     printing = leg.dimensions.printing
     plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]
-    write_3mf(on_the_bed(plans, max(printing.bed[:2])), folder / "leg_print.3mf", leg.dimensions.name)
     write_glb(leg, folder / "leg.glb")
-    written = [ExportedFile("leg_print.3mf", "3mf", "leg"), ExportedFile("leg.glb", "glb", "leg")]
+    written = [ExportedFile("leg.glb", "glb", "leg")]
+    for number, plate in enumerate(plates(plans, printing.bed), start=1):
+        name = f"leg_print_{number}.3mf"
+        write_3mf(plate, folder / name, f"{leg.dimensions.name}, plate {number}")
+        written.append(ExportedFile(name, "3mf", "leg"))
     for joint in leg.joints:
         for bracket in flat_brackets(joint):
             write_flat(bracket, folder / f"{bracket.name}.dxf")
@@ -112,6 +116,10 @@ def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
             whole = _joint_items(joint)
             draw(name, name, whole, flip)
             draw(f"{name}_inside", name, [item for item in whole if item[1] != joint.part("upper").colour], flip)
+            apart = exploded(joint)
+            camera.draw([(mesh, part.colour) for part, mesh, _ in apart], folder / f"{name}_exploded.png",
+                        view=(0.85, 0.25, 0.45 * flip), labels=numbers_at(apart))  # fmt: skip
+            written.append(ExportedFile(f"{name}_exploded.png", "png", name))
         draw("leg", "leg", [(mesh, part.colour) for part, mesh in leg.rest_meshes()], 1)
     finally:
         camera.close()

@@ -7,8 +7,9 @@ source beside it; measure what you bought.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from cad.arm_shaft import FORMS, Form
 from cad.limits import DimensionProblem, dimension, range_problems
 
 
@@ -53,7 +54,7 @@ class EncoderDimensions:
     body_depth: float = dimension(5.0, 1.0, 40.0, "mm", "of the recess that it lies in")
     bolt_circle: float = dimension(27.0, 8.0, 100.0, "mm", "screw centres, outside the body")
     bolt_count: int = dimension(2, 2, 8, "", "two screws at least hold it from turning")
-    bolt_diameter: float = dimension(2.4, 1.6, 6.0, "mm", "clearance hole, M2 unless told")
+    bolt_diameter: float = dimension(2.4, 2.2, 6.0, "mm", "clearance hole, M2 unless told")
     magnet_diameter: float = dimension(
         4.0, 1.0, 20.0, "mm", "diametric magnet in the shaft's end; 4 x 4 and 6 x 2.5 are sold"
     )
@@ -67,12 +68,17 @@ class EncoderDimensions:
 
 @dataclass(frozen=True)
 class AdapterDimensions:
-    """A coupling between the joint's D-shaft and a damper that has a D-shaft of its own instead of a bore."""
+    """A coupling between the joint's shaft and a damper that has a shaft of its own instead of a bore.
 
-    output_diameter: float = dimension(6.0, 2.0, 30.0, "mm", "of the damper's shaft")
+    It is pinned on the joint's shaft. A round output is pinned too, which asks for a hole drilled in it; on a flat of
+    any other form a set screw takes the play.
+    """
+
+    output_diameter: float = dimension(6.0, 2.0, 30.0, "mm", "of the damper's shaft, or across its flats")
     output_grip: float = dimension(12.0, 2.0, 80.0, "mm", "how far it goes in; twice its diameter holds")
     shaft_grip: float = dimension(16.0, 2.0, 120.0, "mm", "how far the joint's shaft goes in")
     web: float = dimension(2.0, 1.0, 20.0, "mm", "between the two, so that neither pushes the other")
+    form: Form = "d"
 
     @property
     def length(self) -> float:
@@ -81,23 +87,45 @@ class AdapterDimensions:
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every number that is out of range."""
-        return range_problems(self, prefix)
+        return range_problems(self, prefix) + _form_problems(self.form, prefix + "form")
+
+
+@dataclass(frozen=True)
+class BoreDimensions:
+    """The bore of a damper that the joint's shaft goes into: its form, and its diameter or width across the flats.
+
+    A square, D or hexagon that the shaft can be milled to is milled; a larger one is printed as an insert that is
+    pinned on the shaft.
+    """
+
+    form: Form = "round"
+    size: float | None = dimension(None, 2.0, 30.0, "mm", "left out: the joint's shaft")
+
+    def problems(self, prefix: str = "") -> list[DimensionProblem]:
+        """Every number that is out of range."""
+        return range_problems(self, prefix) + _form_problems(self.form, prefix + "form")
 
 
 @dataclass(frozen=True)
 class DamperDimensions:
-    """The envelope of a bought rotary damper: round body, two or more screws on a circle outside the body."""
+    """The envelope of a bought rotary damper: round body, two or more screws on a circle outside the body.
+
+    ``unknown``: what of it nobody stated, in words with the key that takes it; drawn parts say so.
+    """
 
     outer_diameter: float = dimension(40.0, 6.0, 150.0, "mm", "round body; 40 is a common oil damper")
     body_length: float = dimension(16.0, 3.0, 100.0, "mm", "from its flange to its end")
     bolt_circle: float = dimension(50.0, 9.0, 200.0, "mm", "screw centres, outside the body")
     bolt_count: int = dimension(4, 2, 12, "", "two screws at least hold a torque")
-    bolt_diameter: float = dimension(3.4, 1.6, 9.0, "mm", "clearance hole, M3 unless told")
+    bolt_diameter: float = dimension(3.4, 2.2, 9.0, "mm", "clearance hole, M3 unless told")
     adapter: AdapterDimensions | None = None
+    bore: BoreDimensions = field(default_factory=BoreDimensions)
+    unknown: tuple[str, ...] = ()
 
     def problems(self, prefix: str = "") -> list[DimensionProblem]:
         """Every reason why this damper cannot be mounted."""
         found = _screwed(self, self.outer_diameter, "the damper's body", prefix)
+        found += self.bore.problems(prefix + "bore.")
         return found + (self.adapter.problems(prefix + "adapter.") if self.adapter is not None else [])
 
 
@@ -119,6 +147,12 @@ class MountDimensions:
             text = f"at least {heads:.4g} mm with screws of {self.bolt_diameter:g} mm"
             found.append(DimensionProblem(prefix + "spacing_along", self.spacing_along, text, "their heads would meet"))
         return found
+
+
+def _form_problems(form: str, name: str) -> list[DimensionProblem]:
+    if form in FORMS:
+        return []
+    return [DimensionProblem(name, form, ", ".join(FORMS), "the section by which a damper is driven")]
 
 
 def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str, prefix: str) -> list[DimensionProblem]:

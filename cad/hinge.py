@@ -1,7 +1,7 @@
 """The two printed halves of a hinge, in the canonical frame of ``cad.layout``.
 
-Upper half: a clevis of two ears in which the shaft turns; ear B carries the upper arm's seat plate, ear A the damper
-bracket. Lower half: a tongue that is keyed on the shaft; its cup is the spring's pocket, its floor plate carries the
+Upper half: a clevis of two ears with the shaft's bearings; ear B carries the upper arm's seat plate, ear A the damper
+bracket. Lower half: a tongue that is pinned to the shaft; its cup is the spring's pocket, its floor plate carries the
 lower arm's seat and the horns of the hard stops.
 """
 
@@ -11,24 +11,40 @@ import math
 from typing import Any
 
 from cad.arm_layout import OVERHANG, ArmLayout
-from cad.arm_shaft import build_d_bore
-from cad.damper_bracket import PILOT
+from cad.arm_shaft import cross_hole, cross_volume
 from cad.dimensions import JointDimensions
+from cad.encoder_seat import seat_height
 from cad.hardware import insert_of, screw_of
-from cad.layout import SUNK_ASIDE, VERNIER, VERNIER_STEP, JointLayout, seat_screws, sunk_depth, window_half
+from cad.layout import (
+    BEARING_SUNK,
+    SUNK_ASIDE,
+    VERNIER,
+    VERNIER_STEP,
+    JointLayout,
+    bearing_pocket,
+    fixing_screw,
+    sunk_depth,
+    window_half,
+)
 from cad.mount import build_flange, flange_volume
 from cad.outline import Hull, Point
 from cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
+from cad.screw_places import SocketScrew, bracket_screws, encoder_screws, socket_screw
+from cad.shaft_line import BLIND, ShaftLine, lay_shaft
 
 THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot and seat
-CROSS_SCREW = 3.4  # mm, M3 through socket and tube
 MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: one line of 0.4 mm prints
 SCALE_STEP = 5.0  # deg, between the ear's marks
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the ears' bores: a sliding fit, half of the moving clearance per side."""
-    return (dimensions.shaft_diameter + dimensions.clearance) / 2
+    """Radius (mm) of the ears' bores outside their bearings: the shaft turns in them without touching."""
+    return dimensions.shaft_diameter / 2 + dimensions.clearance
+
+
+def pocket_depth(dimensions: JointDimensions) -> float:
+    """Depth (mm) of an ear's pocket for its bearing, from inside."""
+    return dimensions.hardware.bearing.width + BEARING_SUNK
 
 
 def cylinder(radius: float, bottom: float, top: float, at: Point = (0.0, 0.0)) -> Any:
@@ -94,15 +110,29 @@ def _socket(dimensions: JointDimensions, layout: JointLayout, start: float, way:
     origin = cq.Vector(0, way * start, 0)
     body = cq.Solid.makeCylinder(layout.socket_outer, layout.socket_depth, origin, direction)
     bore = cq.Solid.makeCylinder(dimensions.link_width / 2 + dimensions.fit, layout.socket_depth + 1, origin, direction)
-    at = way * (start + layout.socket_depth / 2)
-    screw = cylinder(CROSS_SCREW / 2, -layout.socket_outer - 1, layout.socket_outer + 1, (0.0, at))
-    return body, [bore, screw]
+    at = (0.0, socket_screw_at(layout, start, way))
+    screw, far = cross_screw(layout), layout.socket_outer + 1
+    cuts = [bore, cylinder(screw.screw.hole / 2, -far, far, at)]
+    cuts += [cylinder(screw.spot, low, high, at) for low, high in ((screw.flat, far), (-far, -screw.flat))]
+    return body, cuts
+
+
+def socket_screw_at(layout: JointLayout, start: float, way: int) -> float:
+    """Y (mm) of the screw through a socket."""
+    return way * (start + layout.socket_depth / 2)
+
+
+def cross_screw(layout: JointLayout) -> SocketScrew:
+    """The screw through a socket and its tube."""
+    found = socket_screw(layout.socket_outer)
+    assert found is not None  # checked when the joint was laid out
+    return found
 
 
 def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     """The clevis as a cadquery Solid; the upper link points along +y."""
     low, high = -layout.gap_a, layout.gap_b
-    bottom, top = low - dimensions.plate, high + dimensions.plate
+    bottom, top = low - layout.ear, high + layout.ear
     ear_a, ear_b = ear_outlines(dimensions, layout)
     web = web_outline(layout).extrude(low, high)
     if dimensions.mount is None:
@@ -110,12 +140,15 @@ def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
     else:
         end, cuts = build_flange(dimensions, layout)
     cuts.append(cylinder(bore_radius(dimensions), bottom - 1, top + 1))
-    pilot = PILOT * dimensions.damper.bolt_diameter / 2
-    cuts += [cylinder(pilot, bottom - 1, low, at) for at in layout.screws]
+    pocket, deep = bearing_pocket(dimensions), pocket_depth(dimensions)
+    cuts += [cylinder(pocket, low - deep, low + 1), cylinder(pocket, high - 1, high + deep)]
+    for place in bracket_screws(dimensions, layout):
+        cuts.append(cylinder(place.screw.hole / 2, bottom - 1, low, place.at))
+        cuts.append(cylinder(place.screw.head_diameter / 2 + SUNK_ASIDE, place.face, low + 0.3, place.at))
     if dimensions.encoder is not None:
-        pilot = PILOT * dimensions.encoder.bolt_diameter / 2
-        screws = seat_screws(dimensions.encoder, layout.upper.direction)
-        cuts += [cylinder(pilot, high, top + 1, at) for at in screws]
+        hole = insert_of(fixing_screw(dimensions.encoder.bolt_diameter).size).hole / 2
+        places = encoder_screws(dimensions, layout, seat_height(dimensions))
+        cuts += [cylinder(hole, high, top + 1, place.at) for place in places]
     cuts += _scale(dimensions, layout, high, top)
     if layout.mirrored:
         cuts += [cut.mirror("XY") for cut in _scale(dimensions, layout, -low, -bottom)]
@@ -203,10 +236,18 @@ def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
         cups, rooms = ([*shapes, *(shape.mirror("XY") for shape in shapes)] for shapes in (cups, rooms))
     body = floor_outline(layout).extrude(floor_bottom, floor_top).fuse(*cups, *horns, socket)
     cuts += rooms
-    cuts.append(build_d_bore(dimensions.shaft_diameter, dimensions.fit, -half - 1, half + 1))
+    cuts.append(cylinder(dimensions.shaft_diameter / 2 + dimensions.fit, -half - 1, half + 1))
+    cuts.append(_pin_hole(layout, lay_shaft(dimensions, layout, 0.0)))
     hole = insert_of(layout.seat.screw).hole / 2
     cuts += [cylinder(hole, -half - 1, half + 1, at) for at in layout.lower.screws]
     return body.cut(*cuts)
+
+
+def _pin_hole(layout: JointLayout, line: ShaftLine) -> Any:
+    """The hole by which the pin is pushed through floor and shaft: open on one side, blind on the other."""
+    reach = floor_outline(layout).reach(line.pin_angle) + 1.0
+    start = -line.pin.length / 2 - BLIND
+    return cross_hole(line.pin_height, line.pin.size / 2, reach, line.pin_angle, start)
 
 
 def _open_edge(edge: float, hull: Hull, arm: ArmLayout, way: int, start: float, wall: float) -> float:
@@ -249,12 +290,17 @@ def _upper_notch(dimensions: JointDimensions, layout: JointLayout) -> Any:
 def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     """Volume of :func:`build_upper`, mm^3, in closed form but for the cross screw's one integral."""
     ear_a, ear_b = ear_outlines(dimensions, layout)
-    plate, damper = dimensions.plate, dimensions.damper
-    bore = math.pi * bore_radius(dimensions) ** 2
-    pilots = damper.bolt_count * math.pi * (PILOT * damper.bolt_diameter / 2) ** 2
-    encoder = dimensions.encoder
-    seat = 0.0 if encoder is None else encoder.bolt_count * math.pi * (PILOT * encoder.bolt_diameter / 2) ** 2
-    ears = (ear_a.area - bore - pilots) * plate + (ear_b.area - bore - seat) * plate
+    plate = layout.ear
+    bore, pocket = math.pi * bore_radius(dimensions) ** 2, math.pi * bearing_pocket(dimensions) ** 2
+    deep = pocket_depth(dimensions)
+    ears = (ear_a.area + ear_b.area) * plate - 2 * (bore * (plate - deep) + pocket * deep)
+    for place in bracket_screws(dimensions, layout):
+        sunk = -layout.gap_a - place.face
+        head = place.screw.head_diameter / 2 + SUNK_ASIDE
+        ears -= math.pi * (head**2 * sunk + (place.screw.hole / 2) ** 2 * (plate - sunk))
+    if dimensions.encoder is not None:
+        hole = insert_of(fixing_screw(dimensions.encoder.bolt_diameter).size).hole / 2
+        ears -= dimensions.encoder.bolt_count * math.pi * hole**2 * plate
     scale = _scale_volume(layout, plate)
     ears -= scale
     if layout.mirrored:
@@ -268,7 +314,7 @@ def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
     outer = layout.socket_outer
     inner = dimensions.link_width / 2 + dimensions.fit
     socket = math.pi * (outer**2 - inner**2) * layout.socket_depth
-    return ears + web + socket - _cross_hole(outer, inner)
+    return ears + web + socket - _socket_cuts(layout, inner)
 
 
 def _sector_area(layout: JointLayout, arc: tuple[float, float], half: float) -> float:
@@ -284,13 +330,21 @@ def _scale_volume(layout: JointLayout, plate: float) -> float:
     return through * plate + marks + math.pi * MARK[0] ** 2 * MARK[1]
 
 
-def _cross_hole(outer: float, inner: float) -> float:
-    """Volume (mm^3) that a radial screw hole takes from a tube: the integral of the chords over the hole."""
+def _socket_cuts(layout: JointLayout, inner: float) -> float:
+    """Volume (mm^3) that the cross screw's hole and the flats for its head and nut take from a socket."""
+    screw = cross_screw(layout)
+    outer = layout.socket_outer
+    # Above the flats the hole and the spot take the same: the spot's cap is counted whole, the hole's in it once.
+    hole = screw.screw.hole / 2
+    cap = cap_volume(outer, screw.flat, screw.spot) - cap_volume(outer, screw.flat, hole)
+    return cross_volume(outer, inner, hole) + 2 * cap
+
+
+def cap_volume(outer: float, flat: float, radius: float) -> float:
+    """Volume (mm^3) of a cylinder of a ``radius`` between a plane at ``flat`` and a larger one, square to it."""
     import numpy as np
 
-    # x = a sin t turns the disc's edge into a smooth periodic integrand, on which the trapezoid rule is exact.
     t = (np.arange(400) + 0.5) / 400 * math.pi - math.pi / 2
-    a = CROSS_SCREW / 2
-    x, width = a * np.sin(t), 2 * a * np.cos(t)
-    chord = 2 * (np.sqrt(outer**2 - x**2) - np.sqrt(inner**2 - x**2))
-    return float(np.sum(chord * width * a * np.cos(t)) * math.pi / 400)
+    x, width = radius * np.sin(t), 2 * radius * np.cos(t)
+    height = np.sqrt(outer**2 - x**2) - flat
+    return float(np.sum(height * width * radius * np.cos(t)) * math.pi / 400)

@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from cad import arm_shaft, damper_adapter, damper_bracket, encoder_seat, hinge, spring_seat, torsion_spring
+from cad import damper_bracket, encoder_seat, hinge, spring_seat, torsion_spring
 from cad.arm_layout import ArmLayout
+from cad.bought import bought_parts
 from cad.checked_layout import lay_out
+from cad.damper_side import damper_side, shaft_end, sleeve_of
 from cad.dimensions import JointDimensions
-from cad.fitting_problems import adapter_radius
 from cad.hardware import screw_of
 from cad.layout import JointLayout, sunk_depth
 from cad.outline import Point
-from cad.parts import BuiltPart, Group, Mesh, file_name, mesh_of
+from cad.parts import BuiltPart, Drawn, Group, Mesh, file_name, mesh_of
 from cad.pose import loaded_line
 
 
@@ -75,12 +76,12 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
         _printed(f"{name}_lower", "lower", "lower", dimensions, layout),
         _printed(f"{name}_damper_bracket", "damper_bracket", "upper", dimensions, layout),
         _damper(f"{name}_damper", dimensions, layout),
-        _shaft(f"{name}_shaft", dimensions, layout),
-        *_adapter(name, dimensions, layout),
         *_encoder(name, dimensions, layout),
         *_seats(name, dimensions, layout),
         *_springs(name, dimensions, layout),
     ]
+    for drawn in (*damper_side(dimensions, layout), *bought_parts(dimensions, layout)):
+        parts.append(_finished(f"{name}_{drawn.suffix}", drawn, layout))
     return BuiltJoint(dimensions, layout, tuple(parts))
 
 
@@ -100,17 +101,9 @@ def _printed(name: str, family: str, group: Group, dimensions: JointDimensions, 
     elif family == "lower":
         solid = hinge.build_lower(dimensions, layout)
     else:
-        arguments = (
-            dimensions.damper,
-            layout.screws,
-            layout.bracket_radius,
-            layout.bracket_height,
-            dimensions.wall,
-            dimensions.clearance,
-            dimensions.shaft_diameter,
-        )
-        solid = damper_bracket.build_bracket(*arguments).translate((0, 0, -layout.gap_a - dimensions.plate))
-        exact = damper_bracket.bracket_volume(arguments[0], *arguments[2:])
+        sleeve = sleeve_of(dimensions, layout)
+        solid = damper_bracket.build_bracket(sleeve, layout.screws).translate((0, 0, -layout.gap_a - layout.ear))
+        exact = damper_bracket.bracket_volume(sleeve, layout.screws)
     return _part(name, family, group, solid, layout, exact, printed=True, made="print")
 
 
@@ -124,50 +117,29 @@ def _part(
     *,
     printed: bool,
     made: str,
+    mass: float | None = None,
 ) -> BuiltPart:
     flips = layout.flips
-    mesh = mesh_of(canonical).scaled((flips[0], 1, flips[1]))
-    return BuiltPart(name, family, group, orient(canonical, flips), mesh, printed, exact, made)
+    mesh = mesh_of(canonical, (flips[0], 1, flips[1]))
+    return BuiltPart(name, family, group, orient(canonical, flips), mesh, printed, exact, made, mass)
+
+
+def _finished(name: str, drawn: Drawn, layout: JointLayout) -> BuiltPart:
+    return _part(
+        name, drawn.family, drawn.group, drawn.solid, layout, drawn.exact, printed=drawn.printed, made=drawn.made,
+        mass=drawn.mass,
+    )  # fmt: skip
 
 
 def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
-    bore = dimensions.shaft_diameter / 2 + dimensions.clearance
-    solid = damper_bracket.build_damper(
-        dimensions.damper, layout.screws, layout.bracket_radius, layout.bracket_height, bore
-    )
-    solid = solid.translate((0, 0, -layout.gap_a - dimensions.plate))
-    exact = damper_bracket.damper_volume(dimensions.damper, layout.bracket_radius, bore)
-    return _part(name, "damper", "upper", solid, layout, exact, printed=False, made="buy (envelope only)")
-
-
-def shaft_bottom(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Z (mm) of the shaft's lower end: in the damper's bore, or in the adapter."""
-    damper, outside = dimensions.damper, layout.gap_a + dimensions.plate
-    if damper.adapter is None:
-        return damper_bracket.rotor_bottom(damper, layout.bracket_height) - outside
-    return -outside - dimensions.wall - dimensions.clearance - damper.adapter.shaft_grip
-
-
-def _shaft(name: str, dimensions: JointDimensions, layout: JointLayout) -> BuiltPart:
-    diameter, encoder = dimensions.shaft_diameter, dimensions.encoder
-    outside, bottom = layout.gap_b + dimensions.plate, shaft_bottom(dimensions, layout)
-    pocket = (0.0, 0.0) if encoder is None else (encoder.magnet_diameter, encoder.magnet_depth)
-    solid = arm_shaft.build_d_shaft(diameter, bottom, layout.half_width, outside, pocket)
-    exact = arm_shaft.d_shaft_volume(diameter, layout.half_width - bottom, outside - layout.half_width, pocket)
-    return _part(name, "shaft", "lower", solid, layout, exact, printed=False, made="cut from a ground D-shaft")
-
-
-def _adapter(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
-    """The damper's adapter on the shaft's end, where the damper has a shaft of its own."""
-    adapter = dimensions.damper.adapter
-    if adapter is None:
-        return []
-    arguments = (adapter, adapter_radius(dimensions), dimensions.shaft_diameter, dimensions.fit)
-    top = -layout.gap_a - dimensions.plate - dimensions.wall - dimensions.clearance
-    solid = damper_adapter.build_adapter(*arguments).translate((0, 0, top))
-    exact = damper_adapter.adapter_volume(*arguments)
-    title = f"{name}_damper_adapter"
-    return [_part(title, "damper_adapter", "lower", solid, layout, exact, printed=True, made="print")]
+    damper, bore = dimensions.damper, shaft_end(dimensions, layout).damper_bore
+    solid = damper_bracket.build_damper(damper, layout.screws, layout.bracket_radius, layout.bracket_height, bore)
+    solid = solid.translate((0, 0, -layout.gap_a - layout.ear))
+    exact = damper_bracket.damper_volume(damper, layout.bracket_radius, bore)
+    made = "buy (envelope only)"
+    if damper.unknown:
+        made += "; not known, drawn by assumption: " + ", ".join(damper.unknown)
+    return _part(name, "damper", "upper", solid, layout, exact, printed=False, made=made)
 
 
 def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
@@ -175,9 +147,9 @@ def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
     encoder = dimensions.encoder
     if encoder is None:
         return []
-    shift = (0, 0, layout.gap_b + dimensions.plate)
+    shift = (0, 0, layout.gap_b + layout.ear)
     seat = encoder_seat.build_seat(dimensions, layout).translate(shift)
-    body = encoder_seat.build_encoder(encoder).translate(shift)
+    body = encoder_seat.build_encoder(dimensions, encoder).translate(shift)
     exact, envelope = encoder_seat.seat_volume(dimensions, layout), encoder_seat.encoder_volume(encoder)
     bought = "buy (envelope only)"
     return [
@@ -207,7 +179,7 @@ def _seat_parts(name: str, which: str, dimensions: JointDimensions, layout: Join
         for index, at in enumerate(arm.screws, start=1):
             title = f"{name}_{group}_screw{which}_{index}"
             parts.append(_screw(title, group, layout, seat.screw_length, face, way, at))
-    top, length = layout.gap_b + dimensions.plate, plate.screw_length
+    top, length = layout.gap_b + layout.ear, plate.screw_length
     if which:
         top, length = top - sunk_depth(screw_of(seat.screw)), plate.sunk_length
     for index, at in enumerate(plate.screws, start=1):
@@ -228,8 +200,8 @@ def _screw(
     washer: bool = False,
 ) -> BuiltPart:
     screw = screw_of(layout.seat.screw)
-    solid = spring_seat.build_screw(screw.size, length, face, way, at, washer=washer)
-    exact = spring_seat.screw_volume(screw.size, length, washer=washer)
+    solid = spring_seat.build_screw(screw, length, face, way, at, washer=washer)
+    exact = spring_seat.screw_volume(screw, length, washer=washer)
     made = f"buy: {screw.standard} - M{screw.size:g} x {length:g}, steel"
     made += f", with washer ISO 7089 - {screw.size:g}" * washer
     return _part(title, "screw", group, solid, layout, exact, printed=False, made=made)

@@ -6,7 +6,9 @@ counter-clockwise seen from +z. Every other joint is this one mirrored (see ``fl
 which is drawn in its own hand and laid in, so that the contact checks test the mirror too.
 
 Along z, upwards: damper and bracket | ear A | floor plate of the tongue | coil in its pocket | the upper arm's seat
-plate | ear B. The lower arm leaves the coil at the floor, where a cap clamps it on a pad of the floor plate; the upper
+plate | ear B. What is on the shaft is in ``cad.shaft_line``.
+
+The lower arm leaves the coil at the floor, where a cap clamps it on a pad of the floor plate; the upper
 arm leaves it at the top and is clamped under the seat plate, which is screwed to ear B and can be turned about the
 hinge.
 
@@ -24,17 +26,20 @@ from dataclasses import dataclass
 from cad.arm_layout import OVERHANG, RIM, ArmLayout, SeatSize, lay_arm, seat_size
 from cad.dimensions import JointDimensions
 from cad.fittings import DamperDimensions, EncoderDimensions
-from cad.hardware import Screw, insert_of, screw_of
+from cad.hardware import Screw, insert_of, screw_of, screw_through
 from cad.outline import Point, unit
 from cad.spring_space import SpringSpace, spring_space
 from cad.stops import Stop, lay_stops
 
 SEAT_SCREWS = (75.0, 180.0, 285.0)  # deg from the arm: round the circle, the seat between two of them
 WINDOW = 127.5  # deg from the arm: between two screws' slots
+PIN_RIM = 1.2  # mm of print above and below the pin through the tongue
 RECESS = 0.3  # mm, of a screw's head under the face it is sunk into
 SUNK_ASIDE = 0.2  # mm, of a groove beside the washers that lie in it
 VERNIER_STEP = 4.0  # deg, between the seat plate's marks: a fifth less than the ear's, so a degree is read
 VERNIER = (-2, -1, 0, 1, 2)  # the marks, in steps: five tell a degree of five
+LIP = 1.6  # mm of an ear outside its bearing, on which a thrust washer runs: four lines of 0.4 mm
+BEARING_SUNK = 0.2  # mm, of a bearing below its ear's inner face: the seat plate on it turns no inner ring
 LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, which prints and can be read
 
 
@@ -68,6 +73,7 @@ class JointLayout:
     coil_start: float  # z of the wire's centre at the lower tangent point
     coil_height: float  # lower to upper tangent point
     half_width: float  # of the tongue along z
+    ear: float  # thickness of the ears
     gap_a: float  # ear A's inner face below z = 0
     gap_b: float  # ear B's inner face above it
     space: SpringSpace
@@ -77,6 +83,7 @@ class JointLayout:
     socket_radius: float  # the lower half's socket starts here
     bracket_radius: float
     bracket_height: float
+    bracket_bore: float  # radius of the sleeve's inside
     seat_radius: float  # of the encoder's seat on ear B; 0: none
     socket_outer: float  # radius of the sockets' outside
     socket_depth: float
@@ -119,6 +126,46 @@ def seat_radius(dimensions: JointDimensions) -> float:
     return 0.0 if encoder is None else encoder.bolt_circle / 2 + encoder.bolt_diameter / 2 + dimensions.wall
 
 
+def fixing_screw(hole: float) -> Screw:
+    """The screw for a bought part's clearance hole (mm).
+
+    Raises
+    ------
+    ValueError
+        where none passes it; dimensions are checked for that before.
+    """
+    screw = screw_through(hole)
+    if screw is None:
+        raise ValueError(f"no screw passes a hole of {hole:g} mm")
+    return screw
+
+
+def ear_of(dimensions: JointDimensions) -> float:
+    """Thickness (mm) of the ears: as asked, and enough for bearing and lip, and for the encoder's inserts."""
+    wanted = [dimensions.plate, dimensions.hardware.bearing.width + BEARING_SUNK + LIP]
+    if dimensions.encoder is not None:
+        wanted.append(insert_of(fixing_screw(dimensions.encoder.bolt_diameter).size).length)
+    # Heads of the bracket's screws are sunk from inside, and hold by what is left.
+    screw = fixing_screw(dimensions.damper.bolt_diameter)
+    wanted.append(bracket_sunk(screw) + dimensions.wall)
+    return max(wanted)
+
+
+def bracket_sunk(screw: Screw) -> float:
+    """Depth (mm) to which the heads of the bracket's screws are sunk in ear A's inner face."""
+    return screw.head_height + RECESS
+
+
+def bearing_pocket(dimensions: JointDimensions) -> float:
+    """Radius (mm) of an ear's pocket for its bearing."""
+    return dimensions.hardware.bearing.outer_diameter / 2 + dimensions.fit
+
+
+def bracket_bore(dimensions: JointDimensions) -> float:
+    """Radius (mm) of the sleeve's inside: room for the damper's body, the collar and the adapter or insert."""
+    return max(dimensions.damper.outer_diameter / 2, dimensions.hardware.radius) + dimensions.clearance
+
+
 def seat_screws(encoder: EncoderDimensions, direction: float) -> list[Point]:
     """Screw axes (mm) on the encoder's circle; ``direction`` deg: the upper arm's."""
     return _on_circle(encoder.bolt_circle, encoder.bolt_count, direction + 90.0)
@@ -151,8 +198,9 @@ class _Heights:
 
 
 def floor_of(dimensions: JointDimensions, seat: SeatSize) -> float:
-    """Thickness of the floor plate, mm: as asked, and enough for the inserts; of a pair from both sides."""
-    return max(dimensions.floor_thickness, dimensions.springs * seat.insert + 0.5 * (dimensions.springs - 1))
+    """Thickness of the floor plate, mm: as asked, and enough for pin and inserts; of a pair from both sides."""
+    pinned = dimensions.hardware.pin + 2 * PIN_RIM
+    return max(dimensions.floor_thickness, dimensions.springs * seat.insert + 0.5 * (dimensions.springs - 1), pinned)
 
 
 def _heights(dimensions: JointDimensions, space: SpringSpace, seat: SeatSize, drift: float) -> _Heights:
@@ -192,13 +240,14 @@ def _seat_plate(
     hub = dimensions.shaft_diameter / 2 + dimensions.clearance + dimensions.wall
     aside = screw.washer / 2 + dimensions.clearance
     between = math.radians(SEAT_SCREWS[1] - WINDOW - dimensions.seat_travel - window_half(dimensions.seat_travel))
-    radius = max(LEAST_SCALE, hub + aside, outer + aside, (screw.hole / 2 + RIM) / math.sin(between))
+    pocket = bearing_pocket(dimensions) + RIM + screw.hole / 2
+    radius = max(LEAST_SCALE, hub + aside, outer + aside, pocket, (screw.hole / 2 + RIM) / math.sin(between))
     if dimensions.springs == 2:  # there the heads are sunk, and their grooves end beside the marks
         radius = max(radius, (screw.washer / 2 + SUNK_ASIDE) / math.sin(between))
         circle, beside = dimensions.damper.bolt_circle / 2, beside_damper(dimensions, screw)
         if abs(circle - radius) < beside:
             radius = circle + beside
-    ear, thick = dimensions.plate + screw.washer_thickness, max(dimensions.plate, insert.length)
+    ear, thick = ear_of(dimensions) + screw.washer_thickness, max(dimensions.plate, insert.length)
     length = screw.length_at_least(ear + 1.5 * screw.size)
     thick, sunk = max(thick, length - ear), length
     if dimensions.springs == 2:
@@ -225,7 +274,8 @@ def sunk_depth(screw: Screw) -> float:
 
 def beside_damper(dimensions: JointDimensions, screw: Screw) -> float:
     """Least distance (mm) of a pair's seat screws from the damper's circle: both stand in ear A."""
-    return screw.washer / 2 + SUNK_ASIDE + dimensions.damper.bolt_diameter / 2 + dimensions.wall / 2
+    fixing = fixing_screw(dimensions.damper.bolt_diameter)
+    return screw.washer / 2 + SUNK_ASIDE + fixing.head_diameter / 2 + SUNK_ASIDE + dimensions.wall / 2
 
 
 def place(dimensions: JointDimensions) -> JointLayout:
@@ -237,16 +287,20 @@ def place(dimensions: JointDimensions) -> JointLayout:
     heights = _heights(dimensions, space, seat, slope * reach)
     pair = dimensions.springs == 2
     ref = 270.0 + dimensions.closes * (dimensions.zero_angle - dimensions.upper_arm_angle)
-    upper = lay_arm(dimensions, seat, ref, -1, space.free_arm, heights.coil_start + heights.coil)
+    upper = lay_arm(dimensions, seat, ref, -1, space.free_arm, heights.coil_start + heights.coil, space.drop)
     lower_direction = 270.0 + dimensions.closes * dimensions.arm_offset
-    lower = lay_arm(dimensions, seat, lower_direction, 1, space.free_arm, heights.coil_start)
+    lower = lay_arm(dimensions, seat, lower_direction, 1, space.free_arm, heights.coil_start, space.drop)
     plate = _seat_plate(dimensions, seat, upper, heights.half_width + clear, seat_radius(dimensions))
     damper = dimensions.damper
     adapter = damper.adapter.length + clear if damper.adapter is not None else 0.0
-    bracket_radius = damper.bolt_circle / 2 + damper.bolt_diameter / 2 + wall
+    hole = insert_of(fixing_screw(damper.bolt_diameter).size).hole
+    bracket_radius = damper.bolt_circle / 2 + max(damper.bolt_diameter, hole) / 2 + wall
     turning = max(upper.reach, lower.reach, space.tongue_radius, plate.radius + insert_of(seat.screw).hole / 2 + RIM)
     # The bracket must not reach the upper socket, all that turns must pass under the web.
     web_radius = max(turning + 2 * clear, bracket_radius + clear - 2 * wall, ear_radius(plate, dimensions) - 2 * wall)
+    # The bracket's screws are put in from between the ears: their heads lie beside the web.
+    heads = fixing_screw(damper.bolt_diameter).head_diameter / 2 + clear
+    web_radius = max(web_radius, max(y for _, y in damper_screws(damper)) + heads)
     web_thickness = 2 * wall
     socket_outer = dimensions.link_width / 2 + dimensions.fit + wall
     return JointLayout(
@@ -256,6 +310,7 @@ def place(dimensions: JointDimensions) -> JointLayout:
         coil_start=heights.coil_start,
         coil_height=heights.coil,
         half_width=heights.half_width,
+        ear=ear_of(dimensions),
         gap_a=heights.half_width + clear + (plate.top - plate.bottom if pair else 0.0),
         gap_b=plate.top,
         space=space,
@@ -264,7 +319,8 @@ def place(dimensions: JointDimensions) -> JointLayout:
         web_radius=web_radius,
         socket_radius=max(web_radius, bracket_radius + clear),
         bracket_radius=bracket_radius,
-        bracket_height=wall + damper.body_length + clear + adapter,
+        bracket_height=dimensions.hardware.stack + 2 * clear + damper.body_length + adapter,
+        bracket_bore=bracket_bore(dimensions),
         seat_radius=seat_radius(dimensions),
         socket_outer=socket_outer,
         socket_depth=1.2 * dimensions.link_width,

@@ -6,8 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from cad.arm_shaft import cross_volume
 from cad.checked_layout import lay_out
 from cad.dimensions import JointDimensions, LegDimensions
+from cad.hinge import cross_screw, cylinder
 from cad.joint import BuiltJoint, assemble
 from cad.layout import JointLayout
 from cad.limits import DimensionError, DimensionProblem
@@ -68,7 +70,7 @@ def build_leg(dimensions: LegDimensions) -> BuiltLeg:
     layouts = lay_out_leg(dimensions)
     joints = tuple(assemble(joint, layout) for joint, layout in zip(dimensions.joints, layouts, strict=True))
     links = tuple(
-        _link(joint, layout, tube_length(dimensions, layouts, index))
+        _link(joint, layout, tube_length(dimensions, layouts, index), layouts[index + 1 : index + 2])
         for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True))
     )
     return BuiltLeg(dimensions, joints, links)
@@ -131,20 +133,27 @@ def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], ind
     return length - layouts[index + 1].upper_bottom if index + 1 < len(layouts) else length
 
 
-def _link(dimensions: JointDimensions, layout: JointLayout, length: float) -> BuiltPart:
-    """The tube that hangs from a joint's lower socket."""
+def _link(
+    dimensions: JointDimensions, layout: JointLayout, length: float, following: Sequence[JointLayout]
+) -> BuiltPart:
+    """The tube that hangs from a joint's lower socket, drilled for the screws of both its sockets."""
     import cadquery as cq
 
     origin, down = cq.Vector(0, -layout.lower_bottom, 0), cq.Vector(0, -1, 0)
     outer, inner = dimensions.link_width / 2, dimensions.link_width / 2 - dimensions.tube_wall
     tube = cq.Solid.makeCylinder(outer, length, origin, down).cut(cq.Solid.makeCylinder(inner, length, origin, down))
+    far = -layout.lower_bottom - length
+    holes = [(cross_screw(layout).screw.hole / 2, -layout.lower_bottom - layout.socket_depth / 2)]
+    holes += [(cross_screw(other).screw.hole / 2, far + other.socket_depth / 2) for other in following]
+    drilled = tube.cut(*(cylinder(radius, -outer - 1, outer + 1, (0.0, y)) for radius, y in holes)).Solids()[0]
+    exact = math.pi * (outer**2 - inner**2) * length - sum(cross_volume(outer, inner, radius) for radius, _ in holes)
     return BuiltPart(
         name=f"{file_name(dimensions.name)}_link",
         family="link",
         group="lower",
-        solid=tube,
-        mesh=mesh_of(tube),
+        solid=drilled,
+        mesh=mesh_of(drilled),
         printed=False,
-        exact_volume=math.pi * (outer**2 - inner**2) * length,
-        made="cut from tube",
+        exact_volume=exact,
+        made=f"cut from tube, {2 * outer:g} x {dimensions.tube_wall:g} mm, {length:.1f} mm long; drilled",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cad.arm_layout import RIM
 from cad.dimensions import JointDimensions
 from cad.hardware import insert_of
-from cad.layout import JointLayout, ear_radius
+from cad.layout import JointLayout, bearing_pocket, ear_radius
 from cad.outline import Disc, Hull, Point, hull_of
 
 
@@ -19,7 +19,8 @@ def _corners(layout: JointLayout, way: int) -> list[Disc]:
 
 def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull, Hull]:
     """Outlines of ear A (damper's side) and ear B (seat plate's side; of a pair of springs both are)."""
-    hub = dimensions.shaft_diameter / 2 + dimensions.clearance + 2 * dimensions.wall
+    hub = max(dimensions.shaft_diameter / 2 + dimensions.wall, bearing_pocket(dimensions)) + dimensions.wall
+    hub = max(hub, dimensions.hardware.radius)
     seat = ear_radius(layout.plate, dimensions)
     on_a = seat if layout.mirrored else 0.0
     ear_a = hull_of([Disc(0.0, 0.0, max(hub, layout.bracket_radius, on_a)), *_corners(layout, 1)])
@@ -73,7 +74,7 @@ def flange_size(dimensions: JointDimensions, layout: JointLayout) -> tuple[float
     assert mount is not None
     rim = mount.bolt_diameter + 2 * dimensions.wall
     (x, z) = mount_screws(dimensions, layout)[-1]
-    return 2 * x + rim, max(2 * z + rim, 2 * (max(layout.gap_a, layout.gap_b) + dimensions.plate))
+    return 2 * x + rim, max(2 * z + rim, 2 * (max(layout.gap_a, layout.gap_b) + layout.ear))
 
 
 def _block(half: float, start: float, end: float) -> Hull:

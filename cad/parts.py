@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -29,13 +31,20 @@ COLOURS: dict[str, tuple[float, float, float]] = {
     "screw": (0.35, 0.37, 0.42),
     "link": (0.86, 0.86, 0.84),
     "damper_adapter": (0.55, 0.35, 0.65),
+    "damper_insert": (0.55, 0.35, 0.65),
+    "bearing": (0.80, 0.82, 0.86),
+    "collar": (0.42, 0.44, 0.50),
+    "washer": (0.75, 0.66, 0.35),
+    "pin": (0.30, 0.32, 0.36),
+    "nut": (0.40, 0.42, 0.46),
     "encoder_seat": (0.45, 0.70, 0.70),
     "encoder": (0.15, 0.35, 0.25),
 }
 
 # g/cm^3 of what is not printed; the bought damper's and encoder's insides are not known.
-DENSITIES = {"spring": 7.85, "shaft": 7.85, "screw": 7.85, "link": 2.70}
-MATERIALS = {"spring": "spring steel", "shaft": "steel", "screw": "steel", "link": "aluminium tube"}
+STEEL = ("shaft", "screw", "nut", "pin", "collar", "washer")  # families
+DENSITIES = {"spring": 7.85, "link": 2.70} | dict.fromkeys(STEEL, 7.85)
+MATERIALS = {"spring": "spring steel", "link": "aluminium tube"} | dict.fromkeys(STEEL, "steel")
 
 
 @dataclass(frozen=True)
@@ -63,13 +72,37 @@ class Mesh:
         return float(np.sum(np.cross(a, b) * c) / 6.0)
 
 
+class LateMesh(Mesh):
+    """A mesh that is made when it is first looked at: what asks for masses alone needs none."""
+
+    def __init__(self, make: Callable[[], Mesh]) -> None:
+        object.__setattr__(self, "_make", make)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in ("vertices", "faces"):
+            raise AttributeError(name)
+        made = object.__getattribute__(self, "_make")()
+        object.__setattr__(self, "vertices", made.vertices)
+        object.__setattr__(self, "faces", made.faces)
+        return getattr(made, name)
+
+
 @dataclass(frozen=True)
 class Moments:
-    """What mass and inertia follow from by the density: volume mm^3, its centre mm, about z through it mm^5."""
+    """What mass and inertia follow from by the density: volume mm^3, its centre mm, inertia of unit density mm^5.
+
+    ``tensor``: xx, yy, zz, xy, xz, yz of the inertia matrix about the centre; products with the minus sign that they
+    have in the matrix.
+    """
 
     volume: float
     centre: tuple[float, float, float]
-    about_z: float
+    tensor: tuple[float, float, float, float, float, float]
+
+    @property
+    def about_z(self) -> float:
+        """About the hinge's direction through the centre, mm^5."""
+        return self.tensor[2]
 
 
 @dataclass(frozen=True)
@@ -84,6 +117,7 @@ class BuiltPart:
     printed: bool
     exact_volume: float | None  # mm^3 in closed form, where there is one
     made: str  # how one gets it, for people
+    bought_mass: float | None = None  # g, where its table tells
 
     @property
     def colour(self) -> tuple[float, float, float]:
@@ -109,15 +143,38 @@ class BuiltPart:
         found = GProp_GProps()
         BRepGProp.VolumeProperties_s(self.solid.wrapped, found)
         centre, matrix = found.CentreOfMass(), found.MatrixOfInertia()
-        return Moments(float(found.Mass()), (centre.X(), centre.Y(), centre.Z()), float(matrix.Value(3, 3)))
+        places = ((1, 1), (2, 2), (3, 3), (1, 2), (1, 3), (2, 3))
+        xx, yy, zz, xy, xz, yz = (float(matrix.Value(*place)) for place in places)
+        return Moments(float(found.Mass()), (centre.X(), centre.Y(), centre.Z()), (xx, yy, zz, xy, xz, yz))
 
     def mass(self, print_density: float) -> float | None:
         """Mass in g, printed parts solid at ``print_density`` g/cm^3; None where the material is not known."""
+        if self.bought_mass is not None:
+            return self.bought_mass
         density = print_density if self.printed else DENSITIES.get(self.family)
         return None if density is None else density * float(self.solid.Volume()) * 1e-3
 
 
-def mesh_of(solid: Any) -> Mesh:
+@dataclass(frozen=True)
+class Drawn:
+    """A part in the canonical frame, before it is mirrored to its joint."""
+
+    suffix: str  # of its name, behind the joint's
+    family: str
+    group: Group
+    solid: Any
+    exact: float | None
+    printed: bool
+    made: str
+    mass: float | None = None  # g, where its table tells
+
+
+def mesh_of(solid: Any, signs: tuple[int, int, int] = (1, 1, 1)) -> Mesh:
+    """Mesh of a solid, mirrored as ``Mesh.scaled`` does; made when it is first looked at."""
+    return LateMesh(lambda: _mesh_of(solid).scaled(signs))
+
+
+def _mesh_of(solid: Any) -> Mesh:
     """Mesh of a solid whose faces share their edges' points, so that merging them closes it."""
     import trimesh
 
@@ -128,5 +185,12 @@ def mesh_of(solid: Any) -> Mesh:
 
 
 def file_name(name: str) -> str:
-    """A part's or joint's name as a file name: blanks become underscores (other characters are refused earlier)."""
+    """A part's or joint's name as a file name: spaces become underscores.
+
+    Raises
+    ------
+    ValueError : it is a path, or hidden. The dimensions refuse such names; here nothing gets by, whoever calls.
+    """
+    if not name or name != Path(name).name or "\\" in name or name.startswith("."):
+        raise ValueError(f"a file cannot be called {name!r}")
     return name.replace(" ", "_")

@@ -11,11 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from cad.palette_png import write_png
 from cad.parts import Mesh
 
 Colour = tuple[float, float, float]
 Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, 1 where it is left out
 VIEW = (0.55, 0.35, 0.76)  # direction from the part to the eye: from the front right, a little above
+LABEL_SIZE = 15  # points
+LABEL_AHEAD = 60.0  # mm, of a label before its part
 FEATURE_ANGLE = 25.0  # deg; sharper edges are drawn
 
 
@@ -44,8 +47,9 @@ class Camera:
         path: Path,
         view: tuple[float, float, float] = VIEW,
         up: tuple[float, float, float] = (0.0, 1.0, 0.0),
+        labels: Sequence[tuple[str, tuple[float, float, float]]] = (),
     ) -> None:
-        """Write a PNG of coloured meshes seen from ``view``.
+        """Write a PNG of coloured meshes seen from ``view``; ``labels``: words with their places, mm.
 
         Raises
         ------
@@ -56,6 +60,8 @@ class Camera:
         for item in items:
             for actor in _actors(item[0], item[1], item[2] if len(item) == 3 else 1.0):
                 self._renderer.AddActor(actor)
+        for words, place in labels:
+            self._renderer.AddActor(_label(words, place, view))
         self._frame([item[0] for item in items], view, up)
         self._renderer.ResetCameraClippingRange()
         self._window.Render()
@@ -80,7 +86,6 @@ class Camera:
 
     def _write(self, path: Path) -> None:
         from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkIOImage import vtkPNGWriter
         from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
         grab = vtkWindowToImageFilter()
@@ -91,10 +96,8 @@ class Camera:
         pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
         if np.mean(np.any(pixels < 250, axis=1)) < 0.002:
             raise PreviewError("no pictures: the off-screen window stays blank on this machine")
-        writer = vtkPNGWriter()
-        writer.SetFileName(str(path))
-        writer.SetInputConnection(grab.GetOutputPort())
-        writer.Write()
+        width, height, _ = grab.GetOutput().GetDimensions()
+        write_png(np.ascontiguousarray(pixels[:, :3].reshape(height, width, 3)[::-1]), path)
 
     def close(self) -> None:
         """Give the window's memory back."""
@@ -156,6 +159,24 @@ def _actors(mesh: Mesh, colour: Colour, opacity: float) -> list[Any]:
     outline.GetProperty().SetLineWidth(1.2)
     outline.GetProperty().SetOpacity(max(opacity, 0.5))
     return [body, outline]
+
+
+def _label(words: str, place: tuple[float, float, float], view: tuple[float, float, float]) -> Any:
+    """Words that face the eye, before all that is drawn."""
+    from vtkmodules import vtkRenderingFreeType  # noqa: F401  # it draws letters
+    from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
+
+    actor = vtkBillboardTextActor3D()
+    actor.SetInput(words)
+    towards = np.array(view) / np.linalg.norm(view)
+    actor.SetPosition(*(np.array(place) + LABEL_AHEAD * towards))
+    style = actor.GetTextProperty()
+    style.SetFontSize(LABEL_SIZE)
+    style.SetColor(0.0, 0.0, 0.0)
+    style.SetBackgroundColor(1.0, 1.0, 0.85)
+    style.SetBackgroundOpacity(0.85)
+    style.BoldOn()
+    return actor
 
 
 def _poly_data(mesh: Mesh) -> Any:

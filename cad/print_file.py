@@ -1,4 +1,4 @@
-"""All printed parts in one 3MF file: named, coloured, in millimetres, each laid on the bed in its best way up.
+"""Printed parts as 3MF files, a plate each: named, coloured, in millimetres, laid on the bed in their best ways up.
 
 3MF core specification 1.3: a zip archive of XML. Written here rather than by a library so that the same parts give
 the same bytes; the format's own reader (lib3mf) accepts it.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
@@ -17,19 +17,8 @@ from cad.parts import BuiltPart, Mesh
 from cad.printing import WAYS_UP, PrintPlan
 
 SPACE = 5.0  # mm between parts on the bed
-_NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-_TYPES = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
-    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
-    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
-)
-_RELATIONS = (
-    '<?xml version="1.0" encoding="UTF-8"?>\n'
-    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
-    '<Relationship Target="/3D/3dmodel.model" Id="rel0" '
-    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
-)
+_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 
 
 def laid(mesh: Mesh, up: str) -> Mesh:
@@ -41,62 +30,99 @@ def laid(mesh: Mesh, up: str) -> Mesh:
     return Mesh(vertices - vertices.min(axis=0), mesh.faces)
 
 
-def on_the_bed(items: Sequence[tuple[BuiltPart, PrintPlan]], width: float) -> list[tuple[BuiltPart, Mesh]]:
-    """Parts in rows of at most ``width`` mm, one row behind the other; a slicer packs them better."""
-    placed: list[tuple[BuiltPart, Mesh]] = []
-    x = y = depth = 0.0
+def plates(
+    items: Sequence[tuple[BuiltPart, PrintPlan]], bed: tuple[float, float, float]
+) -> list[list[tuple[BuiltPart, Mesh]]]:
+    """Parts laid on beds of the printer's size, each in its best way up, the deepest first, in rows.
+
+    A part that is larger than the bed, which the gate on it names, has a plate of its own.
+    """
+    wide, deep = max(bed[:2]), min(bed[:2])
+    laid_out = []
     for part, plan in items:
         mesh = laid(part.mesh, plan.up)
+        x, y = mesh.vertices.max(axis=0)[:2].tolist()
+        if y > x:
+            mesh = Mesh(mesh.vertices @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), mesh.faces)
+            mesh = Mesh(mesh.vertices - mesh.vertices.min(axis=0), mesh.faces)
+        laid_out.append((part, mesh))
+    laid_out.sort(key=lambda item: (-float(item[1].vertices[:, 1].max()), item[0].name))
+    found: list[list[tuple[BuiltPart, Mesh]]] = [[]]
+    x = y = row = 0.0
+    for part, mesh in laid_out:
         size = mesh.vertices.max(axis=0)
-        if x > 0.0 and x + size[0] > width:
-            x, y, depth = 0.0, y + depth + SPACE, 0.0
-        placed.append((part, Mesh(mesh.vertices + np.array([x, y, 0.0]), mesh.faces)))
-        x, depth = x + size[0] + SPACE, max(depth, float(size[1]))
-    return placed
+        if x > 0.0 and x + size[0] > wide:
+            x, y, row = 0.0, y + row + SPACE, 0.0
+        if y + size[1] > deep and found[-1]:
+            found.append([])
+            x = y = row = 0.0
+        found[-1].append((part, Mesh(mesh.vertices + np.array([x, y, 0.0]), mesh.faces)))
+        x, row = x + size[0] + SPACE, max(row, float(size[1]))
+    return found
 
 
 def write_3mf(parts: Iterable[tuple[BuiltPart, Mesh]], path: Path, title: str) -> None:
     """Write meshes (mm) as one 3MF model, an object and a build item each."""
-    listed = list(parts)
-    colours = sorted({part.colour for part, _ in listed})
-    materials = "".join(
-        f'<base name={quoteattr(f"colour {index + 1}")} displaycolor="{_hex(colour)}"/>'
-        for index, colour in enumerate(colours)
-    )
-    objects = "".join(
-        _object(number, part, mesh, colours.index(part.colour)) for number, (part, mesh) in enumerate(listed, start=2)
-    )
-    items = "".join(f'<item objectid="{number}"/>' for number in range(2, len(listed) + 2))
-    model = (
-        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en" xmlns="{_NAMESPACE}">'
-        f'<metadata name="Title">{_escaped(title)}</metadata><metadata name="Application">synth</metadata>'
-        f'<resources><basematerials id="1">{materials}</basematerials>{objects}</resources>'
-        f"<build>{items}</build></model>\n"
-    )
+    contents = {"[Content_Types].xml": _types(), "_rels/.rels": _relations(), "3D/3dmodel.model": _model(parts, title)}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        contents = (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model))
-        for name, text in contents:
+        for name, root in contents.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))  # the clock would change the bytes
             entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, text)
+            archive.writestr(entry, tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
-def _object(number: int, part: BuiltPart, mesh: Mesh, colour: int) -> str:
+def _types() -> Element:
+    """What kind of file each ending is."""
+    root = Element("Types", {"xmlns": f"{_PACKAGE}/content-types"})
+    kinds = {
+        "rels": "application/vnd.openxmlformats-package.relationships+xml",
+        "model": "application/vnd.ms-package.3dmanufacturing-3dmodel+xml",
+    }
+    for ending, kind in kinds.items():
+        SubElement(root, "Default", {"Extension": ending, "ContentType": kind})
+    return root
+
+
+def _relations() -> Element:
+    """Where the archive's model is."""
+    root = Element("Relationships", {"xmlns": f"{_PACKAGE}/relationships"})
+    kind = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+    SubElement(root, "Relationship", {"Target": "/3D/3dmodel.model", "Id": "rel0", "Type": kind})
+    return root
+
+
+def _model(parts: Iterable[tuple[BuiltPart, Mesh]], title: str) -> Element:
+    """The model: a colour's material, then the parts as objects, then a build item each."""
+    listed = list(parts)
+    root = Element("model", {"unit": "millimeter", "xml:lang": "en", "xmlns": _CORE})
+    for name, text in (("Title", title), ("Application", "synth")):
+        SubElement(root, "metadata", {"name": name}).text = text
+    resources = SubElement(root, "resources")
+    materials = SubElement(resources, "basematerials", {"id": "1"})
+    colours = sorted({part.colour for part, _ in listed})
+    for index, colour in enumerate(colours):
+        SubElement(materials, "base", {"name": f"colour {index + 1}", "displaycolor": _hex(colour)})
+    build = SubElement(root, "build")
+    for number, (part, mesh) in enumerate(listed, start=2):
+        names = {"id": str(number), "type": "model", "name": part.name, "pid": "1"}
+        _add_mesh(SubElement(resources, "object", names | {"pindex": str(colours.index(part.colour))}), mesh)
+        SubElement(build, "item", {"objectid": str(number)})
+    return root
+
+
+def _add_mesh(item: Element, mesh: Mesh) -> None:
+    """The mesh's vertices and triangles into an object."""
     # Rounded to 1e-5 mm, so that points which should coincide do, then merged: a mesh must be closed by its indices.
     points, index = np.unique(np.round(mesh.vertices, 5) + 0.0, axis=0, return_inverse=True)
     faces = index.reshape(-1)[mesh.faces]
     kept = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    vertices = "".join(f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}"/>' for x, y, z in points.tolist())
-    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in faces[kept].tolist())
-    return (
-        f'<object id="{number}" type="model" name={quoteattr(part.name)} pid="1" pindex="{colour}">'
-        f"<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh></object>"
-    )
+    whole = SubElement(item, "mesh")
+    vertices, triangles = SubElement(whole, "vertices"), SubElement(whole, "triangles")
+    for x, y, z in points.tolist():
+        SubElement(vertices, "vertex", {"x": f"{x:.5f}", "y": f"{y:.5f}", "z": f"{z:.5f}"})
+    for a, b, c in faces[kept].tolist():
+        SubElement(triangles, "triangle", {"v1": str(a), "v2": str(b), "v3": str(c)})
 
 
 def _hex(colour: tuple[float, float, float]) -> str:
     return "#" + "".join(f"{round(255 * value):02X}" for value in colour)
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

@@ -10,16 +10,16 @@ from cad.arm_layout import seat_size
 from cad.checked_layout import clear_upper_arm_angle, lay_out
 from cad.dimensions import JointDimensions
 from cad.fittings import PrintDimensions
-from cad.hardware import screws
+from cad.hardware import screws, shaft_sizes
 from cad.layout import floor_of
 from cad.limits import DimensionError
 from cad.strength import ALL_AROUND, Stress, stresses
 
 STOCK: dict[str, tuple[float, ...]] = {  # mm, as screws and ground shafts are sold
     "seat_screw": tuple(screw.size for screw in screws()),
-    "shaft_diameter": (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0),
+    "shaft_diameter": shaft_sizes(),
 }
-SIZED = ("seat_screw", "seat_length", "cap", "plate", "floor", "adapter.shaft_grip", "adapter.output_grip")
+SIZED = ("seat_screw", "seat_length", "cap", "plate", "floor", "adapter.output_grip")
 # The three ways in which a part may lie on the bed.
 WORST_LAYERS = (ALL_AROUND[0], ALL_AROUND[1], (0.0, 0.0, 1.0))
 

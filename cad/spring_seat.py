@@ -11,7 +11,7 @@ from typing import Any
 
 from cad.arm_layout import ArmLayout
 from cad.dimensions import JointDimensions
-from cad.hardware import insert_of, screw_of
+from cad.hardware import Screw, insert_of, screw_of
 from cad.hinge import MARK, box, cylinder, in_arm_frame, prism, v_groove
 from cad.layout import VERNIER, VERNIER_STEP, JointLayout
 from cad.outline import Point
@@ -58,7 +58,7 @@ def cap_face(arm: ArmLayout, way: int) -> float:
 def build_cap(dimensions: JointDimensions, arm: ArmLayout, way: int) -> Any:
     """A cap as one cadquery Solid; ``way`` +1: above the wire."""
     wire, seat = dimensions.spring.wire_diameter, arm.seat
-    ends, outer = (arm.free, arm.free + seat.length), cap_face(arm, way)
+    ends, outer = (arm.free + arm.relief, arm.free + seat.length), cap_face(arm, way)
     side = [(s, -seat.half_width, _wire_side(arm, wire, way, s)) for s in ends]
     points = [*side, (ends[1], -seat.half_width, outer), (ends[0], -seat.half_width, outer)]
     body = in_arm_frame(prism(points, (0.0, 2 * seat.half_width, 0.0)), arm)
@@ -68,29 +68,32 @@ def build_cap(dimensions: JointDimensions, arm: ArmLayout, way: int) -> Any:
 
 
 def cap_volume(dimensions: JointDimensions, arm: ArmLayout) -> float:
-    """Volume of :func:`build_cap`, mm^3: its thickness at the middle is the mean one, for the screws' holes as well."""
+    """Volume of :func:`build_cap`, mm^3.
+
+    The thickness at the screws is the mean one of their holes. The cap is thinnest where the arm comes in, so that its
+    own mean is larger by what it rises over half the relief.
+    """
     seat, wire = arm.seat, dimensions.spring.wire_diameter
     thick = seat.gap + seat.cap - wire / 2 * math.hypot(1.0, arm.slope)
+    mean = thick + abs(arm.slope) * arm.relief / 2
     hole = screw_of(seat.screw).hole / 2
-    return (2 * seat.half_width * seat.length - 2 * math.pi * hole**2) * thick
+    return 2 * seat.half_width * (seat.length - arm.relief) * mean - 2 * math.pi * hole**2 * thick
 
 
-def build_screw(size: float, length: float, face: float, way: int, at: Point, *, washer: bool = False) -> Any:
+def build_screw(screw: Screw, length: float, face: float, way: int, at: Point, *, washer: bool = False) -> Any:
     """A screw whose head lies on a face at height ``face``, its head towards ``way``; with or without a washer."""
-    screw = screw_of(size)
     under = face + way * (screw.washer_thickness if washer else 0.0)
     low, high = sorted((under, under + way * screw.head_height))
     body = cylinder(screw.head_diameter / 2, low, high, at)
     low, high = sorted((under, under - way * length))
-    body = body.fuse(cylinder(size / 2, low, high, at))
+    body = body.fuse(cylinder(screw.size / 2, low, high, at))
     if washer:
         low, high = sorted((face, under))
         body = body.fuse(cylinder(screw.washer / 2, low, high, at))
     return body.Solids()[0]
 
 
-def screw_volume(size: float, length: float, *, washer: bool = False) -> float:
+def screw_volume(screw: Screw, length: float, *, washer: bool = False) -> float:
     """Volume of :func:`build_screw`, mm^3."""
-    screw = screw_of(size)
-    volume = math.pi / 4 * (screw.head_diameter**2 * screw.head_height + size**2 * length)
-    return volume + washer * math.pi / 4 * (screw.washer**2 - size**2) * screw.washer_thickness
+    volume = math.pi / 4 * (screw.head_diameter**2 * screw.head_height + screw.size**2 * length)
+    return volume + washer * math.pi / 4 * (screw.washer**2 - screw.size**2) * screw.washer_thickness

@@ -12,8 +12,12 @@ from the middle to both ends (a rigid bar in an elastic bed). What follows from 
 - the horns of the stops: a cantilever that bears the spring's and the damper's torque at the stop;
 - ears and hinge shaft: the force that keeps the coil on the axis (``cad.flexed_wire``): pressure F/(2 d t) in two ears,
   bending F L/8 over their span, the tongue spreading the load;
-- the D-shaft, twisted by the damper: 16 T/(pi (0.9 d)^3), and pressed on half its flat, 2 h wide and l long, with a
-  linear distribution: 3 T/(h^2 l).
+- the shaft, twisted by the damper: 16 T/(pi (0.9 d)^3), the hole of its pin within the tenth;
+- its pins (Roloff/Matek, cross pin under torsion): shear of the pin 4 T/(pi D d^2), pressure in the print beside it
+  T/(d s (D + s)), s of its length in the hub on either side, D the shaft, d the pin;
+- a D, square or hexagon that drives or is driven: pressure on half of each flat, h wide and l long, that grows
+  linearly to its edge: 3 T/(n l h^2) with n half flats (a D: one; a square: four; a hexagon: six);
+- the bearings: the force that keeps the coil on the axis, halved, against their static load.
 
 Print bears less from layer to layer: Hankinson's formula between the two strengths. Nothing here is a peak at a
 notch; sections and mean pressures only, as the material's scatter allows no more.
@@ -25,19 +29,23 @@ import math
 from dataclasses import dataclass
 
 from cad.arm_layout import ArmLayout
-from cad.arm_shaft import FLAT_DEPTH
+from cad.arm_shaft import FLAT_DEPTH, SIDES, Form
+from cad.damper_bracket import ROTOR_GRIP
 from cad.dimensions import JointDimensions
+from cad.fitting_problems import adapter_pins, has_insert, longest_pin
 from cad.fittings import PrintDimensions
 from cad.flexed_wire import effective_length
-from cad.hardware import insert_of
+from cad.hardware import Pin, insert_of
 from cad.layout import JointLayout
 from cad.outline import unit
 from cad.parts import file_name
 from cad.pose import loaded_wire
 from cad.results import CheckResult, at_most
+from cad.shaft_line import tongue_pin
 
 Axis = tuple[float, float, float]
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in
+PIN_YIELD = 650.0  # MPa; of hardened dowels' cores no less is found: ASME B18.8.5M asks for 1050 MPa in shear
 BEARING = 1.5  # of the tensile strength, that a hole's wall bears (edge distance of two diameters)
 FRICTION = 0.2  # print on print, dry; PLA and nylon are measured at 0.2 to 0.5
 SHEAR = 1.0 / math.sqrt(3.0)  # of the tensile strength (von Mises)
@@ -90,7 +98,7 @@ def _seat(dimensions: JointDimensions, layout: JointLayout, arm: ArmLayout, half
     body = "seat" if half == "upper" else "lower"
     across, up = (*unit(arm.direction + 90.0), 0.0), (0.0, 0.0, 1.0)
     flank = 6 * moment / seat.length**2 / (wire / 2)
-    bending = 9 * moment * seat.screw_at / (seat.length**2 * seat.cap**2)
+    bending = 9 * moment * seat.screw_at / ((seat.length - arm.relief) ** 2 * seat.cap**2)
     torn = 1.5 * moment / seat.length / (math.pi * insert.hole * insert.length)
     longer = ("seat_length",)
     return [
@@ -122,32 +130,65 @@ def _stops(dimensions: JointDimensions, layout: JointLayout, printed: float) -> 
     return found
 
 
-def key_pressure(torque: float, diameter: float, length: float) -> float:
-    """Pressure (MPa) on half the flat of a D-shaft, ``length`` mm long, that bears ``torque`` N*m."""
-    flat = diameter / 2 * math.sqrt(1.0 - (1.0 - 2 * FLAT_DEPTH) ** 2)
-    return 3 * torque * 1e3 / (flat**2 * length)
+def key_pressure(torque: float, form: Form, size: float, length: float) -> float:
+    """Pressure (MPa) on the flats of a section, ``length`` mm long, that bears ``torque`` N*m."""
+    if form == "d":
+        count, half = 1, size / 2 * math.sqrt(1.0 - (1.0 - 2 * FLAT_DEPTH) ** 2)
+    else:
+        count, half = SIDES[form], size / 2 * math.tan(math.pi / SIDES[form])
+    return 3 * torque * 1e3 / (count * half**2 * length)
+
+
+def pin_stresses(torque: float, pin: Pin, shaft: float, hub: float) -> tuple[float, float]:
+    """Shear (MPa) of a cross pin, and pressure (MPa) beside it in a hub of diameter ``hub`` mm."""
+    held = (min(pin.length, hub) - shaft) / 2
+    shear = 4 * torque * 1e3 / (math.pi * shaft * pin.size**2)
+    return shear, torque * 1e3 / (pin.size * held * (shaft + held))
+
+
+def _pinned(
+    where: str, part: str, torque: float, pin: Pin, shaft: float, hub: float, printed: float, helped: tuple[str, ...]
+) -> list[Stress]:
+    shear, pressure = pin_stresses(torque, pin, shaft, hub)
+    return [
+        Stress(f"{where}, shear of the pin", "shaft", shear, SHEAR * PIN_YIELD, (), ("shaft_diameter",)),
+        Stress(f"{where}, pressure of the pin", part, pressure, BEARING * printed, ALL_AROUND, helped),
+    ]
 
 
 def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) -> list[Stress]:
-    """The damper's torque through the D-shaft and its keys."""
+    """The damper's torque through shaft, pins and what joins them with the damper."""
     torque, shaft = dimensions.loads.damper_torque, dimensions.shaft_diameter
-    adapter = dimensions.damper.adapter
-    # Where an arbor stands in the pocket, its bore keys the shaft as well.
-    key = layout.floor_top - layout.floor_bottom if not layout.space.arbor_radius else 2 * layout.half_width
-    bore = BEARING * printed
-    found = [
-        Stress("shaft, torsion", "shaft", 16 * torque * 1e3 / (math.pi * (0.9 * shaft) ** 3), SHEAR * SHAFT_YIELD, (),
-               ("shaft_diameter",)),
-        Stress("shaft's key in the lower half", "lower", key_pressure(torque, shaft, key), bore, ALL_AROUND,
-               ("floor", "shaft_diameter")),
-    ]  # fmt: skip
-    if adapter is not None:
-        for where, diameter, grip, helped in (
-            ("shaft's key in the adapter", shaft, adapter.shaft_grip, "adapter.shaft_grip"),
-            ("damper's key in the adapter", adapter.output_diameter, adapter.output_grip, "adapter.output_grip"),
-        ):
-            pressure = key_pressure(torque, diameter, grip)
-            found.append(Stress(where, "damper_adapter", pressure, bore, ALL_AROUND, (helped, "shaft_diameter")))
+    damper, bore = dimensions.damper, BEARING * printed
+    pin = tongue_pin(dimensions, layout.space.tongue_radius)
+    assert pin is not None
+    twisted = 16 * torque * 1e3 / (math.pi * (0.9 * shaft) ** 3)
+    found = [Stress("shaft, torsion", "shaft", twisted, SHEAR * SHAFT_YIELD, (), ("shaft_diameter",))]
+    found += _pinned("shaft in the lower half", "lower", torque, pin, shaft, 2 * layout.space.tongue_radius, printed,
+                     ("shaft_diameter",))  # fmt: skip
+    if damper.adapter is not None:
+        adapter, pins = damper.adapter, adapter_pins(dimensions)
+        outputs = [(shaft, pins[0]), *([(adapter.output_diameter, pins[1])] if len(pins) > 1 else [])]
+        for (diameter, held), whose in zip(outputs, ("shaft", "damper"), strict=False):
+            assert held is not None
+            found += _pinned(f"{whose} in the adapter", "damper_adapter", torque, held, diameter, held.length, printed,
+                             ("wall", "shaft_diameter"))  # fmt: skip
+        if adapter.form != "round":
+            pressure = key_pressure(torque, adapter.form, adapter.output_diameter, adapter.output_grip)
+            found.append(Stress("damper's key in the adapter", "damper_adapter", pressure, bore, ALL_AROUND,
+                                ("adapter.output_grip",)))  # fmt: skip
+    elif has_insert(dimensions):
+        size = damper.bore.size
+        assert size is not None
+        held = longest_pin(dimensions.hardware.pin, shaft, size - 2 * dimensions.fit)
+        assert held is not None
+        found += _pinned("shaft in the damper's insert", "damper_insert", torque, held, shaft, held.length, printed,
+                         ("shaft_diameter",))  # fmt: skip
+        if damper.bore.form != "round":
+            grip = ROTOR_GRIP * damper.body_length
+            pressure = key_pressure(torque, damper.bore.form, size, grip)
+            found.append(Stress("damper's insert, pressure", "damper_insert", pressure, bore, ALL_AROUND,
+                                ("damper.body_length",)))  # fmt: skip
     return found
 
 
@@ -160,10 +201,11 @@ def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDi
             found += _seat(dimensions, layout, arm, half, printed)
         found.append(_plate(dimensions, layout, printed))
         found += _stops(dimensions, layout, printed)
-        shaft, span = dimensions.shaft_diameter, layout.gap_a + layout.gap_b + dimensions.plate
+        shaft, span = dimensions.shaft_diameter, layout.gap_a + layout.gap_b + layout.ear
         between = dimensions.springs * axis_force(dimensions, layout)
-        ears = between / (2 * shaft * dimensions.plate)
-        found.append(Stress("ears' bores, pressure", "upper", ears, BEARING * printed, ALL_AROUND, ("plate",)))
+        bearing = dimensions.hardware.bearing
+        ears = between / (2 * bearing.outer_diameter * bearing.width)
+        found.append(Stress("ears' bores, pressure", "upper", ears, BEARING * printed, ALL_AROUND, ("shaft_diameter",)))
         bending = 32 * (between * span / 8) / (math.pi * shaft**3)
         found.append(Stress("shaft, bending", "shaft", bending, SHAFT_YIELD, (), ("shaft_diameter",)))
     if dimensions.loads.damper_torque > 0.0:
@@ -182,6 +224,13 @@ def check_strength(
 ) -> list[CheckResult]:
     """Every stress against what is allowed; ``layers``: the layers' normal of each printed part, by the part's name."""
     results, joint = [], file_name(dimensions.name)
+    bearing = dimensions.hardware.bearing
+    if dimensions.spring_torque > 0.0 and bearing.static_load is not None:
+        load = dimensions.springs * axis_force(dimensions, layout) / 2
+        text = f"static load of {bearing.designation}, half of the force that keeps the coil on the axis on each"
+        text += "; a larger shaft_diameter takes a larger bearing"
+        limit = bearing.static_load / printing.safety
+        results.append(at_most("strength: bearing", f"{joint}_bearing_a", load, limit, "N", text))
     for stress in stresses(dimensions, layout, printing):
         name = f"{joint}_{stress.part}"
         allowed = stress.allowed(printing, layers.get(name))

@@ -14,15 +14,20 @@ from markupsafe import Markup
 
 from reports import quantities, stick_figure
 from reports.opening import Opening, marked, shortly, told
+from reports.openings.check import check_opening
 from reports.openings.fit import fit_opening
 from reports.openings.gap import gap_opening
 from reports.openings.imported import import_opening
 from reports.openings.leg import leg_opening
+from reports.openings.rehearsal import rehearsal_opening
 from reports.reading import Result, read_result
 from reports.scripts import policy, script
 from reports.section import AbsentResult, Section
 from reports.sections import (
     built,
+    check_apart,
+    check_found,
+    check_sizes,
     checks,
     damper_curves,
     equations,
@@ -34,10 +39,13 @@ from reports.sections import (
     gap_where,
     gap_which,
     inputs,
+    links,
     live_leg,
     motion,
     parts,
     pictures,
+    rehearsal_confusion,
+    rehearsal_sizes,
     sets,
     spring_sheet,
     summary,
@@ -51,6 +59,7 @@ LEG_SECTIONS: tuple[Section, ...] = (
     summary.SECTION,
     parts.SECTION,
     sets.SECTION,
+    links.SECTION,
     spring_sheet.SECTION,
     damper_curves.SECTION,
     estimates.SECTION,
@@ -75,6 +84,8 @@ GAP_SECTIONS: tuple[Section, ...] = (
     gap_terms.SECTION,
     inputs.SECTION,
 )
+CHECK_SECTIONS: tuple[Section, ...] = (check_sizes.SECTION, check_apart.SECTION, check_found.SECTION)
+REHEARSAL_SECTIONS: tuple[Section, ...] = (rehearsal_sizes.SECTION, rehearsal_confusion.SECTION)
 SCRIPTS = ("page.js", "plots.js")
 UNFOLDED = 1  # sections; what lies beyond the second screen is folded
 
@@ -123,6 +134,18 @@ def write_fit_report(folder: Path) -> Path:
     """Write ``report.html`` from ``fit.json`` and ``responses/source/*.csv``; see ``write_leg_report``."""
     result = read_result(folder, "fit.json", "fit")
     return write_page(result, "Fit to recorded motion", FIT_SECTIONS, fit_opening(result))
+
+
+def write_check_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``check.json``; see ``write_leg_report``."""
+    result = read_result(folder, "check.json", "gap-check")
+    return write_page(result, "Check of recordings", CHECK_SECTIONS, check_opening(result))
+
+
+def write_rehearsal_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``rehearsal.json``; see ``write_leg_report``."""
+    result = read_result(folder, "rehearsal.json", "rehearsal")
+    return write_page(result, "Rehearsal of a diagnosis", REHEARSAL_SECTIONS, rehearsal_opening(result))
 
 
 def write_import_report(folder: Path) -> Path:

@@ -7,7 +7,7 @@ import csv
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -75,6 +75,16 @@ def read_result(folder: Path, name: str, kind: str) -> Result:
         found = content.get("format") if isinstance(content, dict) else None
         raise ReportError(f"{path}: its format is {found!r}, where synth/{kind}/1 is needed")
     return Result(folder, name, content)
+
+
+def read_lines(path: Path) -> Iterator[dict[str, str]]:
+    """Rows of a CSV by header, as text; cells that a row lacks are missing."""
+    with path.open(encoding="utf-8-sig", newline="") as stream:
+        rows = csv.reader(stream)
+        headers = next(rows, [])
+        for row in rows:
+            if row:
+                yield dict(zip(headers, row, strict=False))
 
 
 def read_table(path: Path) -> ResultTable:

@@ -1,4 +1,4 @@
-"""The page of the reproduction: the thesis' tables, published beside ours."""
+"""The page of a reproduction: a study's tables, published beside ours."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def write_reproduction_report(folder: Path) -> Path:
         If ``reproduction.json`` is missing or no reproduction.
     """
     result = read_result(folder, "reproduction.json", "reproduction")
-    kind = "Thesis tables, published against ours"
+    kind = "Published against ours"
     return page.write_page(result, kind, _sections(result), reproduction_opening(result))
 
 

@@ -30,6 +30,12 @@ class Rule:
 
 
 RULES: tuple[Rule, ...] = (
+    Rule(
+        "check",
+        r"link .*ends up at|links? .*includes: none",
+        "State what the link weighs and what its figures hold: `link: {..., includes: none}`.",
+    ),
+    Rule("check", r"its link is simulated at|g are assumed, of|parts still change with"),
     Rule("note", r"does not hold all of the leg|lost samples|instead of|drawn right-hand|estimated from|is not drawn"),
     Rule("note", r"time is stretched|is drawn at|side by side|mirrored pair|no pictures"),
     Rule("note", r"no bought spring meets"),

@@ -1,7 +1,7 @@
 """The command line: find the command, read its arguments, run it, turn mistakes into messages.
 
-Exit status: 0 done, 1 a bug of ours (with a traceback), 2 a mistake in what was given, 130 interrupted, 141 nobody
-reads the output any more.
+Exit status: 0 done, 1 what was asked for cannot be had, 2 a mistake in what was given, 70 a bug of ours (with a
+traceback), 130 interrupted, 141 nobody reads the output any more.
 """
 
 from __future__ import annotations
@@ -11,15 +11,19 @@ import gc
 import importlib
 import os
 import sys
+import traceback
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
+from pathlib import Path
 from typing import NoReturn
 
 from synth import __version__
 from synth.commands import streams
 from synth.commands.arguments import near_miss
+from synth.commands.common_options import WITH_JSON, add_common
 from synth.commands.progress import Progress, printable
-from synth.errors import Problem, UserError
+from synth.compiling.modules import is_loaded
+from synth.errors import CannotBeHad, Problem, UserError
 from synth.threads import LIBRARIES
 
 # A module of synth.commands each, loaded when its command is asked for.
@@ -29,15 +33,18 @@ COMMANDS = {
     "fit": "springs, dampers and free angles of a leg from its trials",
     "leg": "from recorded motion to a leg to order, wind and print",
     "gap": "why the built leg moves otherwise than simulated: where, which effect, how far it shrinks",
+    "compare": "fits, designs, gaps, legs and recordings side by side, moved from the same start",
     "hopper": "gear motor and link length of a jumping leg, from motors that exist",
+    "check": "the model of a leg against closed forms, statics, energy and another engine",
     "spring": "the torsion spring to wind, or what stands in its way",
     "catalog": "list, show and check catalogues of springs, dampers and wire",
     "reproduce": "the thesis' tables from the laboratory's recordings, published beside ours",
     "warmup": "compile the equations of motion now instead of at the first use",
+    "completion": "words for bash, zsh or fish to complete commands and options",
 }
 MODULES = {"import": "motion_import"}  # where a command's name cannot be a module's
-WITH_JSON = ("fit", "leg", "gap", "hopper")  # that end with a table; `synth spring` has --json of its own
 TOP_OPTIONS = ("--help", "--version", "--quiet")
+CANNOT_BE_HAD, MISTAKE, BUG = 1, 2, 70  # exit statuses; 70 is EX_SOFTWARE of sysexits.h
 
 
 class Parser(argparse.ArgumentParser):
@@ -64,13 +71,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         streams.write_message("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
         with suppress(OSError):
             streams.lost()
-        return 2
+        return CANNOT_BE_HAD if isinstance(error, CannotBeHad) else MISTAKE
     except KeyboardInterrupt:
         streams.write_message("synth: interrupted; nothing was left half-written\n")
         return 130
     except BrokenPipeError:
         streams.read_by_nobody()
         return 141
+    except Exception:
+        if argv is not None:  # called from Python, which wants the exception itself
+            raise
+        streams.write_message(traceback.format_exc())
+        return BUG
 
 
 def _quick_start() -> None:
@@ -80,7 +92,7 @@ def _quick_start() -> None:
     matrices here are so small that linear algebra's own threads would only wait for each other.
     """
     gc.set_threshold(50_000, 20, 20)
-    if "numpy" not in sys.modules:
+    if not is_loaded("numpy"):
         for name in LIBRARIES:
             os.environ.setdefault(name, "1")
 
@@ -101,7 +113,7 @@ def _dispatch(argv: list[str]) -> int:
         quiet = True
     if not argv:
         streams.write_message(_help())
-        return 2
+        return MISTAKE
     name, *rest = argv
     if name not in COMMANDS:
         known = ", ".join(COMMANDS)
@@ -112,16 +124,7 @@ def _dispatch(argv: list[str]) -> int:
 def _run(name: str, rest: list[str], quiet: bool) -> int:
     """Read a command's arguments and run it."""
     module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
-    parser = Parser(
-        prog=f"synth {name}",
-        description=(module.__doc__ or "").partition("\n\n")[2].strip() or f"{COMMANDS[name].capitalize()}.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    module.add_arguments(parser)
-    parser.add_argument("-q", "--quiet", action="store_true", help="print nothing but the result's table and mistakes")
-    if name in WITH_JSON:
-        parser.add_argument("--json", action="store_true", help="print the result's JSON, and nothing else, on stdout")
+    parser = parser_of(name)
     _refuse_unknown_options(parser, rest)
     try:
         arguments, surplus = parser.parse_known_args(rest)
@@ -130,8 +133,35 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
     if surplus:
         raise UserError([Problem(f'"{word}" is one argument too many (see {parser.prog} --help)') for word in surplus])
     as_json = name in WITH_JSON and arguments.json
-    status: int = module.run(arguments, Progress(quiet=quiet or arguments.quiet, as_json=as_json))
+    with ExitStack() as stack:
+        log = None
+        if arguments.log is not None:
+            from synth.commands.log_file import LogFile
+
+            log = stack.enter_context(LogFile(Path(arguments.log), [name, *rest]))
+        if getattr(arguments, "allow_outside", False):
+            from synth.files.paths import allowing_outside
+
+            stack.enter_context(allowing_outside())
+        progress = Progress(quiet=quiet or arguments.quiet, as_json=as_json, log=log)
+        status: int = module.run(arguments, progress)
+        if log is not None:
+            log.line(f"ended with status {status}")
     return status
+
+
+def parser_of(name: str) -> Parser:
+    """The parser of a command with all its options."""
+    module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
+    parser = Parser(
+        prog=f"synth {name}",
+        description=(module.__doc__ or "").partition("\n\n")[2].strip() or f"{COMMANDS[name].capitalize()}.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    module.add_arguments(parser)
+    add_common(parser, name)
+    return parser
 
 
 def _refuse_unknown_options(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:

@@ -77,3 +77,7 @@ class UserError(Exception):
             problems = Problem(problems)
         self.problems: list[Problem] = problems if isinstance(problems, list) else [problems]
         super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class CannotBeHad(UserError):
+    """A wish that is written rightly and that nothing can meet. The command line exits with status 1."""

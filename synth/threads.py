@@ -1,8 +1,9 @@
-"""Threads of one process: all cores, or ``SYNTH_THREADS``; one in each of many processes at once."""
+"""The one pool of threads of a process: all cores, or ``SYNTH_THREADS``; one thread in each of many processes."""
 
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -26,14 +27,22 @@ def _workers() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=thread_count(), thread_name_prefix="synth")
 
 
-def in_parallel(work: Callable[[int], T], count: int) -> list[T]:
+def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -> list[T]:
     """``work(index)`` of each index below ``count``, in order, on all cores; its compiled code must free the lock.
 
-    Not from within itself: every thread might then wait for another.
+    ``most`` : at most so many at once. Not from within itself: every thread might then wait for another.
     """
-    if count < 2 or thread_count() < 2:
+    if count < 2 or min(thread_count(), most or count) < 2:
         return [work(index) for index in range(count)]
-    return list(_workers().map(work, range(count)))
+    if most is None or most >= thread_count():
+        return list(_workers().map(work, range(count)))
+    gate = threading.Semaphore(most)
+
+    def admitted(index: int) -> T:
+        with gate:
+            return work(index)
+
+    return list(_workers().map(admitted, range(count)))
 
 
 def shared_out(work: Callable[[int], T], count: int) -> list[T]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from synth.errors import UserError, did_you_mean
 from synth.units_often import OFTEN
+from synth.units_spelling import comma_mend, plain_signs, plain_unit, read_number
 
 if TYPE_CHECKING:
     import pint
@@ -101,17 +102,16 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "H": ("inductance", "1 mH"),
     "Hz": ("frequency", "10 Hz"),
     "K": ("temperature difference", "5 K"),
+    "N*m/A": ("torque constant", "0.02 N*m/A"),
+    "1/rad": ("gain", "2 1/rad"),
     "1": ("ratio", "5 %"),
 }
 
 TEXT_LIMIT = 100  # characters of a quantity; every honest one is far shorter
-_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
 # A product of names with one-digit powers: nothing that pint could be made to compute with. Matched token by token,
 # because one pattern for the whole backtracks exponentially on a long word.
-_TOKEN = re.compile(r"[A-Za-zµμΩ_]+0?(?: ?(?:\*\*|\^)-?[1-9](?!\d))?|1(?!\d)|\*(?!\*)|[()/ ]")
+_TOKEN = re.compile(r"[A-Za-zµμΩ_]+0?(?: ?(?:\*\*|\^)-?[1-9](?!\d))?|1(?=\s*/)|\*(?!\*)|[()/ ]")
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*\[([^\[\]]*)\]\s*")
-_SPELLINGS = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "Ω": "Ω", "\u00a0": " "})
-_SUPERSCRIPTS = {"²": "^2", "³": "^3", "°": "deg", "%": "percent"}
 
 
 @dataclass(frozen=True)
@@ -141,17 +141,17 @@ def parse(text: object, unit: str) -> float:
         raise UserError(f"has no value: write it like {_example(unit)}")
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
         raise UserError(f"{_shown(text)} is not a quantity; write it like {_example(unit)}")
-    written = str(text).strip().translate(_SPELLINGS)
+    written = plain_signs(str(text))
     if len(written) > TEXT_LIMIT:
         raise UserError(f"{_shown(written)} is too long for a quantity; write it like {_example(unit)}")
-    number = _NUMBER.match(written)
-    if number is None or written[number.end() : number.end() + 1] in set(".,0123456789"):
-        comma = "; decimals take a point, not a comma" if re.match(r"[+-]?\d*,\d", written) else ""
-        raise UserError(f"{_shown(text)} is not a number with a unit{comma}; write it like {_example(unit)}")
-    value = float(number.group())
+    number = read_number(written)
+    if number is None:
+        mend = comma_mend(written) or f"; write it like {_example(unit)}"
+        raise UserError(f"{_shown(text)} is not a number with a unit{mend}")
+    value = number[0]
     if not math.isfinite(value):
         raise UserError(f"{_shown(text)} is too large a number")
-    rest = written[number.end() :].strip()
+    rest = number[1].strip()
     wanted = _unit(unit)
     if not rest:
         if not wanted.dimension:
@@ -254,10 +254,7 @@ def _registry() -> pint.UnitRegistry[Any]:
 @lru_cache(maxsize=512)
 def _unit(text: str) -> _Unit:
     """Size and dimension of a unit; refuses everything but a product of names with one-digit powers."""
-    plain = text.strip().translate(_SPELLINGS)
-    for written, meant in _SUPERSCRIPTS.items():
-        plain = plain.replace(written, meant)
-    plain = re.sub(r"(?<=[A-Za-z])\.(?=[A-Za-z])", "*", plain)
+    plain = plain_unit(text)
     if plain == "1":
         return _Unit(1.0, ())
     if plain in OFTEN:

@@ -9,7 +9,14 @@ from math import pi
 
 Dimension = tuple[tuple[str, float], ...]
 
-_SIZES = {"degree": pi / 180, "rpm": 2 * pi / 60}  # rad, rad/s
+_LBF = 0.45359237 * 9.80665  # N, NIST SP 811 (2008), appendix B
+_SIZES = {
+    "degree": pi / 180,  # rad
+    "rpm": 2 * pi / 60,  # rad/s
+    "lbf": _LBF,
+    "inlbf": 0.0254 * _LBF,  # N m
+    "inozf": 0.0254 * _LBF / 16,  # N m
+}
 # unit, size in SI, powers of the dimensions
 _LINES = """
 percent         0.01    -
@@ -34,6 +41,14 @@ m/s^2           1       length time^-2
 s/m             1       length^-1 time
 s/rad           1       angle^-1 time
 1/rad           1       angle^-1
+lb              0.45359237  mass
+oz              0.028349523125  mass
+ft              0.3048  length
+lbf             lbf     length mass time^-2
+in*lbf          inlbf   length^2 mass time^-2
+in*ozf          inozf   length^2 mass time^-2
+in*lbf/rad      inlbf   angle^-1 length^2 mass time^-2
+in*lbf*s/rad    inlbf   angle^-1 length^2 mass time^-1
 kg*m^2          1       length^2 mass
 kg*cm^2         0.0001  length^2 mass
 g*mm^2          1e-09   length^2 mass

@@ -28,6 +28,7 @@ GATHERED = {
     "synth.threads": "basics",
     "synth.units": "basics",
     "synth.units_often": "basics",
+    "synth.units_spelling": "basics",
 }
 WIDTH, BOX, HEIGHT, FLOOR, MARGIN = 1180, 118, 34, 84, 24  # px
 Graph = dict[str, set[str]]
@@ -56,7 +57,8 @@ def imports(found: Mapping[str, Path]) -> Graph:
                 below = [f"{node.module}.{alias.name}" for alias in node.names]
                 inner = [item for item in below if item in found]
                 wanted = inner if len(inner) == len(below) else [node.module, *inner]
-            graph[name] |= {item for item in wanted if item in found and item != name}
+            # The root is asked for its version by all; what it offers is loaded only when it is first used.
+            graph[name] |= {item for item in wanted if item in found and item not in (name, "synth")}
     return graph
 
 

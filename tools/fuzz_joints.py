@@ -42,11 +42,14 @@ from cad import (
     clear_upper_arm_angle,
 )
 from cad.dimensions import coil_fraction
+from cad.fitting_problems import least_bolt_circle, least_encoder_circle
+from cad.hardware import shaft_sizes
 from cad.limits import limit_of
 
 REFUSING = ("strength:", "print:")  # gates whose text names the dimension to change
 PAIRS = 0.25  # of the designs, that have two springs
 TURNED = 0.25  # of the designs, whose springs close towards larger angles
+ODD = 0.25  # of the designs drawn anywhere, whose shaft is no stock size
 FAILURES = ("STOPPED", "CRASHED", "TIMEOUT", "DIED")
 
 
@@ -83,6 +86,8 @@ def anywhere(generator: random.Random) -> JointDimensions:
         upper_arm_angle=0.0, floor=None, seat_screw=None, seat_length=None,
     )  # fmt: skip
     damper = DamperDimensions(**_within(generator, DamperDimensions))
+    if drawn["link_width"] > ODD * limit_of(JointDimensions, "link_width").high:  # shafts are stock, most of the time
+        drawn["shaft_diameter"] = _stock(drawn["shaft_diameter"])
     return JointDimensions(
         name="fuzz", spring=spring, range=(low, high), sign=generator.choice([1, -1]), damper=damper, **drawn
     )
@@ -97,20 +102,20 @@ def around(generator: random.Random) -> JointDimensions:
         hand=generator.choice(["right", "left"]),
     )  # fmt: skip
     inner = spring.mean_diameter - wire
-    shaft = max(3.0, min(16.0, inner * generator.uniform(0.35, 0.75)))
+    shaft = _stock(max(3.0, min(16.0, inner * generator.uniform(0.35, 0.75))))
     zero = 180.0
     free = zero - generator.uniform(20.0, 110.0)
     low, high = free - generator.uniform(2.0, 45.0), free + generator.uniform(2.0, 45.0)
     width = generator.uniform(14.0, 30.0)
     body = max(shaft * 2.2 + 8.0, generator.uniform(20.0, 50.0))
-    bolt = generator.uniform(2.0, 4.5)
+    bolt = max(2.2, generator.uniform(2.0, 4.5))
     own = generator.uniform(4.0, 10.0)
     damper = DamperDimensions(
         body, generator.uniform(8.0, 30.0), body + bolt + generator.uniform(3.0, 10.0), generator.randint(2, 6), bolt,
         AdapterDimensions(own, 2 * own, 2 * shaft) if generator.random() < 0.4 else None,
     )  # fmt: skip
     encoder = EncoderDimensions(magnet_diameter=max(1.0, min(4.0, shaft - 1.0)))
-    return JointDimensions(
+    joint = JointDimensions(
         name="fuzz",
         spring=spring,
         free_angle=free,
@@ -132,6 +137,15 @@ def around(generator: random.Random) -> JointDimensions:
         encoder=encoder if generator.random() < 0.5 else None,
         mount=MountDimensions() if generator.random() < 0.3 else None,
     )
+    if joint.encoder is not None:
+        circle = max(joint.encoder.bolt_circle, least_encoder_circle(joint) + 0.5)
+        joint = replace(joint, encoder=replace(joint.encoder, bolt_circle=circle))
+    return replace(joint, damper=replace(damper, bolt_circle=max(damper.bolt_circle, least_bolt_circle(joint) + 0.5)))
+
+
+def _stock(diameter: float) -> float:
+    """The thickest rod sold that is no thicker than ``diameter`` mm, or the thinnest."""
+    return max((size for size in shaft_sizes() if size <= diameter), default=shaft_sizes()[0])
 
 
 def stretched(generator: random.Random) -> JointDimensions:

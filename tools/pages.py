@@ -19,8 +19,8 @@ EXAMPLES = ROOT / "synth" / "examples"
 SPRING = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 deg", "--arbor", "12 mm"]
 
 
-def commands(projects: Path) -> dict[str, list[str]]:
-    """Arguments of ``synth`` by the page's name."""
+def commands(projects: Path, results: Path) -> dict[str, list[str]]:
+    """Arguments of ``synth`` by the page's name; some take the results of those before them."""
     return {
         "leg": ["leg", str(projects / "leg" / "leg-design.yaml")],
         "fit": ["fit", str(projects / "fit" / "fit.yaml")],
@@ -29,6 +29,13 @@ def commands(projects: Path) -> dict[str, list[str]]:
         "jump-gap": ["gap", str(projects / "hopper" / "gap.yaml")],
         "fits": ["fit", str(projects / "many")],
         "spring": ["spring", *SPRING],
+        "check": ["check", str(projects / "gap" / "nominal.leg.yaml")],
+        "check-hopper": ["check", str(projects / "hopper" / "hopper.yaml")],
+        "compare": [
+            "compare",
+            f"gap={results / 'gap'}",
+            f"robot={projects / 'leg' / 'leg-design.yaml'}#animal,wanted",
+        ],
         "truth": ["hopper", "--truth"],
     }
 
@@ -36,7 +43,7 @@ def commands(projects: Path) -> dict[str, list[str]]:
 def writers() -> dict[str, Callable[[Path], Path]]:
     """What writes each page from its result folder."""
     import reports
-    from reports import fits, hopper
+    from reports import comparison, fits, hopper, model_checks
 
     return {
         "leg": reports.write_leg_report,
@@ -46,6 +53,9 @@ def writers() -> dict[str, Callable[[Path], Path]]:
         "jump-gap": hopper.write_jump_gap_report,
         "fits": fits.write_fits_report,
         "spring": reports.write_winding_sheet,
+        "check": model_checks.write_checks_report,
+        "check-hopper": model_checks.write_checks_report,
+        "compare": comparison.write_comparison_report,
         "truth": hopper.write_truth_report,
     }
 
@@ -60,7 +70,7 @@ def make(to: Path, only: list[str], *, fresh: bool) -> None:
         shutil.copytree(EXAMPLES / example, projects / example, dirs_exist_ok=True)
     for name in ("first", "second"):
         shutil.copytree(EXAMPLES / "fit", projects / "many" / name, dirs_exist_ok=True)
-    for name, arguments in commands(projects).items():
+    for name, arguments in commands(projects, results).items():
         if only and name not in only:
             continue
         if (results / name).exists():
@@ -75,7 +85,9 @@ def main() -> int:
     """Make the pages and open them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--to", type=Path, default=ROOT / "build" / "pages")
-    parser.add_argument("--only", nargs="*", default=[], metavar="NAME", help=f"of {', '.join(commands(Path()))}")
+    parser.add_argument(
+        "--only", nargs="*", default=[], metavar="NAME", help=f"of {', '.join(commands(Path(), Path()))}"
+    )
     parser.add_argument("--fresh", action="store_true", help="make the results anew too")
     arguments = parser.parse_args()
     to = arguments.to.resolve()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from reports.figures.axes import Axes, AxisScale, padded
-from reports.figures.palette import BLACK, BLUE, GREY, VERMILION, Line
+from reports.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILION, Line
 from reports.figures.svg import Point, Svg, shortened
 
 WIDTH, HEIGHT = 960.0, 236.0  # px
@@ -19,6 +19,7 @@ BINS, LEAST_IN_BIN = 21, 8  # of the median line over speed or deflection, and s
 OUTER = 0.02  # share of the samples that either end of an axis may leave out
 LAW_POINTS = 160  # of a drawn law: one every few pixels
 NAMED = Line(VERMILION, 2.0, "7 3")
+FREE = Line(GREEN, 2.0)
 Law = Callable[[float], float]
 DOT, BAND = "#c3c9cf", "#bfd9ec"
 
@@ -41,6 +42,7 @@ class Cloud:
     abscissa: str
     points: Sequence[Point]
     law: Law | None = None  # of the named effect, over the abscissa's own unit
+    free: Sequence[Sequence[Point]] = ()  # a torque of free shape, a curve for each direction of motion
 
 
 def quantile(ordered: Sequence[float], share: float) -> float:
@@ -114,6 +116,9 @@ def _draw(svg: Svg, cloud: Cloud, bins: Sequence[Bin], vertical: Point, left: fl
     _medians(svg, axes, bins)
     if cloud.law is not None:
         _law(svg, axes, cloud.law)
+    for curve in cloud.free:
+        inside = [(x, y if vertical[0] <= y <= vertical[1] and span[0] <= x <= span[1] else math.nan) for x, y in curve]
+        svg.polyline(axes.points(inside), FREE.style)
     words = f'font-size="11" fill="{BLACK}" text-anchor="middle"'
     svg.text(((axes.x.start + axes.x.end) / 2, HEIGHT - 8), cloud.abscissa, words)
     middle = (axes.y.start + axes.y.end) / 2

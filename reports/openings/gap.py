@@ -53,7 +53,9 @@ def _steps(document: Json) -> list[str]:
         return ["Nothing to record: no trial of the menu would change the answer."]
     trial = mapping(experiment, "trial")
     entry = f" Write it as `{entry_text(trial)}` under `trials:`." if trial else ""
-    return [f"{experiment.get('why')}{entry}"]
+    command = experiment.get("command")
+    play = f" Play `{command}`, which lies beside this page, and record it." if command else ""
+    return [f"{experiment.get('why')}{play}{entry}"]
 
 
 def _figures(document: Json) -> Figures | None:

@@ -47,8 +47,8 @@ def reproduction_opening(result: Result) -> Opening:
         for table in tables
     ]
     return Opening(
-        f"{len(tables)} tables of the thesis, published beside ours, each with why they differ.",
-        "Ours are computed from the laboratory's recordings; nothing is tuned to the published numbers.",
+        f"{len(tables)} tables, published beside ours, each with why they differ.",
+        "Nothing is tuned to the published numbers but where a table says so.",
         ["Open a table below; its last lines say where a difference comes from."],
         figures=Figures(("Table", "What it holds", "Rows"), rows) if rows else None,
     )

@@ -13,7 +13,7 @@ from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.figures.legend import legend
 from reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
 from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
-from reports.quantities import brief, interval_of, share_text
+from reports.quantities import brief, interval_of, number, share_text
 from reports.reading import Json, Result, value_of
 from reports.responses import Response, extremes, read_response
 from reports.section import AbsentResult, Section, mapping, sequence
@@ -54,8 +54,25 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         "total": len(trials),
         "held_out": all(trial.get("held_out") for trial in trials),
         "tied": result.content.get("verdict") == "tie",
-        "explained": bool(sequence(result.content, "explanation")),
+        "unknown": result.content.get("verdict") == "unknown",
+        "remainder": _remainder(mapping(result.content, "remainder")),
+        "explained": result.content.get("verdict") in ("effect", "tie"),
     }  # fmt: skip
+
+
+def _remainder(left: Json) -> Json:
+    """What stays unexplained: RMS, shares as text, and the joint and phase that hold most of it."""
+    if not left:
+        return {}
+    where = mapping(left, "where")
+    most = [max(each, key=lambda name: each[name]) for key in ("joint", "phase") if (each := mapping(where, key))]
+    share, times = left.get("share"), left.get("times_noise")
+    return {
+        "rms": left.get("rms"),
+        "share": f"{100 * share:.0f} %" if isinstance(share, (int, float)) else "–",
+        "times": number(float(times), 2) if isinstance(times, (int, float)) else "–",
+        "where": ", ".join(str(name) for name in most),
+    }
 
 
 def _steps(gap: Json, verdict: str) -> list[Json]:

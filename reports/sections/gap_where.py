@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.figures.legend import legend
-from reports.figures.missing_torque import NAMED, Cloud, missing_torque_figure
+from reports.figures.missing_torque import FREE, NAMED, Cloud, missing_torque_figure
 from reports.figures.named_laws import law_of
 from reports.figures.palette import AFTER, BEFORE, FLOOR
 from reports.figures.trials import Curve, Limits, Panel, trial_figure
@@ -43,15 +43,48 @@ def content(result: Result, deflection: str = DEFLECTION) -> dict[str, Any] | Ab
     joints = _joints(tables)
     return {
         "shares": [figure for key in SHARES if (figure := _share(key, mapping(where, key))) is not None],
-        "named": legend([(NAMED, "law of the named effect")])
-        if any(_named(result, joint, column) for joint in joints for column in ("speed", "deflection"))
-        else "",
+        "named": _legend(result, joints),
+        "free": [_free_text({**item}) for item in sequence(result.content, "free_torque") if isinstance(item, Mapping)],
         "torques": [figure for joint in joints if (figure := _torque(result, joint, tables, deflection)) is not None],
         "errors": _errors(result, joints),
         "legend": legend([(BEFORE, "nominal at its best"), (AFTER, "with the explanation"), (FLOOR, "noise")]),
         "trials": len(tables),
         "scored": sum(bool(trial.get("scored")) for trial in sequence(result.content, "trials")),
     }
+
+
+def _legend(result: Result, joints: list[str]) -> Markup | str:
+    """Of the laws that the figures of the missing torque hold."""
+    columns = ("speed", "deflection")
+    drawn = []
+    if any(_named(result, joint, column) for joint in joints for column in columns):
+        drawn.append((NAMED, "law of the named effect"))
+    if any(_free(result, joint, column) for joint in joints for column in columns):
+        drawn.append((FREE, "torque of free shape, a curve for each direction of motion"))
+    return legend(drawn) if drawn else ""
+
+
+def _free(result: Result, joint: str, column: str) -> list[list[tuple[float, float]]]:
+    """The free torque at the joint over this column, which is in degrees: a curve for each direction of motion."""
+    for item in sequence(result.content, "free_torque"):
+        if isinstance(item, Mapping) and item.get("joint") == joint and item.get("over") == column:
+            curve = mapping(item, "curve")
+            places, torques = (sequence(mapping(curve, name), "value") for name in ("place", "torque"))
+            rows = list(zip(places, sequence(curve, "direction"), torques, strict=True))
+            return [
+                [(math.degrees(place), torque) for place, way, torque in rows if way == direction]
+                for direction in sorted({way for _, way, _ in rows})
+            ]
+    return []
+
+
+def _free_text(item: Json) -> str:
+    """At the knee, over speed: takes 41 % of the error on trials left out."""
+    taken = in_si(item.get("taken"))
+    over = "deflection and direction" if item.get("over") == "deflection" else "speed"
+    if taken is None or taken <= 0.0:
+        return f"at the {item.get('joint')}, over {over}: takes nothing"
+    return f"at the {item.get('joint')}, over {over}: takes {100 * taken:.0f} %"
 
 
 def _tables(result: Result, scored: bool = False) -> list[ResultTable]:
@@ -96,7 +129,8 @@ def _torque(result: Result, joint: str, tables: list[ResultTable], deflection: s
             unit = unit_text(table.units.get(f"{joint} {column}", "")).replace("deg", "°")
             points += [(x, y) for x, y in zip(other, torque, strict=True) if math.isfinite(x) and math.isfinite(y)]
         if points:
-            clouds.append(Cloud(joint, f"{words} [{unit}]", points, _named(result, joint, column)))
+            clouds.append(Cloud(joint, f"{words} [{unit}]", points, _named(result, joint, column),
+                                _free(result, joint, column)))  # fmt: skip
     return missing_torque_figure(f"{joint}: torque that the nominal leg lacks", clouds) if clouds else None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +11,7 @@ from markupsafe import Markup
 from reports.figures.axes import padded
 from reports.figures.palette import BLUE, Line
 from reports.figures.trials import Curve, Limits, Panel, trial_figure
-from reports.reading import Json, Result, value_of
+from reports.reading import Json, Result, read_lines, value_of
 from reports.section import mapping, sequence
 
 JUMP, DESIGNS = "jump.csv", "designs.csv"
@@ -51,18 +50,16 @@ def designs_data(result: Result) -> Json | None:
     path = result.path(DESIGNS)
     if path is None:
         return None
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = csv.DictReader(stream)
-        found: list[list[Any]] = []
-        for row in rows:
-            if len(found) == MOST_DESIGNS:
-                return None
-            try:
-                numbers = [_short(float(row[name])) if row.get(name) else None for name in _NUMBERS]
-                place = [row["motor"], float(row["gear_ratio"]), _short(float(row["leg_length [m]"]))]
-            except (KeyError, TypeError, ValueError):
-                return None
-            found.append([*place, *numbers, row.get("feasible") == "yes", row.get("limit") or ""])
+    found: list[list[Any]] = []
+    for row in read_lines(path):
+        if len(found) == MOST_DESIGNS:
+            return None
+        try:
+            numbers = [_short(float(row[name])) if row.get(name) else None for name in _NUMBERS]
+            place = [row["motor"], float(row["gear_ratio"]), _short(float(row["leg_length [m]"]))]
+        except (KeyError, ValueError):
+            return None
+        found.append([*place, *numbers, row.get("feasible") == "yes", row.get("limit") or ""])
     best = mapping(result.content, "best")
     chosen = [best.get("motor"), value_of(best.get("leg_length"))]
     front = [

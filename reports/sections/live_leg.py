@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
 import json
 import zlib
 from collections.abc import Mapping
@@ -12,7 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from reports.quantities import text
-from reports.reading import Json, Result, value_of
+from reports.reading import Json, Result, read_lines, value_of
 from reports.scripts import data_block
 from reports.section import mapping, sequence
 
@@ -83,7 +82,7 @@ def _parts(result: Result) -> list[Json]:
                 "files": files,
                 "material": str(part.get("material") or part.get("made") or ""),
                 "mass": text(mass) if value_of(mass) is not None else "",
-                "bill": _line(lines, str(part.get("joint")), name, family),
+                "bill": _line(lines, part, name, family),
             }
         )
     return found
@@ -93,17 +92,18 @@ def _bill(result: Result) -> list[dict[str, str]]:
     path = result.path("bom.csv")
     if path is None:
         return []
-    with path.open(encoding="utf-8", newline="") as stream:
-        return [{key or "": value or "" for key, value in row.items() if isinstance(value, str)}
-                for row in csv.DictReader(stream)]  # fmt: skip
+    return list(read_lines(path))
 
 
-def _line(lines: list[dict[str, str]], joint: str, name: str, family: str) -> str:
-    """The part's line: by its own name, else what the joint needs of its kind."""
-    words = {"spring": ("wire", "spring"), "damper": ("damper",), "arm shaft": ("dowel",)}.get(family, (family,))
+def _line(lines: list[dict[str, str]], part: Mapping[str, Any], name: str, family: str) -> str:
+    """The part's line: by its own name, by the words it is bought by, else what the joint needs of its kind."""
+    words = {"spring": ("wire", "spring"), "damper": ("damper",)}.get(family, ())
+    bought = str(part.get("made") or "").removeprefix("buy: ")
+    here = [row for row in lines if row.get("joint") == str(part.get("joint"))]
     own = [row for row in lines if row.get("part") == name]
-    kind = [row for row in lines if row.get("joint") == joint and any(word in row.get("item", "") for word in words)]
-    for row in (*own, *kind):
+    same = [row for row in here if row.get("item") and bought.startswith(row["item"])]
+    kind = [row for row in here if any(word in row.get("item", "") for word in words)]
+    for row in (*own, *same, *kind):
         pieces = [f"{row.get('quantity')} ×", row.get("item", ""), row.get("vendor", ""), row.get("part", "")]
         return ", ".join(piece for piece in pieces[1:] if piece) + f" ({row.get('quantity')} in the bill)"
     return ""

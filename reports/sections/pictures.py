@@ -36,7 +36,16 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
         for name, offset in offsets.items()
         if offset
     ]
-    return {"pictures": shown, "absent": absent, "offsets": rows}
+    return {"pictures": shown, "absent": absent, "offsets": rows, "assembly": _assembly(result)}
+
+
+def _assembly(result: Result) -> list[dict[str, Any]]:
+    """The steps in which each joint is put together."""
+    found = []
+    for name, steps in mapping(result.content, "solids", "assembly").items():
+        texts = [str(step.get("step")) for step in steps if isinstance(step, Mapping)]
+        found.append({"name": name, "steps": texts})
+    return found
 
 
 def _free_angle(joint: object) -> object:

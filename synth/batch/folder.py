@@ -21,8 +21,7 @@ from synth.files.yaml_lines import load
 SUFFIXES = (".yaml", ".yml")
 LEG_FILES = (".leg.yaml", ".leg.yml")
 PROJECT_LIMIT = 20_000  # in a folder; more is most likely the wrong folder
-MARK = "fits.txt"
-WORDS = "finished fits of an interrupted `synth fit` on a folder; the same command goes on from here\n"
+FITS = "finished fits of an interrupted `synth fit` on a folder; the same command goes on from here\n"
 IDENTITY = "identity.json"
 
 
@@ -129,22 +128,24 @@ def identity_of(project: FitProject) -> dict[str, str]:
 class Kept:
     """The folder ``.NAME.fits`` beside the folder that a run is to write, one folder a finished fit.
 
+    ``kind`` : another word than ``fits``, for other work that is kept one by one; ``words`` say in it what it is.
+
     Raises
     ------
     UserError : it holds something else, or cannot be written.
     """
 
-    def __init__(self, target: Path) -> None:
+    def __init__(self, target: Path, kind: str = "fits", words: str = FITS) -> None:
         whole = target.resolve()
-        self.folder = whole.parent / f".{whole.name}.fits"
+        self.folder = whole.parent / f".{whole.name}.{kind}"
         self.was_there = self.folder.exists()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            mark = self.folder / MARK
+            mark = self.folder / f"{kind}.txt"
             if not mark.exists():
                 if any(self.folder.iterdir()):
                     raise UserError(Problem("holds what is no interrupted run; move it away", str(self.folder)))
-                mark.write_text(WORDS, encoding="utf-8")
+                mark.write_text(words, encoding="utf-8")
             for left in self.folder.glob("partial-*"):
                 shutil.rmtree(left, ignore_errors=True)
         except OSError as error:

@@ -17,16 +17,21 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.hand import later
 from synth.fit.methods import fit_by, require_method
+from synth.fit.plausibility import doubts
 from synth.fit.recordings import Recording, recordings
+from synth.fit.still_start import from_release
+from synth.fit.wanted_motion import WantedMotion, with_wanted_fit
 
 
 @dataclass(frozen=True, eq=False)
 class Ready:
-    """A project with its trials as recordings, checked."""
+    """A project with its trials as recordings, checked; ``said`` : what was cut of them, or left out."""
 
     project: FitProject
     fitted: list[Recording]
     held_out: list[Recording]
+    said: tuple[str, ...] = ()
+    wanted: WantedMotion | None = None
 
     @property
     def needs_effects(self) -> bool:
@@ -46,12 +51,17 @@ def ready(project: FitProject) -> Ready:
     """
     given = {"static": bool(project.static), "prior": project.prior is not None}
     require_method(project.fit, str(project.path), **given)
+    project, wanted = with_wanted_fit(project)
     fitted = [trial for trial in project.trials if not trial.held_out]
     if not fitted:
         text = "every trial is held out; at least one must be fitted"
         raise UserError(Problem(text, str(project.path), key="trials"))
     held_out = [trial for trial in project.trials if trial.held_out]
-    return Ready(project, recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
+    leg, both = project.leg, (recordings(project.leg, fitted), recordings(project.leg, held_out, ()))
+    if project.release == "recorded":
+        return Ready(project, *both, () if wanted is None else wanted.said, wanted)
+    begun = [from_release(leg, some) for some in both]
+    return Ready(project, begun[0].recordings, begun[1].recordings, (*begun[0].said, *begun[1].said))
 
 
 def fit_project(given: Ready) -> FitResult:
@@ -78,11 +88,14 @@ def fit_project(given: Ready) -> FitResult:
         from synth.design.stages import with_held_out  # here: all of the design comes with it
 
         result = with_held_out(result, later(given.held_out, result.cut) or given.held_out)
+    said = (*given.said, *doubts(project.leg, given.fitted, result))
+    result = replace(result, warnings=(*said, *result.warnings))
     inputs = {item.name: item.sha256 for item in project.inputs}
     inputs |= {trial.name: trial.sha256 for trial in project.trials}
     defaults = [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults]
     tolerance = links_json(project.tolerance, project.leg)
-    return replace(result, inputs=inputs, tolerance=tolerance, defaults=tuple(defaults))
+    shown = {} if given.wanted is None else given.wanted.as_json()
+    return replace(result, inputs=inputs, tolerance=tolerance, defaults=tuple(defaults), wanted=shown)
 
 
 def write_fit(result: FitResult, folder: Path) -> None:

@@ -14,6 +14,7 @@ from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
 from synth.commands.table_text import table_text
+from synth.files.shown_units import METRIC, ShownUnits
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -64,19 +65,15 @@ def warning_texts(content: Json) -> list[str]:
     return [*found, *(str(item) for item in content.get("not_separable") or [])]
 
 
-def fit_text(content: Json) -> str:
+def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
     """Spring rate, damper rate and free angle of each joint with their 90 % intervals, and what is left."""
-    rows = [["joint", "k [N*m/rad]", "90 %", "b [N*m*s/rad]", "90 %", "free angle [deg]", "90 %", "RMS [deg]"]]
+    columns = (("k", "spring_rate", "N*m/rad"), ("b", "damper_rate", "N*m*s/rad"), ("free angle", "free_angle", "rad"))
+    heads = [cell for name, _, si in columns for cell in (f"{name} [{shown.unit(si)}]", "90 %")]
+    rows = [["joint", *heads, "RMS [deg]"]]
     for name, joint in content["joints"].items():
-        rows.append(
-            [
-                name,
-                *_estimate(joint.get("spring_rate")),
-                *_estimate(joint.get("damper_rate")),
-                *_estimate(joint.get("free_angle")),
-                _number(content["rms"].get(name)),
-            ]
-        )
+        given = [(joint.get(key), si) for _, key, si in columns]
+        cells = [cell for item, si in given for cell in _estimate(shown.of(item, si) if item else None)]
+        rows.append([name, *cells, _number(content["rms"].get(name))])
     count = len(warning_texts(content))
     return f"{table_text(rows)}\n{count} warning{'' if count == 1 else 's'}"
 
@@ -90,7 +87,18 @@ def gap_text(content: Json) -> str:
         rows.append([entry["effect"].replace("_", " "), entry["joint"], f"{entry['probability']:.0%}", shown])
     rows.append(["nothing is missing", "", f"{content['probability_none']:.0%}", "-"])
     rows.append(["not in the library", "", f"{content['probability_unknown']:.0%}", "-"])
-    return f"verdict: {content['verdict']}\n{table_text(rows)}"
+    return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
+
+
+def _remainder_text(left: Json | None) -> str:
+    """What stays unexplained, in a line."""
+    if not left:
+        return ""
+    where = [max(each, key=lambda name: each[name]) for each in left["where"].values() if each]
+    return (
+        f"\nunexplained: {left['rms']['value']:.2g} {left['rms']['unit']}, {left['share']:.0%} of the gap, "
+        f"{left['times_noise']:.2g} times the noise; most at: {', '.join(where)}"
+    )
 
 
 def hopper_text(content: Json) -> str:

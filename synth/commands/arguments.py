@@ -24,6 +24,7 @@ def one_of(known: Iterable[str]) -> Callable[[str], str]:
             return text
         raise argparse.ArgumentTypeError(f'"{text}" is not one of {", ".join(names)}{near_miss(text, names)}')
 
+    check.words = tuple(names)  # type: ignore[attr-defined]  # for `synth completion`
     return check
 
 

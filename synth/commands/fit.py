@@ -38,27 +38,27 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         return run_folder(arguments, progress)
     _only_for_folders(arguments)
     from dataclasses import replace
+    from functools import partial
 
-    from synth.batch.one_fit import fit_project, ready, write_fit
+    from synth.api.fitting import checked, fitted, read_fit
     from synth.commands.answers import fit_text, tell
     from synth.files.output import output_folder
-    from synth.files.projects import read_fit_project
-    from synth.parts.resolver import resolver
+    from synth.files.shown_units import shown_for
 
     with progress.stage("reading the project"):
-        project = read_fit_project(arguments.file, resolve_part=resolver())
-        given = ready(replace(project, fit=fit_choice(project.fit, arguments)))
+        project = read_fit(arguments.file)
+        given = checked(replace(project, fit=fit_choice(project.fit, arguments)))
     if arguments.dry_run:
         progress.say(_usable(arguments.file, given))
         return 0
     with output_folder(arguments.out) as folder:
         progress.compiling(len(project.leg.joints), effects=given.needs_effects)
-        with progress.stage("fitting"):
-            result = fit_project(given)
+        found = fitted(given, stage=progress.stage)
         with progress.stage("writing"):
-            write_fit(result, folder)
-    tell(progress, Path(arguments.out) / "fit.json", fit_text)
-    for proposal in result.proposals:
+            found.write(folder)
+    shown = shown_for(arguments.units, [project.path.parent / item.name for item in project.inputs])
+    tell(progress, Path(arguments.out) / "fit.json", partial(fit_text, shown=shown))
+    for proposal in found.result.proposals:
         progress.say(f"worth measuring: {proposal.sentence}")
     progress.say(f"fit: {Path(arguments.out) / 'fit.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")

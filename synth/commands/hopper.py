@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from synth.commands.arguments import cluster_argument
 
@@ -46,24 +46,19 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         _require_here(arguments, "the published leg is simulated here in a minute")
         _truth(arguments, progress)
         return 0
-    from synth.files.hopper_project import read_hopper_project
+    from synth.api.hoppers import read_hopper
     from synth.files.hopper_recordings import KINDS, kind_of
-    from synth.hopper.study import sweep_problem
-    from synth.parts.catalogs import Catalogue
 
     if (kind := kind_of(arguments.file)) in KINDS:
         _require_here(arguments, f"a file of kind {kind} is identified here in seconds")
         _identify(kind, arguments, progress)
         return 0
     with progress.stage("reading the project"):
-        project = read_hopper_project(arguments.file)
-        catalogue = Catalogue.load(project.catalogs)
-        problem, _ = sweep_problem(project, catalogue)
+        project, catalogue, motors = read_hopper(arguments.file)
     if arguments.dry_run:
-        progress.say(f"{arguments.file} can be used: {len(problem.motors)} motors by {len(problem.lengths)} lengths")
+        progress.say(f"{arguments.file} can be used: {motors} motors by {len(project.lengths)} lengths")
         return 0
-    _design(project, catalogue, arguments, progress)
-    return 0
+    return 0 if _design(project, catalogue, arguments, progress) else 1
 
 
 def _require_here(arguments: argparse.Namespace, why: str) -> None:
@@ -73,14 +68,12 @@ def _require_here(arguments: argparse.Namespace, why: str) -> None:
         raise UserError(Problem(f"is for the sweep of a hopper-design; {why}", key="--scheduler"))
 
 
-def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> None:
+def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> bool:
+    """Sweep and write; whether any design leaves the ground."""
+    from synth.api.hoppers import hopper
     from synth.commands.answers import hopper_text, tell
-    from synth.commands.laminate_parts import draw_parts
     from synth.files.output import output_folder
     from synth.hopper.checkpoint import Checkpoint
-    from synth.hopper.study import study
-    from synth.hopper.write_study import write_designs, write_jump
-    from synth.jump.jump_runs import compiled_jump
 
     with output_folder(arguments.out) as folder, ExitStack() as stack:
         cluster = None
@@ -92,22 +85,15 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
         checkpoint = Checkpoint(Path(arguments.out), _identity(project, catalogue))
         if checkpoint.finished:
             progress.say(f"going on with an interrupted sweep: {checkpoint.finished} chunks are done")
-        with progress.stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
-            compiled_jump(project.leg.bending)
-        found = study(project, catalogue, checkpoint, progress.stage, _tenths(progress), cluster)
-        with progress.stage("writing the designs"):
-            write_designs(found, folder / "designs.csv")
-            write_jump(found, folder / "jump.csv")
-        parts: dict[str, Any] = {}
-        if not arguments.no_cad:
-            with progress.stage("drawing the chosen leg's parts"):
-                parts = draw_parts(found, folder)
-        with progress.stage("writing the report"):
-            _report(found, folder, parts)
+        found = hopper(
+            project, catalogue, checkpoint=checkpoint, cluster=cluster, stage=progress.stage, told=_tenths(progress)
+        )
+        found.write_with(folder, parts=not arguments.no_cad, stage=progress.stage)
     checkpoint.remove()
     tell(progress, Path(arguments.out) / "hopper.json", hopper_text)
     progress.say(f"result: {Path(arguments.out) / 'hopper.json'}")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
+    return found.jumps
 
 
 def _tenths(progress: Progress) -> Callable[[int, int], None]:
@@ -132,42 +118,19 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
             "version of synth": synth.__version__}  # fmt: skip
 
 
-def _report(found: Any, folder: Path, parts: dict[str, Any]) -> None:
-    from reports.hopper import write_hopper_report
-    from synth.files.output import write_json
-    from synth.hopper.write_study import hopper_json
-
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    write_json(folder / "hopper.json", hopper_json(found, files, folder) | ({"parts": parts} if parts else {}))
-    write_hopper_report(folder)
-
-
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:
     """One of the study's three experiments on recorded data."""
-    from synth.files import hopper_recordings as files
+    from synth.api.hopper_experiments import hopper_experiment
     from synth.files.output import output_folder, place, write_csv, write_json
-    from synth.hopper import write_identified as write
-    from synth.hopper.identify_damping import identify_damping
-    from synth.hopper.identify_motor import identify_motor
-    from synth.hopper.validate_jumps import validate
-    from synth.parts.catalogs import Catalogue
 
     with output_folder(arguments.out) as folder, progress.stage(f"reading and identifying, {kind}"):
-        if kind == "hopper-motor":
-            runs = files.read_motor_runs(arguments.file)
-            found = write.head(kind, runs.name, runs.inputs) | write.motor_json(identify_motor(runs.runs, runs.ratio))
-        elif kind == "hopper-pull-ups":
-            pulls = files.read_pull_ups(arguments.file)
-            found = write.head(kind, pulls.name, pulls.inputs) | write.damping_json(identify_damping(pulls))
-        else:
-            jumps = files.read_plate_jumps(arguments.file)
-            result = validate(jumps, Catalogue.load(jumps.design.catalogs))
-            write_csv(folder / "first_jump.csv", result.curves)
-            found = write.head(kind, jumps.name, jumps.inputs) | write.validation_json(result)
-        write_json(place(folder, f"{kind.removeprefix('hopper-')}.json"), found)
-    for line in write.lines(found):
+        found = hopper_experiment(arguments.file)
+        if found.first_jump is not None:
+            write_csv(folder / "first_jump.csv", found.first_jump)
+        write_json(place(folder, found.file_name), dict(found.content))
+    for line in found.lines():
         progress.say(line)
-    progress.say(f"result: {Path(arguments.out) / (kind.removeprefix('hopper-') + '.json')}")
+    progress.say(f"result: {Path(arguments.out) / found.file_name}")
 
 
 def _truth(arguments: argparse.Namespace, progress: Progress) -> None:

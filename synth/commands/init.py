@@ -1,4 +1,10 @@
-"""``synth init``: write an example project to start from."""
+"""``synth init``: write a project to start from, an example or the leg of a robot.
+
+With --from the leg is taken out of a robot's MJCF or URDF: the joints of --chain, proximal to distal, turn in one
+plane; all others are locked where they stand, and what hangs on them is lumped. What a leg cannot hold is said.
+
+  synth init gap go1 --from go1.xml --chain FR_thigh_joint,FR_calf_joint --plane xz
+"""
 
 from __future__ import annotations
 
@@ -6,6 +12,7 @@ import argparse
 import os
 import shlex
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,12 +23,14 @@ from synth.files.leftovers import PARTIAL, held_folder, remove_leftovers
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
 
+SCHEMAS = "schemas"  # folder of a project for its editor
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 PROJECTS = {
     "leg": "leg-design.yaml",
     "fit": "fit.yaml",
     "hopper": "hopper.yaml",
     "gap": "gap.yaml",
+    "import": "import.yaml",
 }  # example -> its project file
 
 
@@ -30,12 +39,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kinds = "|".join(PROJECTS)
     parser.add_argument("kind", type=one_of(PROJECTS), metavar=kinds, help="which command it is for")
     parser.add_argument("folder", metavar="DIR", help="folder to write; must not exist or be empty")
+    parser.add_argument("--from", dest="robot", metavar="ROBOT", help="MJCF or URDF to take the leg from")
+    parser.add_argument("--chain", metavar="A,B,...", help="the robot's joints that turn, proximal to distal")
+    parser.add_argument("--plane", metavar="XZ", help="axes of the world to the right and up (default: by the axes)")
+    parser.add_argument("--tip", metavar='"220 mm"', help="length of the last link (default: to its farthest shape)")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Copy the example and say what to run next."""
     target = Path(arguments.folder)
-    copy_example(EXAMPLES / arguments.kind, target)
+    if arguments.robot is not None:
+        return _from_robot(arguments, target, progress)
+    alone = [option for option in ("--chain", "--plane", "--tip") if getattr(arguments, option[2:]) is not None]
+    if alone:
+        raise UserError(
+            [Problem("says what to take from a robot: name its file with --from", key=key) for key in alone]
+        )
+    copy_example(EXAMPLES / arguments.kind, target, prepare=with_schemas)
     project = target / PROJECTS[arguments.kind]
     command = shlex.join(["synth", arguments.kind, str(project), "--out", str(target / "result")])
     progress.say(f"{target} holds the example; {target / 'README.md'} says what it is. Next:")
@@ -43,8 +63,58 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     return 0
 
 
-def copy_example(source: Path, target: Path) -> None:
-    """Copy a folder, whole or not at all.
+def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress) -> int:
+    """Write the project of a robot's leg and say what it does not hold and what is still to be added."""
+    from tempfile import TemporaryDirectory
+
+    from synth.commands.arguments import Quantities
+    from synth.files.robots.robot_project import PROJECT_NAMES, robot_leg, write_robot_project
+
+    quantities = Quantities(arguments)
+    tip = quantities.read("--tip", "m")
+    names = [name.strip() for name in (arguments.chain or "").split(",") if name.strip()]
+    if arguments.kind not in PROJECT_NAMES:
+        text = f"a robot's leg is for {', '.join(PROJECT_NAMES)}, not for {arguments.kind}"
+        quantities.problems.append(Problem(text, key="--from"))
+    if not names:
+        text = "name the joints that turn, proximal to distal: --chain FL_thigh_joint,FL_calf_joint"
+        quantities.problems.append(Problem(text, key="--chain"))
+    quantities.require()
+    picked = robot_leg(arguments.robot, names, arguments.plane, tip)
+    with TemporaryDirectory(prefix="synth-init-") as made:
+        write_robot_project(arguments.kind, picked, Path(arguments.robot).name, Path(made))
+        copy_example(Path(made), target, prepare=with_schemas)
+    for text in picked.said:
+        progress.say(f"note: {text}")
+    progress.say(f"{target} holds the leg; {target / 'README.md'} says what to add: recordings. Then:")
+    project = target / f"{PROJECT_NAMES[arguments.kind]}.yaml"
+    progress.say(f"  {shlex.join(['synth', arguments.kind, str(project), '--out', str(target / 'result')])}")
+    return 0
+
+
+def with_schemas(folder: Path) -> None:
+    """Put the schemas of its files into a project, and name them in the files' first lines for editors."""
+    import json
+
+    from synth.files.hopper_gap_project import is_hopper_gap
+    from synth.files.reference.json_schema import json_schema
+    from synth.files.reference.sections import KINDS
+    from synth.files.yaml_lines import load
+
+    for path in sorted(folder.rglob("*.yaml")):
+        kind = str(load(path).value.get("kind"))
+        kind = "gap-of-jumps" if kind == "gap" and is_hopper_gap(path) else kind
+        if kind in KINDS:
+            schema = folder / SCHEMAS / f"{kind}.schema.json"
+            schema.parent.mkdir(exist_ok=True)
+            schema.write_text(json.dumps(json_schema(kind), indent=1) + "\n", encoding="utf-8")
+            place = os.path.relpath(schema, path.parent)
+            text = path.read_text(encoding="utf-8")
+            path.write_text(f"# yaml-language-server: $schema={Path(place).as_posix()}\n{text}", encoding="utf-8")
+
+
+def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | None = None) -> None:
+    """Copy a folder, whole or not at all; ``prepare`` changes the copy before it is put in place.
 
     Raises
     ------
@@ -71,6 +141,8 @@ def copy_example(source: Path, target: Path) -> None:
             shutil.copytree(source, made, ignore=ignore, copy_function=shutil.copyfile)
             for folder in (made, *(path for path in made.rglob("*") if path.is_dir())):
                 folder.chmod(folder.stat().st_mode | 0o700)
+            if prepare is not None:
+                prepare(made)
             if whole.exists():  # and is empty; it may be the current folder, so it stays what it is
                 for entry in made.iterdir():
                     entry.rename(whole / entry.name)

@@ -11,6 +11,7 @@ from synth.commands.answers import offered
 from synth.commands.arguments import near_miss, one_of
 from synth.commands.table_text import table_text
 from synth.errors import Problem, UserError
+from synth.files.shown_units import METRIC, ShownUnits
 
 if TYPE_CHECKING:
     from synth.files.leg_project import LegProject
@@ -88,14 +89,14 @@ def require_known_joints(project: LegProject) -> None:
         raise UserError(problems)
 
 
-def parts_text(design: Mapping[str, Any]) -> str:
+def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
     """Chosen parts, what their tolerances leave of the response, and what each could be replaced by at which cost."""
     response, joints = design["response"], design["joints"]
     forecast, measured = response["forecast"], response["forecast_free_angles_measured"]
     rows = [["joint", "", "part", "vendor", "response", "cost"]]
     for name, joint in joints.items():
         spring, damper = joint["spring"], joint["damper"]
-        rows.append([name, "spring", _spring_words(spring), spring.get("vendor") or "to wind", "", ""])
+        rows.append([name, "spring", _spring_words(spring, shown), spring.get("vendor") or "to wind", "", ""])
         wanted = (joint["refit"].get("spring_rate") or joint["wanted"]["spring_rate"])["value"]
         rows += _instead([item for item in joint["spring_alternatives"] if offered(item, wanted)])
         rows.append(["", "damper", damper["arrangement"], damper["vendor"] or "", "", ""])
@@ -112,11 +113,12 @@ def parts_text(design: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _spring_words(spring: Mapping[str, Any]) -> str:
+def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:
     made = spring.get("make")
     if made:
         number = f"{made['count']} x " if made["count"] > 1 else ""
-        wire = f"{made['wire_diameter']['value']:.4g} mm {made['material']}"
+        diameter = shown.of(made["wire_diameter"], "m")
+        wire = f"{diameter['value']:.4g} {diameter['unit']} {made['material']}"
         return f"{number}{wire}, {made['body_coils']['value']:.4g} coils"
     number = f"{spring['count']} x " if spring.get("count", 1) > 1 else ""
     return f"{number}{spring['part']}"

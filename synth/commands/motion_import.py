@@ -1,9 +1,10 @@
 """``synth import``: motion that other programs recorded, as trials of a leg.
 
-Reads DeepLabCut CSV, OpenSim .mot and .sto, C3D, MATLAB .mat and CSV of other column names. FILE is such a recording,
-with --leg, or a project (kind: import) that says for many files which columns or points are the leg's joints. Writes
-the trials, a page with the leg as a stick figure, and what was found, mended and cut. Angles jump by whole turns,
-trackers exchange left and right, recordings begin before the release: all that is looked for and told.
+Reads DeepLabCut, SLEAP, Anipose, TRC, C3D, NWB pose, OpenSim, MATLAB, MCAP and ROS bags, and CSV of other column
+names (--list). A file's format is told by its content. FILE is such a recording, with --leg, or a project (kind:
+import) that says for many files which columns or points are the leg's joints. Writes the trials, the leg and a
+fit.yaml that runs as it stands, a page with the leg as a stick figure, and what was found, mended and cut. Angles jump
+by whole turns, trackers exchange left and right, recordings begin before the release: all that is looked for and told.
 """
 
 from __future__ import annotations
@@ -20,17 +21,28 @@ if TYPE_CHECKING:
     from synth.files.import_project import ImportProject
 
 CUTS = ("cut", "free", "keep")
-BARE = ("--leg", "--points", "--plane", "--frame-rate", "--release")  # options of a recording named on its own
+BARE = (
+    "--leg",
+    "--points",
+    "--plane",
+    "--frame-rate",
+    "--topic",
+    "--release",
+)  # options of a recording named on its own
 PROJECTS = (".yaml", ".yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("file", metavar="FILE", help="a recording, or a project file, kind: import")
+    parser.add_argument("file", nargs="?", metavar="FILE", help="a recording, or a project file, kind: import")
+    parser.add_argument("--list", action="store_true", help="the formats, what each needs, and whether it is there")
     parser.add_argument("--leg", metavar="LEG", help="leg file, of a recording named on its own")
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
+    parser.add_argument("--out", metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--points", metavar="A,B,...", help="the joints' points, proximal to distal, then the tip")
-    parser.add_argument("--plane", metavar="X,Z", help="axes of space that are right and up; --plane=-y,z with signs")
+    parser.add_argument(
+        "--plane", metavar="X,Z", help="axes of space that are right and up; --plane=-y,z; --plane=fit,z"
+    )
+    parser.add_argument("--topic", metavar="NAME", help="topic of the joint states in a robot's log")
     parser.add_argument("--frame-rate", metavar="RATE", help='frames filmed a second, such as "250 Hz"')
     kept = "cut to the release (default), free: also what a hand still drives, keep: everything"
     parser.add_argument("--release", type=one_of(CUTS), metavar="|".join(CUTS), help=kept)
@@ -40,8 +52,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the recordings, write ``trials/*.csv``, ``import.json`` and ``report.html``."""
     from synth.files.output import output_folder
-    from synth.motion.importers.imported import TRIALS, read_files, write_import
+    from synth.motion.importers.imported import FIT, TRIALS, read_files, write_import
 
+    if arguments.list:
+        progress.result(_formats_text())
+        return 0
+    needed = [] if arguments.file else [Problem("name a recording or a project: synth import FILE", key="FILE")]
+    if not arguments.out and not arguments.dry_run:
+        needed.append(Problem("name the folder to write: --out DIR", key="--out"))
+    if needed:
+        raise UserError(needed)
     with progress.stage("reading"):
         project = _project(arguments)
         trials = read_files(project)
@@ -52,6 +72,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         for note in recording.notes:
             progress.say(f"  {note}")
     if arguments.dry_run:
+        progress.say(f"{arguments.file} can be used: {len(trials)} recordings")
         return 0
     with output_folder(arguments.out) as folder, progress.stage("writing"):
         write_import(project, trials, folder)
@@ -59,7 +80,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
         write_import_report(folder)
     out = Path(arguments.out)
-    progress.say(f"trials: {out / TRIALS}/*.csv")
+    progress.say(f"trials: {out / TRIALS}/*.csv; they can be fitted: synth fit {out / FIT} --out {out.name}_fit")
     progress.say(f"look at the stick figure before you fit: {out / 'report.html'}")
     return 0
 
@@ -89,8 +110,21 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
         quantities.problems.append(Problem(f'"{arguments.plane}": write two axes, such as x,z', key="--plane"))
     quantities.require()
     leg = read_leg(arguments.leg, resolve_part=resolve)
-    mapping = Mapping(frame_rate=rate, points=_words(arguments.points), plane=(plane[0], plane[1]) if plane else None)
+    points, both = _words(arguments.points), (plane[0], plane[1]) if plane else None
+    mapping = Mapping(frame_rate=rate, points=points, plane=both, topic=arguments.topic)
     return ImportProject(leg.name, leg, (ForeignFile(path, str(path)),), "auto", mapping, arguments.release or "cut")
+
+
+def _formats_text() -> str:
+    """The formats as a table."""
+    from synth.commands.table_text import table_text
+    from synth.motion.importers.registry import formats
+
+    rows = [["format", "what it is", "gives", "needs"]]
+    for item in formats().values():
+        missing = "" if item.installed else f", not installed: pip install limb-synth[{item.extra}]"
+        rows.append([item.name, item.title, item.gives, f"{item.package}{missing}" if item.package else "nothing"])
+    return table_text(rows, numbers_right=False)
 
 
 def _words(text: str | None) -> tuple[str, ...]:

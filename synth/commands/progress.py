@@ -7,16 +7,15 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
+from synth.commands.streams import printable as printable
 from synth.commands.streams import write_message, write_result
 
+if TYPE_CHECKING:
+    from synth.commands.log_file import LogFile
+
 TICK = 0.5  # s, between updates on a terminal
-
-
-def printable(text: str) -> str:
-    """Text whose control characters (line breaks among them) are escaped: a file's name may hold any."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 class Progress:
@@ -28,6 +27,7 @@ class Progress:
     as_json : what is for people goes where stages go; standard output is ``document``'s alone.
     messages : where stages go, default stderr.
     results : where ``say`` and ``result`` go, default stdout.
+    log : where all of it is kept too, also what ``quiet`` leaves out.
     """
 
     def __init__(
@@ -37,7 +37,9 @@ class Progress:
         as_json: bool = False,
         messages: TextIO | None = None,
         results: TextIO | None = None,
+        log: LogFile | None = None,
     ) -> None:
+        self._log = log
         self.quiet, self.as_json = quiet, as_json
         self._messages = messages or sys.stderr
         self._results = results or sys.stdout
@@ -49,9 +51,27 @@ class Progress:
     @contextmanager
     def stage(self, text: str) -> Iterator[None]:
         """Name a stage of the work; when it ends, its seconds. Stages may hold stages."""
-        if self.quiet:
+        with self._logged(text):
+            if self.quiet:
+                yield
+                return
+            with self._shown(text):
+                yield
+
+    @contextmanager
+    def _logged(self, text: str) -> Iterator[None]:
+        """A stage in the log, its beginning and its end."""
+        if self._log is None:
             yield
             return
+        start = time.perf_counter()
+        self._log.line(f"{text} ...")
+        yield
+        self._log.line(f"{text} ... done in {time.perf_counter() - start:.2f} s")
+
+    @contextmanager
+    def _shown(self, text: str) -> Iterator[None]:
+        """A stage on the screen."""
         key = object()
         label = "  " * self._depth + printable(text)
         start = time.perf_counter()
@@ -77,11 +97,16 @@ class Progress:
         """One line for people, on stdout; nothing when quiet."""
         if not self.quiet:
             self.result(printable(text))
+        elif self._log is not None:
+            self._log.line(text)
 
     def result(self, text: str) -> None:
         """Lines that were asked for, on stdout; also when quiet."""
         self._break_line()
         lines = text.split("\n")
+        if self._log is not None:
+            for line in lines:
+                self._log.line(line)
         stream = self._messages if self.as_json else self._results
         write_result(stream, "".join(f"{printable(line)}\n" for line in lines))
 
@@ -96,7 +121,7 @@ class Progress:
         Without ``effects`` for springs, linear dampers and gravity alone.
         """
         from synth.cache import cache_folder
-        from synth.compiling.code_cache import without_products
+        from synth.compiling.numba_internals import without_products
         from synth.swing.chain import compiled_chain, is_compiled
 
         links = f"{n_link} link{'s' if n_link > 1 else ''}"

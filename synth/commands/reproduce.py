@@ -1,8 +1,9 @@
-"""``synth reproduce``: the thesis' tables from the laboratory's recordings, published beside ours.
+"""``synth reproduce``: published tables and claims beside ours: the thesis' from its recordings, or the jumping leg's.
 
 FOLDER holds rat/, dog/ and published.json. The page shows Tables 1, 2, 3, 4, 6, 8 and A-1 with every difference
 explained from computed figures: the thesis' own methods and costs, its mistakes made again where they matter, and least
-squares with intervals.
+squares with intervals. The word jump in FOLDER's place goes through the jumping leg's study instead, which needs no
+recordings: each of its claims, and under which crouch, supply and damping its heights follow.
 """
 
 from __future__ import annotations
@@ -12,36 +13,57 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from synth.commands.progress import Progress
+    from synth.validation.comparison_table import ComparisonTable
+
+    Gone = tuple[str, Mapping[str, str], tuple[ComparisonTable, ...]]
+
+JUMP = "jump"  # in place of a folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("folder", metavar="FOLDER", help="the laboratory's data: rat/, dog/, published.json")
+    parser.add_argument("folder", metavar="FOLDER", help="the laboratory's data: rat/, dog/, published.json; or jump")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--seed", type=_seed, default=0, metavar="N", help="of the swarms (0)")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, go through the tables, write ``reproduction.json`` and the page."""
+    from reports.reproduction import write_reproduction_report
     from synth.files.output import output_folder, write_json
-    from synth.validation.thesis_data import JOINTS, read_lab_data
-    from synth.validation.thesis_reproduction import reproduce, reproduction_json
+    from synth.validation.thesis_reproduction import reproduction_json
 
-    with progress.stage("reading the folder"):
-        data = read_lab_data(arguments.folder)
     with output_folder(arguments.out) as folder:
-        progress.compiling(len(JOINTS))
-        tables = reproduce(data, seed=arguments.seed, stage=progress.stage)
+        name, inputs, tables = _jump(progress) if arguments.folder == JUMP else _thesis(arguments, progress)
         with progress.stage("writing"):
-            from reports.reproduction import write_reproduction_report
-
-            write_json(folder / "reproduction.json", reproduction_json(data, tables, arguments.seed))
+            write_json(folder / "reproduction.json", reproduction_json(name, inputs, tables, arguments.seed))
             write_reproduction_report(folder)
     for table in tables:
         progress.say(f"{table.name}: {len(table.rows)} rows, {len(table.differences)} differences explained")
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 0
+
+
+def _thesis(arguments: argparse.Namespace, progress: Progress) -> Gone:
+    from synth.validation.thesis_data import JOINTS, read_lab_data
+    from synth.validation.thesis_reproduction import reproduce
+
+    with progress.stage("reading the folder"):
+        data = read_lab_data(arguments.folder)
+    progress.compiling(len(JOINTS))
+    tables = reproduce(data, seed=arguments.seed, stage=progress.stage)
+    return "E. Krnacik's thesis, gone through again", data.inputs, tables
+
+
+def _jump(progress: Progress) -> Gone:
+    from synth.validation.jump_tables import jump_tables
+
+    with progress.stage("the jumping leg: which configuration gives the published heights"):
+        tables = jump_tables()
+    return "C. Knaup and D. Aukes' jumping leg, gone through again", {}, tables
 
 
 def _seed(text: str) -> int:

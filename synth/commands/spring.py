@@ -1,8 +1,9 @@
 """``synth spring``: the torsion spring to wind, or why there is none and the nearest that can be made.
 
 With --rate and --travel it looks through all stock wire; with --wire-diameter, --mean-diameter and --coils it checks
-a given spring (then --rate is its measured rate). It writes spring.json, and with --out also STEP, STL and a winding
-sheet. Sizes of a row are those of the free spring unless it says otherwise.
+a given spring (then --rate is its measured rate). The answer stands in the first line, its table below; --json keeps
+it as a file, --out writes it with STEP, STL and a winding sheet. Sizes are those of the free spring unless a row says
+otherwise.
 
   synth spring --rate "1.7 N*m/rad" --travel "40 deg" --included-angle "120 deg" --arbor "12 mm" --out spring
 
@@ -17,14 +18,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from synth.commands.arguments import Quantities, one_of
 from synth.errors import Problem
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
-    from synth.commands.spring_files import Answer
     from synth.parts.catalogs import Catalogue
     from synth.spring.design import SpringWish
     from synth.spring.spring_result import SpringLimits
@@ -91,40 +91,66 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--catalog", metavar="FILE", action="append", default=[], help="your own wire table; repeatable"
     )
-    parser.add_argument("--json", metavar="FILE", help="where the result goes; - prints it (default: spring.json)")
+    parser.add_argument("--json", metavar="FILE", help="write the result as JSON; - prints it")
     parser.add_argument("--out", metavar="DIR", help="folder for spring.json, STEP, STL and winding sheet")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read what is wanted, design or check, write, print."""
-    from synth.commands.spring_files import write_folder, write_result
+    from synth.api.springs import given, to_wind
+    from synth.commands.spring_text import check_text, design_text
+    from synth.files.output import output_folder
+    from synth.files.shown_units import shown_for
     from synth.parts.catalogs import Catalogue
+    from synth.spring.spring_files import write_result
 
     catalogue = Catalogue.load([Path(name) for name in arguments.catalog])
     if arguments.action is not None:
         return _calibrate(arguments, catalogue, progress)
-    wish, given = _read(arguments)
-    answer = _design(wish, catalogue) if given is None else _check(wish, given, catalogue, arguments)
+    wish, sizes = _read(arguments)
+    shown = shown_for(arguments.units, texts=_quantities(arguments))
+    if sizes is None:
+        answer = to_wind(wish, catalogue, shown)
+    else:
+        angle = None if arguments.included_angle is None else wish.included_angle
+        rate = None if arguments.rate is None else wish.rate
+        answer = given(wish, sizes, catalogue, included_angle=angle, stated_rate=rate, shown=shown)
     written = []
     if arguments.out:
-        written = write_folder(Path(arguments.out), answer, progress)
-    status = 0 if answer.spring is not None else IMPOSSIBLE
+        with output_folder(arguments.out) as folder, progress.stage("writing and drawing the spring"):
+            answer.write(folder)
+            names = sorted(path.name for path in folder.iterdir())
+        written = [str(Path(arguments.out) / name) for name in names]
+        if answer.best is not None and wish.convention != "tangent":
+            progress.say(f"note: no STEP or STL, {wish.convention} legs cannot be drawn, only tangent ones")
+    status = 0 if answer.best is not None else IMPOSSIBLE
     if arguments.json == "-":
         progress.document(json.dumps(answer.content, indent=2))
         return status
-    if arguments.json or not arguments.out:
-        written.append(write_result(Path(arguments.json or "spring.json"), answer.content))
-    progress.result(answer.text)
-    progress.say(f"written: {', '.join(written)}")
+    if arguments.json:
+        written.append(write_result(Path(arguments.json), answer.content))
+    if answer.found is not None:
+        progress.result(design_text(answer.found, shown))
+    elif answer.best is not None:
+        progress.result(check_text(answer.best, shown))
+    if written:
+        progress.say(f"written: {', '.join(written)}")
     return status
+
+
+def _quantities(arguments: argparse.Namespace) -> list[str]:
+    """What was given with units, by which it shows whether they are inch or metric."""
+    words = ("rate", "arbor", "leg_length", "max_outer_diameter", "max_body_length", "bend_radius")
+    given = [getattr(arguments, name) for name in (*words, "wire_diameter", "mean_diameter")]
+    return [text for text in given if text is not None]
 
 
 def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Progress) -> int:
     """What wound samples say, printed and written."""
-    from synth.commands.spring_files import write_result
     from synth.commands.spring_text import calibration_text
     from synth.errors import UserError
     from synth.parts.coil_rate import RATE_FORMS
+    from synth.spring.spring_files import write_result
     from synth.spring.wound_samples import calibration_json, calibration_of, read_samples
 
     if arguments.samples is None:
@@ -137,7 +163,8 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
         progress.document(json.dumps(content, indent=2))
         return 0
     progress.result(calibration_text(found, material.name))
-    progress.say(f"written: {write_result(Path(arguments.json or 'calibration.json'), content)}")
+    if arguments.json:
+        progress.say(f"written: {write_result(Path(arguments.json), content)}")
     return 0
 
 
@@ -239,64 +266,3 @@ def _limits(read: Quantities) -> SpringLimits:
         fatigue_safety=1.0 if fatigue is None else fatigue,
         bend_radius=read.read("--bend-radius", "m"),
     )
-
-
-def _design(wish: SpringWish, catalogue: Catalogue) -> Answer:
-    """The spring to wind, or why there is none."""
-    from synth.commands.spring_files import Answer
-    from synth.commands.spring_text import design_text
-    from synth.spring.design import design_spring
-
-    result = design_spring(wish, catalogue)
-    content = result.as_json()
-    content["wanted"] |= _kept_to(wish)
-    return Answer(result.best, content, design_text(result))
-
-
-def _check(
-    wish: SpringWish, given: tuple[float, float, float], catalogue: Catalogue, arguments: argparse.Namespace
-) -> Answer:
-    """A given spring evaluated."""
-    from synth.commands.spring_files import Answer
-    from synth.commands.spring_text import check_text
-    from synth.spring.evaluate import check_spring
-    from synth.units import quantity
-
-    spring = check_spring(
-        catalogue.find_material(wish.material),
-        *given,
-        wish.task,
-        included_angle=None if arguments.included_angle is None else wish.included_angle,
-        stated_rate=None if arguments.rate is None else wish.rate,
-    )
-    content = {
-        "format": "synth/spring/1",
-        "wanted": {
-            "travel": quantity(wish.travel, "deg"),
-            "opening_travel": quantity(wish.opening_travel, "deg"),
-            "leg_convention": wish.convention,
-            "material": wish.material,
-            **_kept_to(wish),
-        },
-        "checked": spring.as_json(),
-        "make": spring.as_json() if spring.feasible else None,
-        "alternatives": [],
-        "binding": [violation.text for violation in spring.violations],
-        "nearest": [],
-    }
-    return Answer(spring, content, check_text(spring))
-
-
-def _kept_to(wish: SpringWish) -> dict[str, Any]:
-    """Legs and limits that were asked for, with their units."""
-    from synth.units import quantity
-
-    limits = wish.limits
-    lengths = {name: getattr(limits, name) for name in ("arbor_diameter", "max_outer_diameter", "max_body_length")}
-    return {
-        "leg_lengths": [quantity(length, "mm") for length in wish.leg_lengths],
-        **{name: quantity(value, "mm") for name, value in lengths.items() if value is not None},
-        "safety": quantity(limits.safety, "1"),
-        **({} if limits.cycles is None else {"cycles": quantity(limits.cycles, "1")}),
-        **({} if limits.cycles is None else {"fatigue_safety": quantity(limits.fatigue_safety, "1")}),
-    }

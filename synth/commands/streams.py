@@ -79,3 +79,8 @@ def read_by_nobody() -> None:
 def _lose(error: OSError) -> None:
     _lost.append(error.strerror or str(error))
     read_by_nobody()
+
+
+def printable(text: str) -> str:
+    """Text whose control characters (line breaks among them) are escaped: a file's name may hold any."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

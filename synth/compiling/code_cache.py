@@ -7,7 +7,6 @@ The text becomes a module of its own, never read from disk, whose compiled code 
 from __future__ import annotations
 
 import hashlib
-import linecache
 import os
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from pathlib import Path
 from types import ModuleType
 
 from synth.compiling.compiled import kept_code
+from synth.compiling.modules import made_module
 
 
 def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
@@ -44,36 +44,7 @@ def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
     """
     module_name = _module_name(name, text, depends_on)
     with _loading:
-        return _loaded(module_name, text)
-
-
-def _loaded(module_name: str, text: str) -> ModuleType:
-    if module_name in sys.modules:
-        return sys.modules[module_name]
-    module = ModuleType(module_name)
-    file = f"<{module_name}>"
-    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)  # its lines, for a traceback
-    sys.modules[module_name] = module
-    try:
-        exec(compile(text, file, "exec"), module.__dict__)
-    except BaseException:
-        del sys.modules[module_name]
-        raise
-    return module
-
-
-def without_products() -> None:
-    """Keep numba from importing ``scipy.linalg``, 0.1 s, for matrix products in compiled code: there are none here.
-
-    For a process of our own only: numba's ``np.dot`` is gone from it, unless scipy was loaded before.
-    """
-    if "scipy.linalg" not in sys.modules and "numba.np.arraymath" not in sys.modules:
-        absent = "scipy.linalg.cython_blas"
-        sys.modules[absent] = None  # type: ignore[assignment]
-        try:
-            import numba.np.arraymath  # noqa: F401
-        finally:
-            del sys.modules[absent]
+        return made_module(module_name, text)
 
 
 def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> subprocess.Popen[bytes] | None:
@@ -81,7 +52,8 @@ def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> su
     if (os.cpu_count() or 1) < 2:
         return None
     program = f"import sys; sys.path[:0] = {[entry or str(Path.cwd()) for entry in sys.path]!r}; "
-    program += f"from {__name__} import _loaded; _loaded({_module_name(name, text, depends_on)!r}, sys.stdin.read())"
+    program += f"from {made_module.__module__} import made_module; "
+    program += f"made_module({_module_name(name, text, depends_on)!r}, sys.stdin.read())"
     helper = subprocess.Popen(
         [sys.executable, "-c", program],
         stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

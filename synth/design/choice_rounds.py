@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from synth.design.choose_dampers import DamperChoiceMade
 from synth.design.choose_springs import SpringSource, travels
-from synth.design.part_sets import SetsMade, choose_sets
+from synth.design.part_sets import SetsMade, choose_sets, unjudged_set
 from synth.design.response import WantedResponse
 from synth.design.stages import SourceMotion, with_held_out
 from synth.design.target_effects import TargetLeg
@@ -32,7 +32,9 @@ MOST_ROUNDS = 4  # fits with chosen dampers; the lab's project needs 1 to 3
 class Task:
     """What stays from round to round.
 
-    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` how to fit.
+    ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` how to fit. ``held``: by joint the wire
+    (m) of a spring to wind that stays where it can. ``swaps``: whether each part is held against what may stand in for
+    it.
     """
 
     project: LegProject
@@ -42,6 +44,8 @@ class Task:
     options: LegFitOptions
     target: FitResult
     wanted: WantedResponse
+    held: Mapping[str, float] = field(default_factory=dict)
+    swaps: bool = True
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,19 @@ def choose_in_rounds(task: Task, dampers: DamperChoiceMade, stage: Stage) -> tup
     return best.sets, rounds[best.sets.dampers.labels].refit
 
 
+def first_choice(task: Task, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
+    """The best dampers by themselves, fitted with, and the best spring of each joint: what a first drawing needs.
+
+    Raises
+    ------
+    UserError : a joint has no part that meets its constraints, or no leg with these dampers can be fitted.
+    """
+    with stage("choosing parts for a first drawing"):
+        refit = refitted(task, dampers)
+        leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
+        return unjudged_set(task.wanted, leg, dampers, sources, task.project.parts, seed=task.project.fit.seed), refit
+
+
 def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError) -> DamperChoiceMade:
     """The best set of dampers that is not barred; the error where none is left."""
     for item in dampers.sets:
@@ -103,7 +120,9 @@ def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError)
 def _chosen(task: Task, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
     project = task.project
     leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
-    return choose_sets(task.wanted, leg, dampers, sources, project.parts, barred=barred, seed=project.fit.seed)
+    return choose_sets(
+        task.wanted, leg, dampers, sources, project.parts, barred=barred, seed=project.fit.seed, swaps=task.swaps
+    )
 
 
 def refitted(task: Task, dampers: DamperChoiceMade) -> FitResult:
@@ -132,7 +151,15 @@ def _sources(task: Task, refit: FitResult, dampers: DamperChoiceMade) -> list[Sp
     """Where each joint's springs come from, for the travel that the fitted springs have."""
     project, leg = task.project, _with_dampers(refit.leg, dampers)
     return [
-        SpringSource(joint.name, project.joints[joint.name].spring, turn, task.catalogue, project.cad, project.parts)
+        SpringSource(
+            joint.name,
+            project.joints[joint.name].spring,
+            turn,
+            task.catalogue,
+            project.cad,
+            project.parts,
+            task.held.get(joint.name),
+        )
         for joint, turn in zip(leg.joints, travels(leg, task.wanted.motions), strict=True)
     ]
 

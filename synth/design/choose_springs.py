@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from synth.design.clamped_arms import leg_that_bends_as_much, softening
-from synth.errors import UserError
+from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import CadOptions, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
@@ -164,6 +164,7 @@ class SpringSource:
     catalogue: Catalogue
     cad: CadOptions
     parts: PartsOptions = ANY
+    held_wire: float | None = None  # m, of the spring to wind that the links' masses were reckoned with
 
     @property
     def turned(self) -> WantedTravel:
@@ -267,6 +268,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         material=choice.wire or "music",
         objective=choice.objective,
         rate_form=RATE_FORMS[choice.rate_formula],
+        held_wire=source.held_wire,
         limits=SpringLimits(
             arbor_diameter=cad.shaft_diameter + 2.0 * cad.clearance,
             min_inside_diameter=choice.min_inner_diameter,
@@ -285,7 +287,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         said += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
     else:
         if not result.nearest:
-            raise UserError(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
+            raise CannotBeHad(f"{joint}: no spring can be wound for {rate:.4g} N*m/rad: {'; '.join(result.binding)}")
         order = {"parallel": 0, "smaller_travel": 1, "other_material": 2, "more_room": 3}
         nearest = min(result.nearest, key=lambda item: order[item.kind])
         design = nearest.design

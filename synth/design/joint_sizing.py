@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from synth.design.damper_drawing import damper_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.errors import Problem, UserError
 from synth.swing.damper_curves import torque_at
@@ -77,7 +78,7 @@ def _joint(
         yields=yields,
         zero_angle=degrees(joint.zero),
         sign=joint.sign,
-        damper=_damper(design, j, notes),
+        damper=damper_of(design, j, options.shaft_diameter * 1e3, notes),
         link_length=joint.link.length * 1e3,
         shaft_diameter=options.shaft_diameter * 1e3,
         clearance=options.clearance * 1e3,
@@ -150,6 +151,7 @@ def _damper_torque(joint: Joint, fastest: float) -> float:
 def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions, notes: list[str]) -> JointDimensions:
     """The joint large enough for its loads, with an encoder's seat where that fits; what changed is noted."""
     import cad
+    from cad.fitting_problems import least_encoder_circle
 
     left_open = {default.key for default in design.project.defaults}
     may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
@@ -174,6 +176,9 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
     if not design.project.cad.encoder:
         return grown
     seated = replace(grown, encoder=cad.EncoderDimensions())
+    # The screws are those of the seat that is printed, not of the sensor: they stand where the shaft's parts let them.
+    circle = max(cad.EncoderDimensions().bolt_circle, ceil(least_encoder_circle(seated)))
+    seated = replace(grown, encoder=cad.EncoderDimensions(bolt_circle=circle))
     try:
         return replace(seated, upper_arm_angle=cad.clear_upper_arm_angle(seated))
     except cad.DimensionError as error:
@@ -183,7 +188,7 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
 
 def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
     """The leg file's range, else what the wanted and the built leg do with a margin; deg."""
-    joint = design.built.joints[j]
+    joint = design.project.target.joints[j]  # the built one's range is that of stops which an earlier drawing had
     if joint.range is not None:
         low, high = (degrees(angle) for angle in joint.range)
         return min(low, rest), max(high, rest)
@@ -234,25 +239,3 @@ def _count(design: LegDesign, j: int, notes: list[str]) -> int:
     elif count > 2:
         notes.append(f"{name}: {count} springs stand side by side; one is drawn, and the pocket is for one")
     return count
-
-
-def _damper(design: LegDesign, j: int, notes: list[str]) -> Any:
-    import cad
-
-    option, name = design.dampers.chosen[j], design.built.joint_names[j]
-    row, arrangement = option.row, option.arrangement
-    if arrangement.pieces > 1 or arrangement.ratio != 1.0:
-        notes.append(
-            f"{name}: {option.label}; one damper on the joint's own shaft is drawn, its gear or partner is not"
-        )
-    own = design.project.cad.damper_shafts.get(name)
-    adapter = cad.AdapterDimensions(output_diameter=own * 1e3) if own is not None else None
-    default = cad.DamperDimensions(adapter=adapter)
-    diameter = row.outer_diameter * 1e3 if row is not None and row.outer_diameter is not None else None
-    if diameter is None:
-        notes.append(
-            f"{name}: the catalogue does not give the damper's size; the bracket is drawn for "
-            f"{default.outer_diameter:g} mm across and screws on a circle of {default.bolt_circle:g} mm. Measure yours"
-        )
-        return default
-    return cad.DamperDimensions(outer_diameter=diameter, bolt_circle=diameter + 10.0, adapter=adapter)

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from math import degrees, pi, radians, remainder
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cad.dimensions import LegDimensions  # by its name a kept design finds the class again
 from synth.arrays import Array
 from synth.design.choice_robustness import ChoiceRobustness, told
-from synth.design.choice_rounds import Stage, Task, choose_in_rounds
+from synth.design.choice_rounds import Stage, Task, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
@@ -21,6 +21,7 @@ from synth.design.choose_dampers import (
     measured_curves,
 )
 from synth.design.choose_springs import SpringChoiceMade, spring_warnings, travels
+from synth.design.link_masses import BuiltLink
 from synth.design.part_sets import SetsMade
 from synth.design.response import WantedResponse
 from synth.design.stages import SourceMotion, damper_laws, fit_options, read_motion, releases, with_held_out
@@ -29,11 +30,9 @@ from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw
 from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
+from synth.fit.plausibility import doubts
 from synth.parts.catalogs import Catalogue
 from synth.swing.leg_model import Leg
-
-if TYPE_CHECKING:
-    from cad import LegDimensions
 
 
 @dataclass(frozen=True)
@@ -45,11 +44,20 @@ class Solids:
 
 
 @dataclass(frozen=True)
+class MassRounds:
+    """How links and parts came to agree: ``count`` rounds of choosing, ``settled`` where parts stayed."""
+
+    count: int
+    settled: bool
+
+
+@dataclass(frozen=True)
 class LegDesign:
     """What a design consists of.
 
     ``built`` is the robot's leg with the chosen parts, and with the effects of the target that stay with its joints;
-    ``target`` is the fit of the links alone, the motion that is wanted. Motions are (m, n) rotations.
+    ``target`` is the fit of the links without springs and dampers, the motion that is wanted. Links carry the parts
+    that are drawn on them. Motions are (m, n) rotations.
     """
 
     project: LegProject
@@ -70,6 +78,8 @@ class LegDesign:
     told: ChoiceRobustness | None  # what the target's fit leaves open does to the choice
     target_effects: tuple[TargetEffect, ...] = ()
     drawn: Solids | None = None  # the joints as they are drawn; None: nothing is drawn
+    links: tuple[BuiltLink, ...] = ()  # with the drawn and bought parts on them; empty: nothing is drawn
+    rounds: MassRounds | None = None
 
     def arm_offset(self, joint: int) -> float:
         """Offset of the lower half's arm, rad, as drawn: free angle less the spring's and the upper arm's angle.
@@ -85,65 +95,113 @@ class LegDesign:
         return offset if abs(offset) <= pi else remainder(offset, 2 * pi)
 
 
+@dataclass(frozen=True)
+class Known:
+    """What a design rests on whatever the robot's links weigh: the animal's fit and motion, and the dampers' laws."""
+
+    source: FitResult
+    motion: SourceMotion
+    laws: Mapping[str, DamperLaw]
+    measured: Mapping[str, MeasuredCurve]
+
+
+def known_beforehand(project: LegProject, stage: Stage) -> Known:
+    """Fit the animal's leg and the measured dampers.
+
+    Raises
+    ------
+    UserError : trials that cannot be used, a method that is not there.
+    """
+    options = fit_options(project)
+    motion = read_motion(project)
+    with stage("fitting the animal's leg"):
+        source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
+        motion = motion.cut(source.cut)
+        source = with_held_out(source, motion.held_out)
+        said = (*motion.said, *doubts(project.source, motion.fitted, source))
+        source = replace(source, warnings=(*said, *source.warnings), wanted=project.wanted_shown)
+    with stage("finding the dampers' laws"):
+        laws = damper_laws(project)
+    tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
+    measured = measured_curves(laws, tables, {name: item.part for name, item in project.dampers.items()})
+    return Known(source, motion, laws, measured)
+
+
 def design_leg(project: LegProject, catalogue: Catalogue, stage: Stage | None = None) -> LegDesign:
-    """Carry out a leg-design project up to the chosen parts.
+    """Carry out a leg-design project up to the chosen parts, on the target's links as its file gives them.
 
     Raises
     ------
     UserError : trials that cannot be used, constraints that leave no part, a method that is not there.
     """
     stage = stage or (lambda text: nullcontext())
-    options = fit_options(project)
-    motion = read_motion(project)
-    into = target_of(project.target)
-    with stage("fitting the animal's leg"):
-        source = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
-        motion = motion.cut(source.cut)
-        source = with_held_out(source, motion.held_out)
+    return design_for(project, catalogue, known_beforehand(project, stage), project.target, stage)
+
+
+def design_for(
+    project: LegProject,
+    catalogue: Catalogue,
+    known: Known,
+    target: Leg,
+    stage: Stage,
+    *,
+    first: bool = False,
+    swaps: bool = True,
+    held: Mapping[str, float] | None = None,
+) -> LegDesign:
+    """The design for the links of ``target``, which are the project's or those with the joints' parts on them.
+
+    ``first``: with each joint's best damper and spring by themselves, unjudged, as a first drawing needs them.
+    ``swaps`` and ``held`` as in ``Task``.
+
+    Raises
+    ------
+    UserError : constraints that leave no part, a motion that cannot be followed.
+    """
+    options, motion, laws = fit_options(project), known.motion, known.laws
+    into = target_of(target)
     scaled = motion.fitted_scaled
     with stage("fitting the robot's links to the scaled motion"):
-        target = with_held_out(fit_by(into.ideal, scaled, options, project.fit), motion.held_out_scaled)
-    with stage("finding the dampers' laws"):
-        laws = damper_laws(project)
-    tables = {n: (m.part, m.curve) for n, m in project.dampers.items() if m.curve is not None}
-    measured = measured_curves(laws, tables, {name: item.part for name, item in project.dampers.items()})
+        fitted = with_held_out(fit_by(into.ideal, scaled, options, project.fit), motion.held_out_scaled)
     with stage("choosing dampers"):
-        wanted = WantedResponse.of(target.leg, releases(scaled, target))
-        turned = [t.winding + t.opening for t in travels(target.leg, wanted.motions)]
-        real = _real(target.leg, into)
-        dampers = choose_dampers(wanted, project.joints, catalogue, measured, turned, leg=real, parts=project.parts)
-    task = Task(project, catalogue, into, motion, options, target, wanted)
-    sets, refit = choose_in_rounds(task, dampers, stage)
+        wanted = WantedResponse.of(fitted.leg, releases(scaled, fitted))
+        turned = [t.winding + t.opening for t in travels(fitted.leg, wanted.motions)]
+        real = _real(fitted.leg, into)
+        dampers = choose_dampers(
+            wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
+        )
+    task = Task(project, catalogue, into, motion, options, fitted, wanted, held or {}, swaps)
+    sets, refit = (first_choice if first else choose_in_rounds)(task, dampers, stage)
     dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):
         built = _named(sets.leg, springs, dampers)
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
-    held_out = tuple(trial for trial in target.trials if trial.held_out)
-    warnings = tuple(_warnings(project, motion, target, refit, wanted, dampers, springs, laws, errors))
-    known = told(wanted, target, sets.legs)
-    if known is not None and known.warning is not None:
-        warnings = (*warnings, (None, known.warning))
-    warnings = (*warnings, *notes(into.effects))
-    return LegDesign(
+    held_out = tuple(trial for trial in fitted.trials if trial.held_out)
+    uncertain = told(wanted, fitted, sets.legs)
+    design = LegDesign(
         project=project,
-        source=source,
-        target=target,
+        source=known.source,
+        target=fitted,
         refit=refit,
         held_out=held_out,
         laws=laws,
-        measured=measured,
+        measured=known.measured,
         wanted=wanted,
         dampers=dampers,
         springs=springs,
         built=built,
         built_motions=motions,
         errors=errors,
-        warnings=warnings,
+        warnings=(),
         sets=sets,
-        told=known,
+        told=uncertain,
         target_effects=into.effects,
     )
+    said = _warnings(design, motion)
+    if uncertain is not None and uncertain.warning is not None:
+        said.append((None, uncertain.warning))
+    return replace(design, warnings=(*said, *notes(into.effects)))
 
 
 def _real(leg: Leg, target: TargetLeg) -> Leg:
@@ -161,17 +219,10 @@ def _named(leg: Leg, springs: SpringChoiceMade, dampers: DamperChoiceMade) -> Le
     return replace(leg, name=leg.name, joints=tuple(joints))
 
 
-def _warnings(
-    project: LegProject,
-    motion: SourceMotion,
-    target: FitResult,
-    refit: FitResult,
-    wanted: WantedResponse,
-    dampers: DamperChoiceMade,
-    springs: SpringChoiceMade,
-    laws: Mapping[str, DamperLaw],
-    errors: Array,
-) -> list[tuple[str | None, str]]:
+def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None, str]]:
+    """What is to be said of fits, parts and motion, with the joint that it is about."""
+    project, target, refit, wanted = design.project, design.target, design.refit, design.wanted
+    dampers, springs, laws, errors = design.dampers, design.springs, design.laws, design.errors
     said: list[tuple[str | None, str]] = []
     names = project.target.joint_names
     fastest = fastest_rates(wanted.motions, [release.time for release in wanted.releases])

@@ -28,6 +28,7 @@ FORMAT = "synth/page/1"
 MOST_RELEASES = 12  # in the page: its size grows with each
 MOST_SAMPLES = 250  # of a release's wanted motion
 MOST_CHOICES = 8  # of a joint's springs, and of its dampers
+OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
 
 
 def page_json(design: LegDesign) -> dict[str, Any]:
@@ -118,7 +119,9 @@ def damper_json(damper: Damper | None) -> dict[str, Any]:
 def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
     """The chosen spring, then what may stand in for it, best first."""
     chosen = design.springs.chosen[j]
-    others = [option for option in design.springs.ranked[j] if option is not chosen]
+    aim = design.refit.joints[design.built.joint_names[j]].spring_rate.value
+    near = [option for option in design.springs.ranked[j] if aim / OFFERED <= option.rate <= aim * OFFERED]
+    others = [option for option in near if option is not chosen]
     return [_spring(option) for option in (chosen, *others[:MOST_CHOICES])]
 
 

@@ -6,11 +6,9 @@ for each of a million sets would cost more than moving it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +19,7 @@ from synth.swing.damper_curves import compiled_rows
 from synth.swing.lane_layout import CURVE_POINTS, LANES
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
+from synth.threads import in_parallel
 
 Index = NDArray[np.int64]
 
@@ -67,7 +66,6 @@ class PartLanes:
         self.wanted, self.leg, self.acting = wanted, leg, tuple(tuple(each) for each in acting)
         every = 1 if releases is None else max(1, -(-len(wanted.releases) // releases))
         self.releases, self.motions = wanted.releases[::every], wanted.motions[::every]
-        self._pool = _workers()
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -119,9 +117,12 @@ class PartLanes:
 
     def _square(self, columns: Sequence[Array]) -> Array:
         n_lane = columns[0].shape[1]
-        starts = range(0, n_lane, CHUNK)
-        parts = self._pool.map(lambda s: self._mean_square([each[:, s : s + CHUNK] for each in columns]), starts)
-        return np.concatenate(list(parts), axis=1)
+
+        def part(index: int) -> Array:
+            chunk = slice(index * CHUNK, (index + 1) * CHUNK)
+            return self._mean_square([each[:, chunk] for each in columns])
+
+        return np.concatenate(in_parallel(part, -(-n_lane // CHUNK)), axis=1)
 
     def _mean_square(self, columns: Sequence[Array]) -> Array:
         square = np.zeros((len(columns), columns[0].shape[1]))
@@ -133,9 +134,9 @@ class PartLanes:
         return np.where(np.isfinite(mean), mean, np.pi**2)
 
     def residuals(self, index: Index, every: int = 1) -> Array:
-        """(n_sample, n_set) whose squares sum to the squared error; of every so-manieth sample of the motions."""
+        """(n_sample, n_set) whose squares sum to the squared error; of every ``every``-th sample of the motions."""
         chunks = [index[s : s + CHUNK] for s in range(0, len(index), CHUNK)]
-        return np.concatenate(list(self._pool.map(lambda part: self._residuals(part, every), chunks)), axis=1)
+        return np.concatenate(in_parallel(lambda k: self._residuals(chunks[k], every), len(chunks)), axis=1)
 
     def _residuals(self, index: Index, every: int) -> Array:
         columns, parts = self.chosen(index), []
@@ -169,8 +170,3 @@ class PartLanes:
         lanes[layout.rows("rotation")] = release.rotation[:, None]
         lanes[layout.rows("rate")] = release.rate[:, None]
         return chain.run(lanes, release.time, TOLERANCE)
-
-
-@lru_cache(maxsize=1)
-def _workers() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=os.cpu_count() or 1, thread_name_prefix="synth-parts")

@@ -24,7 +24,7 @@ from synth.design.part_lanes import PartLanes
 from synth.design.part_search import FoundSets, best_sets
 from synth.design.part_swaps import JointParts, Swaps, without_better_swap
 from synth.design.response import WantedResponse
-from synth.errors import UserError
+from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import PartsOptions
 from synth.swing.leg_model import Leg
 from synth.units import quantity
@@ -106,6 +106,7 @@ def choose_sets(
     *,
     barred: frozenset[tuple[str, ...]] = frozenset(),
     seed: int = 0,
+    swaps: bool = True,
 ) -> SetsMade:
     """Choose springs and dampers together.
 
@@ -120,6 +121,9 @@ def choose_sets(
         where each joint's springs come from.
     barred
         dampers, by their labels, that may not stand together.
+    swaps
+        whether each part of the best set is held against what may stand in for it; False: the best set as it is found,
+        for a round that is to be followed by another.
 
     Raises
     ------
@@ -132,6 +136,8 @@ def choose_sets(
     found = best_sets(lanes, [0] * len(pairs), FINALISTS, seed=seed)
     judge = Judge(wanted, fitted, parts, seed, barred)
     sets = _judged(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
+    if not swaps:
+        return _as_found(sets, found, judge, joints, dampers, cut)
     best, table = without_better_swap(judge, sets[0].pairs, joints)
     chosen = PartSet(
         best,
@@ -150,6 +156,54 @@ def choose_sets(
         cut,
         tuple(judge.built(item.pairs) for item in sets),
     )
+
+
+def _as_found(
+    sets: tuple[PartSet, ...],
+    found: FoundSets,
+    judge: Judge,
+    joints: Sequence[JointParts],
+    dampers: DamperChoiceMade,
+    cut: tuple[int, ...],
+) -> SetsMade:
+    """The best set, with nothing that could stand in its parts' place."""
+    leg, none = judge.built(sets[0].pairs), ((),) * len(joints)
+    table = Swaps(none, none, sets[0].ready.expected)
+    springs, others = _springs_made(sets[0], table, joints, leg), _dampers_made(sets[0], table, dampers, leg)
+    return SetsMade(sets, found, leg, springs, others, cut, (leg,))
+
+
+def unjudged_set(
+    wanted: WantedResponse,
+    fitted: Leg,
+    dampers: DamperChoiceMade,
+    sources: Sequence[SpringSource],
+    parts: PartsOptions,
+    seed: int = 0,
+) -> SetsMade:
+    """The dampers chosen by themselves, each with the spring nearest to the rate that was fitted with it.
+
+    What stands in for a part is not looked at.
+
+    Raises
+    ------
+    UserError : a joint asks for a bought spring and none meets its constraints.
+    """
+    pairs, reasons, said = [], [], []
+    for joint, source, damper in zip(fitted.joints, sources, dampers.chosen, strict=True):
+        assert joint.spring is not None
+        options, left_out, words = spring_options(source, joint.spring.rate)
+        pairs.append(Pair(options[0], damper))
+        reasons.append(left_out)
+        said.append(tuple(words))
+    judge, chosen = Judge(wanted, fitted, parts, seed), tuple(pairs)
+    error, leg = judge.errors([chosen]), judge.built(chosen)
+    forecast = judge.ready(chosen, SAMPLES_FINAL)
+    one = PartSet(chosen, float(error[0]), forecast, forecast)
+    found = FoundSets(np.zeros((1, len(pairs)), dtype=np.int64), error, 1, 1, None, False)
+    springs = tuple(pair.spring for pair in pairs)
+    made = SpringChoiceMade(springs, tuple((spring,) for spring in springs), tuple(reasons), leg, tuple(said))
+    return SetsMade((one,), found, leg, made, replace(dampers, leg=leg), (0,) * len(pairs), (leg,))
 
 
 def _joint_parts(source: SpringSource, joint: int, fitted: Leg, dampers: DamperChoiceMade) -> JointParts:
@@ -210,7 +264,7 @@ def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
     """The finalists with their tolerances, least expected error first; those that are shown with more samples."""
     sets = [pairs for pairs in sets if judge.allows(pairs)]
     if not sets:
-        raise UserError("with none of the best sets of dampers can the leg be fitted to the motion")
+        raise CannotBeHad("with none of the best sets of dampers can the leg be fitted to the motion")
     errors = judge.errors(sets)
     shown = list(range(len(sets)))
     if len(sets) > SHOWN:

@@ -16,6 +16,7 @@ from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.hand import later
 from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
+from synth.fit.still_start import from_release
 from synth.fit.trial_fits import trial_fits
 from synth.fit.unseen_score import score
 from synth.swing.leg_model import DamperCurve
@@ -23,11 +24,15 @@ from synth.swing.leg_model import DamperCurve
 
 @dataclass(frozen=True)
 class SourceMotion:
-    """Recordings of the animal that are fitted, and those held out; in its own time and in the robot's."""
+    """Recordings of the animal that are fitted, and those held out; in its own time and in the robot's.
+
+    ``said`` : what was cut of them, or left out, because they begin before the release.
+    """
 
     fitted: tuple[Recording, ...]
     held_out: tuple[Recording, ...]
     factor: float
+    said: tuple[str, ...] = ()
 
     def cut(self, start: float) -> SourceMotion:
         """From ``start`` s after each recording's first sample on, in the animal's time."""
@@ -66,11 +71,12 @@ def read_motion(project: LegProject) -> SourceMotion:
     ]
     if driven:
         raise UserError(driven)
-    return SourceMotion(
-        tuple(recordings(project.source, fitted)),
-        tuple(recordings(project.source, held_out, ())),
-        project.time_scale,
-    )
+    both = recordings(project.source, fitted), recordings(project.source, held_out, ())
+    if project.release == "recorded":
+        return SourceMotion(tuple(both[0]), tuple(both[1]), project.time_scale, project.said)
+    begun = [from_release(project.source, some) for some in both]
+    said = (*begun[0].said, *begun[1].said)
+    return SourceMotion(tuple(begun[0].recordings), tuple(begun[1].recordings), project.time_scale, said)
 
 
 def fit_options(project: LegProject, curves: Mapping[str, DamperCurve] | None = None) -> LegFitOptions:

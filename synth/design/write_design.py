@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,10 @@ from synth.arrays import Array
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.fit_responses import write_fit_responses as write_fit_responses
-from synth.design.leg_design import LegDesign, fastest_rates
+from synth.design.leg_design import LegDesign
 from synth.design.part_sets import tolerance_json
 from synth.files.curve import write_curve
 from synth.files.leg_file import write_leg
-from synth.files.mjcf import write_mjcf
 from synth.files.output import place, sha256_file, stems, write_csv
 from synth.fit.fit_result import TrialFit
 from synth.units import quantity
@@ -31,8 +31,6 @@ def write_files(design: LegDesign, folder: Path) -> None:
     """Everything but design.json, solids and pages."""
     write_leg(design.built, folder / "built.leg.yaml")
     write_leg(design.target.leg, folder / "wanted.leg.yaml")
-    times = [release.time for release in design.wanted.releases]
-    write_mjcf(design.built, fastest_rates(design.built_motions, times), folder / "leg.mjcf.xml")
     curves = folder / "dampers"
     curves.mkdir()
     for joint in design.built.joints:
@@ -98,6 +96,8 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
             name: {**_joint(design, j), **extra.get("solids", {}).get("joints", {}).get(name, {})}
             for j, name in enumerate(names)
         },
+        "links": {link.joint: link.as_json(design.built.gravity) for link in design.links},
+        "mass_rounds": None if design.rounds is None else asdict(design.rounds),
         "response": {
             "wanted_to_built": {
                 "rms": quantity(float(np.sqrt(np.mean(design.errors**2))), "deg"),

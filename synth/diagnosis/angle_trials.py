@@ -188,7 +188,10 @@ def sensor(recordings: Sequence[Recording]) -> Sensor:
             step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
     # The median over trials: a trial that knocks or rests is not the sensor.
     white = np.array([np.sqrt(np.median(s)) if s else np.nan for s in squares])
-    white = np.where(np.isfinite(white), white, np.nanmedian(white))
+    known = white[np.isfinite(white)]
+    if not len(known):  # too few samples for differences: the scatter about the smoothed motion
+        known = np.concatenate([recording.smoothed.noise[recording.free] for recording in recordings])
+    white = np.where(np.isfinite(white), white, np.median(known))
     step = np.where(np.isfinite(step) & _on_grid(recordings, step), step, 0.0)
     noise = np.maximum(white, step / np.sqrt(12.0)) + 1e-9
     usual = float(np.median(noise))

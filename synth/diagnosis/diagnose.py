@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic
 
 import numpy as np
@@ -14,9 +14,10 @@ from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
+from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.result import Cause, Experiment, Ranked
 from synth.diagnosis.sentences import sentence, what_is_open
-from synth.diagnosis.verdict import Judged, judge, open_explanations
+from synth.diagnosis.verdict import Judged, judge, of_no_account, open_explanations
 from synth.estimation.intervals import NORMAL90, Estimate
 
 RANKED = 8  # single causes that are listed: more are never read, and each costs a prediction of every scored trial
@@ -35,6 +36,7 @@ class Findings(Generic[F, S]):
     causes: tuple[Cause, ...]
     tied: tuple[tuple[Cause, ...], ...]
     ranked: tuple[Ranked, ...]
+    remainder: Remainder
     sentence: str
     next_experiment: Experiment | None
     warnings: tuple[str, ...]
@@ -54,6 +56,7 @@ class Findings(Generic[F, S]):
             "probability_none": self.judged.none,
             "probability_unknown": self.judged.unknown,
             "tied": self.tied,
+            "remainder": self.remainder,
             "next_experiment": self.next_experiment,
             "warnings": self.warnings,
         }
@@ -62,17 +65,23 @@ class Findings(Generic[F, S]):
 def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
     """Say what the built leg does that the nominal one does not; ``say`` is told what is being done."""
     found = plant.search(say)
-    weighed = judge(found, plant.calibration)
+    weighed = judge(found, plant.calibration, free=plant.freely(found))
     doubts = plant.doubts(found, weighed)
     judged = plant.with_direct_causes(weighed)
     say("how far it shrinks")
-    stages = _stages(plant, found, judged)
+    before = _unseen(plant, found.none.fit)
+    if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
+        judged = of_no_account(judged, found.none)
+    stages = _stages(plant, before, found, judged)
     explained = judged.verdict in ("effect", "tie")
-    causes = (*causes_of(plant, judged.accepted.fit), *plant.direct_causes) if explained else ()
-    tied = tuple(causes_of(plant, rival.fit) for rival in judged.tied)
+    named = judged.verdict != "none"
+    causes = (*causes_of(plant, judged.accepted), *plant.direct_causes) if named else ()
+    tied = tuple(causes_of(plant, rival) for rival in judged.tied)
     explanations = (causes, *tied)
+    left = Remainder.of(stages.errors, "after", *plant.left_where(stages.after))
     say("what next")
     short = [" and ".join(plant.short_text(cause) for cause in each) for each in explanations]
+    ranked = _ranked(plant, judged, stages.errors)
     return Findings(
         found,
         judged,
@@ -80,17 +89,24 @@ def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S
         explained,
         causes,
         tied,
-        _ranked(plant, judged, stages.errors),
-        _sentence(plant, judged, explanations, stages),
+        ranked,
+        left,
+        _sentence(plant, judged, explanations, ranked, stages, left),
         next_experiment(plant, open_explanations(judged), what_is_open(judged.verdict, short)),
         (*plant.warnings, *plant.remarks(stages), *doubts, *(plant.worse(stages.errors) if explained else ())),
     )
 
 
-def _stages(plant: Plant[F, T, S], found: Hypotheses[F], judged: Judged[F]) -> StagePredictions[F, S]:
-    """Predict the scored trials as designed, before, after, and with each single cause that is listed."""
+def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
+    """RMS error of the scored trials, rad."""
+    return float(np.sqrt(plant.squares(predicted).sum() / max(float(plant.samples()[0].sum()), 1.0)))
+
+
+def _stages(
+    plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F]
+) -> StagePredictions[F, S]:
+    """Predict the scored trials as designed and with each single cause that is listed; ``before`` is there already."""
     as_designed = plant.predict(plant.designed(), plant.scored)
-    before = _unseen(plant, found.none.fit)
     after = plant.as_read(before if judged.accepted is found.none else _unseen(plant, judged.accepted.fit))
     squares = {
         "as_designed": plant.squares(as_designed),
@@ -120,11 +136,18 @@ def _unseen(plant: Plant[F, T, S], fit: F) -> tuple[S, ...]:
     return tuple(made)
 
 
-def causes_of(plant: Plant[F, T, S], fit: F) -> tuple[Cause, ...]:
-    """The causes of a hypothesis with their parameters and what the trials leave open of each."""
+def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
+    """The causes of a hypothesis with their parameters and what the trials leave open of each.
+
+    By the curvature of the cost, or by how far the parameters move when one fold of trials after the other is left
+    out, whichever is more.
+    """
+    fit = item.fit
     if not fit.hypothesis:
         return ()
     deviation = np.sqrt(np.diag(plant.normal(fit).covariance))
+    if item.unseen is not None and len(item.unseen.spread) == len(deviation):
+        deviation = np.maximum(deviation, item.unseen.spread)
     made, first = [], plant.n_tolerance
     for candidate in fit.hypothesis:
         part = slice(first, first + candidate.size)
@@ -158,23 +181,40 @@ def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) 
     """Single causes with their probabilities and what each alone would do, likeliest first."""
 
     def alone(item: Assessed[F], probability: float) -> Ranked:
-        return Ranked(causes_of(plant, item.fit)[0], probability, errors.shrink(label(item.keys)))
+        return Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys)))
 
     made = [alone(item, probability) for item, probability in judged.singles[:RANKED]]
     made += [Ranked(cause, judged.counts, errors.shrink()) for cause in plant.direct_causes]
     # A cause that no fit found alone may still be one of several that are accepted.
     listed = {item.keys[0] for item, _ in judged.singles[:RANKED]}
-    for cause, key in zip(causes_of(plant, judged.accepted.fit), judged.accepted.keys, strict=True):
+    for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
         if key not in listed:
             made.append(Ranked(cause, judged.share(key), errors.shrink()))
-    return tuple(sorted(made, key=lambda entry: -entry.probability))
+    # Of several accepted causes each is as probable as their set; the one that does most alone is told first.
+    cost = {item.keys[0]: item.cost for item, _ in judged.singles}
+    together = {*judged.accepted.keys} if len(judged.accepted.keys) > 1 else set()
+    highest = max((e.probability for e in made if (e.cause.effect, e.cause.joint) in together), default=0.0)
+
+    def place(entry: Ranked) -> tuple[float, float]:
+        key = entry.cause.effect, entry.cause.joint
+        return (-highest, cost.get(key, np.inf)) if key in together else (-entry.probability, 0.0)
+
+    return tuple(sorted(made, key=place))
 
 
 def _sentence(
-    plant: Plant[F, T, S], judged: Judged[F], explanations: Sequence[Sequence[Cause]], stages: StagePredictions[F, S]
+    plant: Plant[F, T, S],
+    judged: Judged[F],
+    explanations: Sequence[Sequence[Cause]],
+    ranked: Sequence[Ranked],
+    stages: StagePredictions[F, S],
+    left: Remainder,
 ) -> str:
     several = len(explanations[0]) > 1
     texts = [[plant.cause_text(cause) for cause in causes] for causes in explanations]
     probability = 1.0 - judged.none - judged.unknown if several else judged.probability
-    text = sentence(judged.verdict, texts[0], texts[1:], probability, plant.wording(stages.errors))
+    leading = [(plant.short_text(entry.cause), entry.shrink.value) for entry in ranked]
+    told = plant.wording(stages.errors)
+    told = replace(told, takes=stages.errors.shrink().value, left=left, accuracy=plant.accuracy, leading=leading)
+    text = sentence(judged.verdict, texts[0], texts[1:], probability, told)
     return text + plant.addendum(judged.verdict, stages)

@@ -1,4 +1,4 @@
-"""An effect in one of its shapes: what the diagnoses of swinging and of jumping legs alike try as a cause."""
+"""An effect in one of its shapes: a candidate cause, for any plant."""
 
 from __future__ import annotations
 

@@ -13,8 +13,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from synth.diagnosis.angle_search import ratio
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, Unseen
 from synth.diagnosis.score import fresh
-from synth.diagnosis.search import Assessed, Search, ratio
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 from synth.diagnosis.workbench import Fit, Workbench
 
@@ -54,7 +55,13 @@ class Hangs:
         return tuple(said)
 
 
-def hangs_on(bench: Workbench, found: Search, judged: Judged[Fit], calibration: Calibration = CALIBRATED) -> Hangs:
+def hangs_on(
+    bench: Workbench,
+    found: Hypotheses[Fit],
+    judged: Judged[Fit],
+    calibration: Calibration = CALIBRATED,
+    free: Unseen | None = None,
+) -> Hangs:
     """The recordings on which the verdict hangs.
 
     A cause that fewer recordings cannot tell from another is no turn; another cause, none or an unknown one is.
@@ -66,14 +73,15 @@ def hangs_on(bench: Workbench, found: Search, judged: Judged[Fit], calibration: 
     steps = {key: _without_each(bench, item) for key, item in chosen.items()}
     doubtful: list[tuple[float, int]] = []
     for i in range(len(bench.trials)):
-        again = _again(found, {key: made[i] for key, made in steps.items()}, calibration)
+        freely = free.without(i) if free is not None else None
+        again = _again(found, {key: made[i] for key, made in steps.items()}, calibration, freely)
         if _differs(judged, again):
             doubtful.append((_weight(judged, again), i))
     doubtful.sort()
     turned = []
     for _, i in sorted(doubtful[:MOST_REFITTED], key=lambda item: item[1]):
-        near = [made[i] for made in steps.values()]
-        again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration)
+        near, freely = [made[i] for made in steps.values()], free.without(i) if free is not None else None
+        again = _again(found, dict(zip(steps, _refitted(bench, near, i), strict=True)), calibration, freely)
         said = _said(again)
         if said and _differs(judged, again):
             turned.append((bench.trials[i].recording.name, said))
@@ -92,14 +100,16 @@ def _weight(judged: Judged[Fit], again: Judged[Fit]) -> float:
     return left * (1.0 - again.unknown)
 
 
-def _again(found: Search, here: dict[int, Assessed], calibration: Calibration) -> Judged[Fit]:
+def _again(
+    found: Hypotheses[Fit], here: dict[int, Assessed[Fit]], calibration: Calibration, free: Unseen | None
+) -> Judged[Fit]:
     """Judged by the hypotheses that there are, under the identity of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
-    return judge(Search(here[id(found.none)], singles, several), calibration, len(found.singles))
+    return judge(Hypotheses(here[id(found.none)], singles, several), calibration, len(found.singles), free)
 
 
-def _refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Assessed]:
+def _refitted(bench: Workbench, found: Sequence[Assessed[Fit]], out: int) -> list[Assessed[Fit]]:
     """Hypotheses at their best for all trials but one."""
 
     def but(values: Sequence[T]) -> tuple[T, ...]:
@@ -114,10 +124,10 @@ def _refitted(bench: Workbench, found: Sequence[Assessed], out: int) -> list[Ass
         for i, fit in zip(going, better, strict=True):
             fits[i] = fit
         going = [i for i, gain in zip(going, gained, strict=True) if gain > SETTLED]
-    return [Assessed(fit, fit.cost, ratio(rest, fit)) for fit in fits]
+    return [Assessed(fit, fit.cost, ratio(rest, fit), item.unseen) for fit, item in zip(fits, found, strict=True)]
 
 
-def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:
+def _without_each(bench: Workbench, found: Assessed[Fit]) -> list[Assessed[Fit]]:
     """A hypothesis as all trials but one would have it, for each one."""
     fit = found.fit
     normal = bench.normal(fit)
@@ -129,7 +139,8 @@ def _without_each(bench: Workbench, found: Assessed) -> list[Assessed]:
         rest = bench.total - float(np.minimum(trial.counted, bench.effective).sum())
         unknowns = fit.unknowns + step
         cost = rest * float(np.log1p(squares / rest)) + 0.5 * float(unknowns @ unknowns)
-        made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest))))
+        left = found.unseen.without(out) if found.unseen is not None else None
+        made.append(Assessed(replace(fit, unknowns=unknowns), cost, float(np.sqrt(squares / rest)), left))
     return made
 
 

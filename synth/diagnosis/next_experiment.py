@@ -40,4 +40,5 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
         bits[order[0]],
         tuple((menu[i].what, bits[i]) for i in order),
         best.ramp,
+        best.command,
     )

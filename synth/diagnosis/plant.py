@@ -13,12 +13,12 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import Hypotheses
+from synth.diagnosis.hypotheses import Hypotheses, Unseen
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged
-from synth.estimation.information import Forecast
+from synth.estimation.information import TrialForecast
 from synth.estimation.normal_equations import ReducedNormal
 
 
@@ -56,7 +56,8 @@ class MenuItem(Generic[T]):
 
     ``what`` : in words. ``keys`` : of a ``trials:`` entry, ``file`` among them. ``trial`` : as imagined, without
     readings. ``release`` : joint -> measured angle, rad. ``ramp`` : joint, final torque (N m, in the measured angle's
-    positive sense) and rise time (s) where a torque is to rise slowly.
+    positive sense) and rise time (s) where a torque is to rise slowly. ``command`` : times (m,) s and, joint ->
+    measured angle (m,) rad, where servos are to follow a command.
     """
 
     what: str
@@ -64,6 +65,7 @@ class MenuItem(Generic[T]):
     trial: T
     release: Mapping[str, float]
     ramp: tuple[str, float, float] | None = None
+    command: tuple[Array, Mapping[str, Array]] | None = None
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,7 @@ class Plant(ABC, Generic[F, T, S]):
     warnings: tuple[str, ...]
     n_tolerance: int
     calibration: Calibration = CALIBRATED
+    accuracy: float = 0.0  # rad: a gap below it does not matter to the user
     direct_causes: tuple[Cause, ...] = ()  # seen in the readings themselves, without any fit
 
     @abstractmethod
@@ -129,6 +132,14 @@ class Plant(ABC, Generic[F, T, S]):
     def samples(self) -> tuple[Array, Array]:
         """(n_trial, BLOCKS) number of samples, and what the noise alone would sum to, rad^2."""
 
+    @abstractmethod
+    def left_where(self, predicted: Sequence[S]) -> tuple[Mapping[str, float], Mapping[str, float]]:
+        """Shares of the joints, and of the phases, in what predictions of the scored trials leave above the noise."""
+
+    def freely(self, found: Hypotheses[F]) -> Unseen | None:
+        """What a torque of free shape leaves on unseen trials; None where none was fitted."""
+        return None
+
     def with_direct_causes(self, judged: Judged[F]) -> Judged[F]:
         """The verdict with the direct causes in."""
         return judged
@@ -162,7 +173,7 @@ class Plant(ABC, Generic[F, T, S]):
         """Trials that could be made next."""
 
     @abstractmethod
-    def forecast(self, fit: F, trial: T, covariance: Array) -> Forecast | None:
+    def forecast(self, fit: F, trial: T, covariance: Array) -> TrialForecast | None:
         """What a hypothesis predicts of an imagined trial; ``covariance`` of its unknowns. None where it diverges."""
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[F, S]) -> str:

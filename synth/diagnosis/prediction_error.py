@@ -40,6 +40,15 @@ class PredictionErrors:
         """RMS error in rad, shown in deg, with its 90 % interval over trials and blocks of time."""
         return self._estimate(lambda pick: _rms(self.squares[label], self.counts, pick), "deg")
 
+    def above_noise(self, label: str) -> Estimate:
+        """RMS error above the noise, quadratically subtracted, in rad, shown in deg."""
+
+        def figure(pick: Picks | None) -> Array:
+            above = _rms(self.squares[label], self.counts, pick) ** 2 - _rms(self.noise, self.counts, pick) ** 2
+            return np.sqrt(np.maximum(above, 0.0))
+
+        return self._estimate(figure, "deg")
+
     @property
     def best_possible(self) -> Estimate:
         """RMS that the best explanation reaches, however unlikely it is."""

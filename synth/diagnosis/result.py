@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
 from synth.units import quantity
 
@@ -73,13 +74,17 @@ def shares(labels: Sequence[str], total: Array) -> dict[str, float]:
     return {label: float(value) for label, value in zip(labels, positive / positive.sum(), strict=True)}
 
 
+COMMAND_FILE = "next_command.csv"  # in the output folder
+
+
 @dataclass(frozen=True)
 class Experiment:
     """The trial that would best separate what is open: why, as a ``trials:`` entry, and the release to use.
 
     ``trial`` : keys of a ``trials:`` entry beside ``file``; ``release`` joint name -> measured angle, rad;
     ``information`` : expected information in bits; ``menu`` : the trials considered and theirs; ``ramp`` : joint, final
-    torque (N m, in the measured angle's positive sense) and rise time (s) where a torque is to rise slowly.
+    torque (N m, in the measured angle's positive sense) and rise time (s) where a torque is to rise slowly;
+    ``command`` : times (m,) s and, joint -> measured angle (m,) rad, where servos are to follow a command.
     """
 
     why: str
@@ -88,6 +93,7 @@ class Experiment:
     information: float
     menu: tuple[tuple[str, float], ...] = ()
     ramp: tuple[str, float, float] | None = None
+    command: tuple[Array, Mapping[str, Array]] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The entry ``next_experiment``."""
@@ -98,6 +104,8 @@ class Experiment:
         if self.ramp is not None:
             joint, torque, time = self.ramp
             written["torque"] = {"joint": joint, "rises_to": quantity(torque, "N*m"), "in": quantity(time, "s")}
+        if self.command is not None:
+            written["command"] = COMMAND_FILE
         return written | {"information": information, "menu": menu}
 
 
@@ -105,7 +113,8 @@ class Experiment:
 class Diagnosis:
     """What is said of a built leg, whether it swings or jumps.
 
-    ``explanation`` : the causes accepted; ``tied`` : the other sets of causes that explain the trials as well.
+    ``explanation`` : the causes accepted, or those that come nearest where nothing known explains the trials;
+    ``tied`` : the other sets of causes that explain the trials as well. ``remainder`` : what stays unexplained.
     """
 
     verdict: Verdict
@@ -116,6 +125,7 @@ class Diagnosis:
     probability_unknown: float
     tied: tuple[tuple[Cause, ...], ...]
     where: Where
+    remainder: Remainder
     next_experiment: Experiment | None
     warnings: tuple[str, ...]
 
@@ -132,6 +142,7 @@ class Diagnosis:
             "probability_unknown": self.probability_unknown,
             "tied": [[cause.as_json() for cause in causes] for causes in self.tied],
             "where": self.where.as_json(),
+            "remainder": self.remainder.as_json(),
         }
 
     def next_as_json(self) -> dict[str, Any] | None:

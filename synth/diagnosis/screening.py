@@ -1,4 +1,4 @@
-"""Before a cause is fitted: the sizes that it is tried at, and the cost that it promises to leave.
+"""Screening before any fit: the sizes at which a cause is tried, and the cost predicted for it.
 
 A strong cause changes a swing too much for a search that begins with hardly any of it. A trial size costs one lane;
 everything else follows by derivatives that are there already.

@@ -1,308 +1,123 @@
-"""The search over causes: none, each alone, and two or three together where fewer leave something.
+"""The search over causes, the same for all plants: none, each alone, then two or three where fewer leave something.
 
-A cause that shows only once another is in the model (dry friction of a tenth of the torque beside a shifted encoder)
-does badly alone, and what it alone would be fitted to is the other's trace. So every candidate is tried anew beside the
-best single causes, with the tolerances, the states and the other cause's unknowns free to follow.
+How a plant finds the best fit of a cause is its own affair (``Explorer``): a swing's residuals are all but linear in
+what is sought, so thousands of starts share a linearisation; a jump's are not, so each fit has its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
-import numpy as np
-
-from synth.arrays import Array
-from synth.diagnosis import hypotheses
-from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.score import fresh, score
-from synth.diagnosis.screening import leverage, prospects, rungs, strengthened
-from synth.diagnosis.workbench import Fit, Workbench
-from synth.swing.chain import Conditions
-
-BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
-SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
-SIFTED, SIFTED_SAMPLES = 4, 300  # trials that the first sifting uses, and samples of each
-SIFTING_TOLERANCE = 1e-5  # of the integrator, while candidates are only ranked
-FRAMES, CONVERGED = 8, 1.0  # times that derivatives are taken anew, until the cost falls by less
-TRIED_STARTS = 3  # of each candidate
-LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # cost that a start must promise to take away, and number tried in any case
-KEPT_SHAPES = 3  # shapes of each candidate that go on
-KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
-CLOSER = 16  # of those, that are fitted there before the best are refined
-PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
-REFINED = 6  # single causes that get derivatives of their own
-ANCHORS, ANCHOR_PAIRS = 4, 1  # single causes that pairs are built on, pairs that a third is
-REFINED_FURTHER = 2  # sets of several causes that get derivatives of their own
-PAYS = 0.4  # share of what one cause leaves that a second takes away, before a third is sought
-SATISFIED, WELL, LEAST_LEFT = 1.05, 1.2, 0.003  # RMS over the floor; share of the squared gap, see ``_leaves``
-# A second and a third cause
-WORTH = 3.0  # cost that a further cause must promise to take away
-SECANTS = (1.0, 12.0)  # times a start's strengths, at which the change that a cause makes is looked at
-LOOKED_AT, STRENGTHS_TRIED = 16, 4  # causes that promise most by secants; of each, starts
-AROUND = (0.4, 1.0)  # times the strength that the secant asks for
-FURTHER_TRIED = 10  # further causes that are fitted to some of the trials, of those that promise most
-FURTHER_KEPT = 5  # of those, that are fitted to all
-FURTHER_ROUNDS = (2, 3)  # steps of the fit on some trials, and on all
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, HypothesisCause, Key
 
 
-Assessed = hypotheses.Assessed[Fit]
-Search = hypotheses.Hypotheses[Fit]
+class ExploredFit(Protocol):
+    """A hypothesis fitted to trials."""
+
+    @property
+    def hypothesis(self) -> Sequence[HypothesisCause]:
+        """Its causes; none for the nominal leg."""
+
+    @property
+    def cost(self) -> float:
+        """Of the trials it was fitted to, with the priors; infinite where the motion diverged."""
+
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """Effect and place of each cause."""
 
 
-def as_designed(bench: Workbench) -> Fit:
-    """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
-    fit = Fit((), np.zeros(bench.n_tolerance), ())
-    states = tuple(state for _, state in score(bench, fit, bench.trials))
-    fit = bench.evaluate([replace(fit, states=states)])[0]
-    return replace(fit, frame=bench.frame(fit))
-
-
-def fit_nominal(bench: Workbench, designed: Fit) -> Fit:
-    """The nominal leg at its best within the tolerances."""
-    fit = designed
-    for _ in range(BASE_ROUNDS):
-        before = fit.cost
-        fit = bench.solve([fresh(fit)], None, 2)[0]
-        fit = replace(fit, frame=bench.frame(fit))
-        if before - fit.cost < 0.1:
-            break
-    return fit
-
-
-def search(
-    bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
-) -> Search:
-    """Find how well each cause, and each promising pair, explains the trials."""
-    say = progress or (lambda text: None)
-    say("the nominal leg within its tolerances")
-    designed = as_designed(bench)
-    nominal = fit_nominal(bench, designed)
-    say(f"{len({c.key for c in candidates})} single causes")
-    few = _few(bench)
-    coarser = bench.predictor.coarser(SIFTING_TOLERANCE)
-    some = replace(bench, predictor=coarser, trials=tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few))
-    there = Fit((), nominal.unknowns, tuple(nominal.states[i] for i in few))
-    screened = _screen(some, candidates, as_designed(some), some.evaluate([there])[0].cost)
-    spread = bench.evaluate([_spread(fit, few, designed) for fit in screened])
-    closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
-    singles = _best_of_each([*closer, *spread[CLOSER:]])
-    best = _refine(bench, singles[:REFINED])
-    assessed = sorted((_assess(bench, fit) for fit in [*best, *singles[REFINED:]]), key=lambda a: a.cost)
-    none = _assess(bench, nominal)
-    several: list[Assessed] = []
-    if assessed and none.cost - assessed[0].cost > WORTH and _leaves(assessed[0], none):
-        say("pairs of causes")
-        sifting = Sifting(some, few)
-        several = _further(bench, sifting, assessed[:ANCHORS], candidates)
-        if several and _leaves(several[0], none) and _pays(several[0], assessed[0]):
-            say("a third cause")
-            several += _further(bench, sifting, several[:ANCHOR_PAIRS], candidates)
-    return Search(none, tuple(assessed), tuple(sorted(several, key=lambda a: a.cost)))
-
-
-def _few(bench: Workbench) -> list[int]:
-    """Trials that the first sifting uses: one of each kind, then those that move most."""
-    order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
-    kinds: dict[Conditions, int] = {}
-    for i in order:
-        kinds.setdefault(bench.trials[i].recording.conditions, i)
-    first = sorted(kinds.values(), key=order.index)
-    return sorted([*first, *[i for i in order if i not in first]][:SIFTED])
-
-
-def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
-    """A fit to some of the trials with the other trials' states from the leg as designed."""
-    states = list(designed.states)
-    for place, i in enumerate(few):
-        states[i] = fit.states[place]
-    return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
-
-
-def _screen(bench: Workbench, candidates: Sequence[ShapedEffect], designed: Fit, still: float) -> list[Fit]:
-    """Every candidate from every start; of each cause its best shapes, in order of cost.
-
-    ``still`` : cost of the nominal leg at its best there. From the leg as designed, not from its best fit: where a
-    cause is missing the best fit lies many tolerances off, and from there the way to cause and true leg is long.
-    """
-    starts = [
-        Fit((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
-        for candidate in candidates
-        for start in candidate.starts()
-    ]
-    fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
-    fits = _gaining(fits, still, 0.3 * PROMISING, 2 * LEAST_KEPT)[0]
-    kept: dict[tuple[str, str], list[Fit]] = {}
-    for fit in fits:
-        kept.setdefault(fit.keys[0], []).append(fit)
-    chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
-    chosen = bench.solve(chosen, designed.frame, SCREEN_ROUNDS[1])
-    going, rest = _gaining(chosen, still, PROMISING, LEAST_KEPT)
-    fits = [*bench.solve(going, designed.frame, SCREEN_ROUNDS[2]), *rest]
-    fits.sort(key=lambda fit: fit.cost)
-    seen: dict[tuple[str, str], int] = {}
-    best = []
-    for fit in fits:
-        seen[fit.keys[0]] = seen.get(fit.keys[0], 0) + 1
-        if np.isfinite(fit.cost) and seen[fit.keys[0]] <= KEPT_STARTS:
-            best.append(fit)
-    return best
-
-
-def _gaining(fits: Sequence[Fit], still: float, share: float, least: int) -> tuple[list[Fit], list[Fit]]:
-    """Fits that have gained at least a share of what the best has, ``least`` in any case; and the rest."""
-    order = sorted(fits, key=lambda fit: fit.cost)
-    wanted = share * (still - order[0].cost) if order else 0.0
-    cut = max(least, sum(still - fit.cost > wanted for fit in order))
-    return order[:cut], order[cut:]
-
-
-def _best_of_each(fits: Sequence[Fit]) -> list[Fit]:
-    """The best fit of each cause, in order of cost."""
-    best: dict[tuple[str, str], Fit] = {}
-    for fit in fits:
-        if fit.keys[0] not in best or fit.cost < best[fit.keys[0]].cost:
-            best[fit.keys[0]] = fit
-    return sorted((fit for fit in best.values() if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
-
-
-def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[Fit]:
-    """Of each candidate's starts, and for each the strength of a ladder, those that promise to leave least.
-
-    A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
-    """
-    p = bench.n_tolerance
-    ladders = [rungs(start, p) for start in starts]
-    left = prospects(bench, [fit for ladder in ladders for fit in ladder], designed)
-    best: dict[int, list[tuple[float, Fit]]] = {}
-    place = 0
-    for start, ladder in zip(starts, ladders, strict=True):
-        rung = int(np.argmin(left[place : place + len(ladder)]))
-        best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
-        place += len(ladder)
-    (alone,) = prospects(bench, [Fit((), designed.unknowns, designed.states)], designed)
-    chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
-    tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
-    worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
-    return bench.evaluate([fit for _, fit in tried[:worth]])
-
-
-def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
-    """Fits with derivatives of their own, gone on with from where they are until they gain no more."""
-    current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
-    for _ in range(FRAMES):
-        framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
-        better = bench.solve(framed, None, 3)
-        still = []
-        for i, fit in zip(going, better, strict=True):
-            if current[i].cost - fit.cost > CONVERGED:
-                still.append(i)
-            current[i] = fit
-        going = still
-        if not going:
-            break
-    return current
-
-
-def _further(
-    bench: Workbench, sifting: Sifting, anchors: Sequence[Assessed], candidates: Sequence[ShapedEffect]
-) -> list[Assessed]:
-    """One cause more beside each of the anchors, those that pay brought to their best, in order of cost."""
-    fits = further(bench, sifting, [a.fit for a in anchors if a.fit.frame is not None], candidates)
-    refined = _refine(bench, fits[:REFINED_FURTHER])
-    return sorted((_assess(bench, fit) for fit in [*refined, *fits[REFINED_FURTHER:]]), key=lambda a: a.cost)
-
-
-def _pays(found: Assessed, fewer: Assessed) -> bool:
-    """Whether a cause more takes away so much that yet another may, too."""
-    return found.ratio**2 - 1.0 < (1.0 - PAYS) * (fewer.ratio**2 - 1.0)
-
-
-def _leaves(found: Assessed, none: Assessed) -> bool:
-    """Whether a hypothesis leaves enough for a further cause to pay: more than forms differ by that are much alike."""
-    gap, left = none.ratio**2 - 1.0, found.ratio**2 - 1.0
-    return found.ratio > WELL or (found.ratio > SATISFIED and left > LEAST_LEFT * gap > 0.0)
-
-
-def _assess(bench: Workbench, fit: Fit) -> Assessed:
-    return Assessed(fit, fit.cost, ratio(bench, fit))
-
-
-def ratio(bench: Workbench, fit: Fit) -> float:
-    """RMS of a fit over the noise floor, all samples alike."""
-    total, count = 0.0, 0
-    for trial, residual in zip(bench.trials, fit.residuals, strict=True):
-        scale: Array = np.broadcast_to(bench.tempering(trial), trial.counts.shape)[trial.counts]
-        total += float(np.sum((residual[: len(scale)] * scale) ** 2))
-        count += len(scale)
-    return float(np.sqrt(total / max(count, 1)))
+F = TypeVar("F", bound=ExploredFit)
 
 
 @dataclass(frozen=True)
-class Sifting:
-    """Some of the trials at fewer samples, to see what promises: ``few`` their places among all."""
+class SearchPlan:
+    """When and beside what further causes are sought.
 
-    bench: Workbench
-    few: Sequence[int]
-
-    def beside(self, fit: Fit) -> Fit:
-        """A fit to all trials as one to these, with its derivatives."""
-        here = Fit(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
-        here = self.bench.evaluate([here])[0]
-        return replace(here, frame=self.bench.frame(here))
-
-
-def further(
-    bench: Workbench, sifting: Sifting, anchors: Sequence[Fit], candidates: Sequence[ShapedEffect]
-) -> list[Fit]:
-    """Hypotheses of an anchor and one cause more, those that promise most, fitted to all trials; best first."""
-    promising: dict[frozenset[tuple[str, str]], tuple[float, Fit, Fit]] = {}
-    for anchor in anchors:
-        here = sifting.beside(anchor)
-        for left, start in _beside(sifting.bench, here, candidates):
-            keys = frozenset(start.keys)
-            if here.cost - left > WORTH and (keys not in promising or left < promising[keys][0]):
-                promising[keys] = left, start, anchor
-    best = sorted(promising.values(), key=lambda item: item[0])[:FURTHER_TRIED]
-    origin = {frozenset(start.keys): anchor for _, start, anchor in best}
-    fits = sifting.bench.solve([start for _, start, _ in best], None, FURTHER_ROUNDS[0])
-    fits = sorted((fit for fit in fits if np.isfinite(fit.cost)), key=lambda fit: fit.cost)[:FURTHER_KEPT]
-    spread = [_spread_from(fit, origin[frozenset(fit.keys)], sifting.few) for fit in fits]
-    found = bench.solve(spread, None, FURTHER_ROUNDS[1])
-    return sorted((fit for fit in found if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
-
-
-def _beside(bench: Workbench, here: Fit, candidates: Sequence[ShapedEffect]) -> list[tuple[float, Fit]]:
-    """Each further cause's best start beside a fit: cost that it promises, and the start.
-
-    First by secants, a lane or two a start; then those that promise most, at the strengths that the secants ask for.
+    ``anchors`` : single causes that pairs are built on; ``anchor_pairs`` : pairs that a third cause is sought beside.
+    ``worth`` : cost that the best single cause must take away. ``satisfied``, ``well`` : RMS over the noise floor, and
+    ``least_left`` : share of the squared gap, see ``leaves``. ``pays`` : share of what one cause leaves that a second
+    must take away before a third is sought. ``per_parameter`` : cost that an unknown more must earn for a cause to come
+    before a simpler one that leaves as much.
     """
-    first = len(here.unknowns)
-    starts = []
-    for candidate in candidates:
-        if candidate.stands_beside(here.hypothesis):
-            plain = replace(here, hypothesis=(*here.hypothesis, candidate), residuals=(), columns=(), cost=np.inf)
-            for point in candidate.starts():
-                start = fresh(replace(plain, unknowns=np.concatenate([here.unknowns, point])))
-                starts += [strengthened(start, first, secant) for secant in SECANTS]
-    told = zip(leverage(bench, starts, here), starts, strict=True)
-    order = sorted(((left, best, start) for (left, best), start in told), key=lambda item: item[0])
-    chosen: dict[tuple[str, str], list[Fit]] = {}
-    for left, best, start in order:
-        key = start.keys[-1]
-        if here.cost - left > WORTH and len(chosen.get(key, ())) < STRENGTHS_TRIED:
-            chosen.setdefault(key, []).extend(strengthened(start, first, best * factor) for factor in AROUND)
-    tried = [start for key in list(chosen)[:LOOKED_AT] for start in chosen[key]]
-    found: dict[tuple[str, str], tuple[float, Fit]] = {}
-    for left, start in zip(prospects(bench, tried, here), tried, strict=True):
-        if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
-            found[start.keys[-1]] = left, start
-    return list(found.values())
+
+    anchors: int
+    anchor_pairs: int
+    worth: float
+    satisfied: float
+    well: float
+    least_left: float
+    pays: float
+    per_parameter: float = 0.0
+
+    def first(self, singles: Sequence[Assessed[F]]) -> list[Assessed[F]]:
+        """Single causes that pairs are built on."""
+        return sorted(singles, key=lambda single: single.cost + self.per_parameter * single.n_unknown)[: self.anchors]
+
+    def leaves(self, found: Assessed[F], none: Assessed[F]) -> bool:
+        """Whether a hypothesis leaves enough for a further cause: more than similar effects differ by."""
+        gap, left = none.ratio**2 - 1.0, found.ratio**2 - 1.0
+        return found.ratio > self.well or (found.ratio > self.satisfied and left > self.least_left * gap > 0.0)
+
+    def paid(self, found: Assessed[F], fewer: Assessed[F]) -> bool:
+        """Whether one cause more takes away so much that yet another may, too."""
+        return found.ratio**2 - 1.0 < (1.0 - self.pays) * (fewer.ratio**2 - 1.0)
 
 
-def _spread_from(fit: Fit, anchor: Fit, few: Sequence[int]) -> Fit:
-    """A fit to some of the trials with the other trials' states and the derivatives from its anchor."""
-    states = list(anchor.states)
-    for place, i in enumerate(few):
-        states[i] = fit.states[place]
-    return fresh(replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=anchor.frame))
+class Explorer(Protocol[F]):
+    """One plant's fits, as the search asks for them."""
+
+    plan: SearchPlan
+
+    def none(self) -> F:
+        """The nominal leg at its best within the tolerances."""
+
+    def singles(self) -> Sequence[F]:
+        """The best fit of each cause alone; called after ``none``."""
+
+    def beside(self, anchors: Sequence[Assessed[F]], singles: Sequence[Assessed[F]]) -> Sequence[F]:
+        """Fits of one cause more beside each of the anchors; ``singles`` in order of cost."""
+
+    def ratio(self, fit: F) -> float:
+        """RMS of a fit's residuals over the noise floor, all samples alike."""
+
+
+@dataclass(frozen=True)
+class CauseSearch(Generic[F]):
+    """One search: a plant's fits in the order in which they build on each other."""
+
+    explorer: Explorer[F]
+    say: Callable[[str], None]
+
+    def run(self, n_cause: int) -> Hypotheses[F]:
+        """Find how well each of ``n_cause`` causes, and each promising set of several, explains the trials."""
+        plan = self.explorer.plan
+        self.say("the nominal leg within its tolerances")
+        none = self._assessed([self.explorer.none()])[0]
+        self.say(f"{n_cause} single causes")
+        singles = self._assessed(self.explorer.singles())
+        several: list[Assessed[F]] = []
+        if singles and none.cost - singles[0].cost > plan.worth and plan.leaves(singles[0], none):
+            self.say("pairs of causes")
+            several = self._assessed(self.explorer.beside(plan.first(singles), singles))
+            promising = several[: plan.anchor_pairs]
+            if promising and plan.leaves(promising[0], none) and plan.paid(promising[0], singles[0]):
+                self.say("a third cause")
+                several += self._assessed(self.explorer.beside(promising, singles))
+        return Hypotheses(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
+
+    def _assessed(self, fits: Sequence[F]) -> list[Assessed[F]]:
+        """In order of cost."""
+        return sorted((Assessed(fit, fit.cost, self.explorer.ratio(fit)) for fit in fits), key=lambda a: a.cost)
+
+
+def best_of_each(fits: Sequence[F]) -> list[F]:
+    """The best fit of each set of causes, in order of cost; those that diverged are left out."""
+    best: dict[frozenset[Key], F] = {}
+    for fit in fits:
+        keys = frozenset(fit.keys)
+        if keys not in best or fit.cost < best[keys].cost:
+            best[keys] = fit
+    return sorted((fit for fit in best.values() if fit.cost < float("inf")), key=lambda fit: fit.cost)

@@ -6,9 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.result import Cause, Verdict
 from synth.estimation.intervals import Estimate
 
+SEEN = 0.5  # noise floors that are left from which on it is said: less is what a form misses
+LEADING, LEAST_TOLD = 3, 0.05  # causes that are told where nothing explains the gap, and what each must take
 BETTER = {"*": "·", "deg": "°", "percent": "%"}  # as units are printed
 
 
@@ -17,7 +20,9 @@ class ErrorWording:
     """What the sentence says of the errors.
 
     ``nominal`` : what is compared with the trials, "the nominal leg"; ``error`` : "the error"; ``on`` : where it is
-    taken, see ``scored_on``; ``falls_from`` : the error that a cause makes smaller, "2.1°".
+    taken, see ``scored_on``; ``falls_from`` : the error that a cause makes smaller, "2.1°". ``takes`` : share of the
+    gap that the explanation takes there; ``left`` : what stays unexplained; ``accuracy`` rad, below which a gap does
+    not matter, 0 where the user gave none; ``leading`` : single causes in a few words, with the share that each takes.
     """
 
     nominal: str
@@ -27,6 +32,10 @@ class ErrorWording:
     before: Estimate
     after: Estimate
     floor: Estimate
+    takes: float = 0.0
+    left: Remainder | None = None
+    accuracy: float = 0.0
+    leading: Sequence[tuple[str, float]] = ()
 
 
 def scored_on(held_out: bool, trials: str) -> str:
@@ -55,32 +64,70 @@ def _shown(estimate: Estimate) -> str:
 def sentence(
     verdict: Verdict, causes: Sequence[str], tied: Sequence[Sequence[str]], probability: float, told: ErrorWording
 ) -> str:
-    """The whole diagnosis in one or two sentences; ``causes`` and those of each ``tied`` explanation in words."""
+    """The whole diagnosis in two or three sentences; ``causes`` and those of each ``tied`` explanation in words."""
     error, floor, after = f"{told.error} on {told.on}", angle(told.floor), angle(told.after)
+    rest = _unexplained(verdict, told)
     if verdict == "none":
-        return (
-            f"Nothing is missing that these trials would show: within its tolerances {told.nominal} is "
-            f"{angle(told.before)} off on {told.on.rstrip(',')}, the readings' noise being {floor}."
-        )
+        return _nothing(told, error, floor) + rest
     if verdict == "unknown":
-        helps = told.after.value < told.before.value
-        nearest = f"the best explanation leaves {after}" if helps else "no explanation helps there"
         return (
             f"Something is missing that no effect in the library explains: {error} is {angle(told.before)}, "
-            f"{nearest}, the noise is {floor}."
+            f"{_nearest(told)}, the noise is {floor}.{rest}"
         )
     text = " and ".join(causes)
     if verdict == "tie":
         ways = " or ".join(" and ".join(option) for option in tied[:2])
         return (
             f"Either {text}, or {ways}: these trials cannot tell them apart. With any of them {error} falls from "
-            f"{told.falls_from} to about {after}, noise {floor}."
+            f"{told.falls_from} to about {after}, noise {floor}.{rest}"
         )
-    them = {1: "it", 2: "both"}.get(len(causes), "all of them")
+    them = {1: "it takes", 2: "both take"}.get(len(causes), "together they take")
     return (
-        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; with {them} {error} falls from "
-        f"{told.falls_from} to {after}, noise {floor}."
+        f"{text[0].upper()}{text[1:]}, {100 * probability:.0f} %; {them} {max(told.takes, 0.0):.0%} of the gap: "
+        f"{error} falls from {told.falls_from} to {after}, noise {floor}.{rest}".replace("% of", " % of", 1)
     )
+
+
+def _nothing(told: ErrorWording, error: str, floor: str) -> str:
+    """Where nothing is missing: within the accuracy asked for, within the noise, or as near as the library comes."""
+    if 0.0 < told.before.value <= told.accuracy:
+        return (
+            f"The gap does not matter: {error} is {angle(told.before)}, less than the accuracy of "
+            f"{math.degrees(told.accuracy):.2g}° that was asked for."
+        )
+    if told.left is not None and told.left.times_noise > SEEN:
+        return (
+            f"Nothing in the library helps on trials that took no part: within its tolerances {told.nominal} is "
+            f"{angle(told.before)} off on {told.on.rstrip(',')}, the readings' noise being {floor}."
+        )
+    return (
+        f"Nothing is missing that these trials would show: within its tolerances {told.nominal} is "
+        f"{angle(told.before)} off on {told.on.rstrip(',')}, the readings' noise being {floor}."
+    )
+
+
+def _nearest(told: ErrorWording) -> str:
+    """What comes nearest where nothing explains the gap: the leading causes, each with what it takes."""
+    helps = [(text, share) for text, share in told.leading if share > LEAST_TOLD]
+    best = sorted(helps, key=lambda item: -item[1])[:LEADING]
+    listed = ", ".join(f"{text} {100 * share:.0f} %" for text, share in best)
+    if told.after.value < told.before.value:
+        nearest = f"the best explanation leaves {angle(told.after)}"
+        return f"{nearest} (alone {listed})" if listed else nearest
+    return f"of the causes alone {listed} help" if listed else "no explanation helps there"
+
+
+def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
+    """What is left beyond the noise, and where most of it is; empty where next to nothing is."""
+    if told.left is None or told.left.times_noise < SEEN or 0.0 < told.before.value <= told.accuracy:
+        return ""
+    place = told.left.place()
+    mostly = f", mostly {place}" if place else ""
+    within = " (within the accuracy asked for)" if told.left.rms.value <= told.accuracy else ""
+    left = angle(told.left.rms)
+    if verdict in ("effect", "tie"):
+        return f" The remaining {left} is explained by nothing in the library{mostly}{within}."
+    return f" {left} stays unexplained{mostly}{within}."
 
 
 def what_is_open(verdict: Verdict, explanations: Sequence[str]) -> str:

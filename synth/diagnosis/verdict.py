@@ -4,54 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import factorial
 from typing import Generic
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, Unseen
+from synth.diagnosis.odds import CALIBRATED as CALIBRATED
+from synth.diagnosis.odds import Calibration as Calibration
+from synth.diagnosis.odds import far_share, taken, taken_of
+from synth.diagnosis.odds import weigh as weigh
 from synth.diagnosis.result import Verdict
 
 LEAST_SHARE = 0.1  # of the whole gap (RMS) that one cause more must take to be named: less does not matter to a user
+MOST_SCATTER = 1 / 3  # of the gap, that a scatter of the remainder from trial to trial may excuse
 COUNTS = 0.95  # probability of coarse counts that show; not tuned
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """What turns costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001 and 2000).
-
-    ``temperature`` : of the softmax over costs, for forms that do not get their cause quite right. ``per_parameter`` :
-    what an unknown more must earn. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that nothing, one
-    cause, two or three are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the
-    best explanation may leave for an unknown cause to be as likely as not, ``left_by_several`` that of several causes,
-    ``misfit`` how fast that probability grows with its logarithm, ``doubt`` its least where something is missing: now
-    and then what is in no list does the same as what is in it; ``doubt_of_several`` where it takes several causes to do
-    the same, of which one may be any other's; ``clean`` : RMS over the noise floor up to which nothing is taken to be
-    left; ``far`` : RMS over the floor beyond which less may be left, by the root of it: what is right leaves little
-    that a good sensor still sees far above its noise. ``tie_odds`` : odds below which explanations are said to be tied.
-    ``pays`` : share of what fewer causes leave of the squared gap that one more must take away; form errors of a cause
-    that is right are taken up by others by a tenth.
-    """
-
-    temperature: float = 3.0
-    per_parameter: float = 4.0
-    none: float = 0.3
-    single: float = 0.5
-    pair: float = 0.19
-    triple: float = 0.01
-    misfit: float = 2.0
-    left: float = 0.2
-    left_by_several: float = 0.07
-    pays: float = 0.4
-    doubt: float = 0.05
-    doubt_of_several: float = 0.25
-    clean: float = 1.25
-    far: float = 5.0
-    tie_odds: float = 6.0
-
-
-CALIBRATED = Calibration()
 
 
 @dataclass(frozen=True)
@@ -81,36 +48,28 @@ class Judged(Generic[F]):
         return max([self.counts, *(p for _, p in self.singles[:1])])
 
 
-def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: int = 0) -> Array:
-    """(n,) posterior weights: prior times exp(-cost / temperature), costs with what their unknowns must earn.
-
-    ``singles`` : how many single causes there are, where they are not all among the hypotheses.
-    """
-    counts = np.array([len(h.keys) for h in hypotheses])
-    unknowns = np.array([h.n_unknown for h in hypotheses])
-    singles = max(int(np.sum(counts == 1)), singles, 1)
-    together = [calibration.none, calibration.single, calibration.pair, calibration.triple]
-    prior = np.array([together[k] * factorial(k) / singles**k for k in counts])
-    cost = np.array([h.cost for h in hypotheses]) + calibration.per_parameter * unknowns
-    weights = prior * np.exp(-(cost - cost.min()) / calibration.temperature)
-    return np.asarray(weights / weights.sum())
-
-
 def paying(hypotheses: Sequence[Assessed[F]], share: float, least: float = LEAST_SHARE) -> list[Assessed[F]]:
     """Those of several causes only that leave clearly less than the best of fewer causes does.
 
     One cause more must take ``share`` of the squared error above the noise that fewer leave, and ``least`` of the whole
-    gap: near the noise a share of what is left is next to nothing.
+    gap, on unseen trials where these are known: near the noise a share of what is left is next to nothing.
     """
-    gap = max((_above(h) for h in hypotheses if not h.keys), default=0.0)
+    none = next((h for h in hypotheses if not h.keys), None)
+    gap = _above(none) if none is not None else 0.0
     kept = []
     for hypothesis in hypotheses:
-        fewer = [_above(h) for h in hypotheses if 0 < len(h.keys) < len(hypothesis.keys)]
+        fewer = [h for h in hypotheses if 0 < len(h.keys) < len(hypothesis.keys)]
         if len(hypothesis.keys) < 2 or not fewer:
             kept.append(hypothesis)
             continue
-        left, before = _above(hypothesis), min(fewer)
-        if left**2 <= (1.0 - share) * before**2 and before - left >= least * gap:
+        left, before = _above(hypothesis), min(map(_above, fewer))
+        known = [h for h in fewer if h.unseen is not None]
+        takes = (before - left) / gap if gap > 0.0 else 1.0
+        if none is not None and none.unseen is not None and known:
+            if hypothesis.unseen is None:
+                continue
+            takes = taken(hypothesis, none) - max(taken(h, none) for h in known)
+        if left**2 <= (1.0 - share) * before**2 and takes >= least:
             kept.append(hypothesis)
     return kept
 
@@ -120,20 +79,28 @@ def _above(found: Assessed[F]) -> float:
     return float(np.sqrt(max(found.ratio**2 - 1.0, 0.0)))
 
 
-def judge(found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0) -> Judged[F]:
-    """Weigh all hypotheses; ``singles`` as in ``weigh``.
+def judge(
+    found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0, free: Unseen | None = None
+) -> Judged[F]:
+    """Weigh all hypotheses; ``singles`` as in ``weigh``; ``free`` : what a torque of free shape leaves unseen.
 
     Where one cause explains the trials, a cause's probability is the weight of itself alone and its share of every set
     that it is part of, by what it does there: they sum to at most 1. Where it takes several, it is the weight of all
     sets that it is part of: each of two may have all that the doubt of several leaves.
     """
     hypotheses = paying([found.none, *found.singles, *found.several], calibration.pays)
-    weights = weigh(hypotheses, calibration, singles)
+    raw = weigh(hypotheses, calibration, singles)
+    weights = _worth(hypotheses, raw)
     heaviest = int(np.argmax(weights))
     best = hypotheses[heaviest]
     unknown = _unknown(found.none, best, calibration)
+    doubt = calibration.doubt if len(best.keys) < 2 else calibration.doubt_of_several
+    far = far_share(hypotheses)
+    if far > 0.0:
+        missing = _unknown_far(hypotheses, weights, free, calibration)
+        unknown = (1.0 - far) * unknown + far * missing
+        doubt = (1.0 - far) * doubt + far * max(doubt, calibration.doubt_far)
     if best.keys:
-        doubt = calibration.doubt if len(best.keys) < 2 else calibration.doubt_of_several
         unknown = 1.0 - (1.0 - unknown) * (1.0 - doubt)
     by_key: dict[Key, float] = {}
     costs = {frozenset(hypothesis.keys): hypothesis.cost for hypothesis in hypotheses}
@@ -147,8 +114,50 @@ def judge(found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: 
     )
     none = float(weights[0]) * (1.0 - unknown)
     verdict, tied = _verdict(hypotheses, weights, heaviest, unknown, calibration)
+    if verdict == "unknown" and not best.keys and len(hypotheses) > 1:  # what comes nearest is shown
+        best = hypotheses[1 + int(np.argmax(raw[1:]))]
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
     return Judged(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
+
+
+def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
+    """The weights; far from the noise, what takes too little of the gap unseen speaks for none."""
+    far = far_share(hypotheses)
+    if far == 0.0 or hypotheses[0].keys:
+        return weights
+    least = _least(hypotheses)
+    little = np.array([bool(h.keys) and taken(h, hypotheses[0]) < least for h in hypotheses])
+    kept = weights * np.where(little, 1.0 - far, 1.0)
+    kept[0] += weights.sum() - kept.sum()
+    return np.asarray(kept)
+
+
+def _least(hypotheses: Sequence[Assessed[F]]) -> float:
+    """Share of the gap that a cause must take on unseen trials: more than the remainder scatters from trial to trial.
+
+    What takes less is how trials differ, not what they lack; a third of the gap is more than that in any case.
+    """
+    best = min((h.unseen for h in hypotheses if h.unseen is not None), key=lambda unseen: unseen.typical)
+    scatter = float(np.std(0.5 * np.log(np.maximum(best.by_trial, 1e-9)), ddof=1))
+    return float(np.clip(scatter, LEAST_SHARE, MOST_SCATTER))
+
+
+def _unknown_far(
+    hypotheses: Sequence[Assessed[F]], weights: Array, free: Unseen | None, calibration: Calibration
+) -> float:
+    """Probability that what is missing is in no list, where the remainder is far above the noise.
+
+    The heaviest explanation takes too little of what is missing, or a torque of free shape takes much more. Where
+    neither takes more than trials scatter by, nothing is known to be missing: so near a model of this kind comes.
+    """
+    none, best = hypotheses[0], hypotheses[int(np.argmax(weights))]
+    takes = taken(best, none) if best.keys else 0.0
+    freely = taken_of(free, none.unseen) if free is not None and none.unseen is not None else 0.0
+    leads = max(freely - takes - calibration.free_leads, 0.0)
+    telling = float(np.clip((freely - _least(hypotheses)) / calibration.free_leads, 0.0, 1.0))
+    missing = max(1.0 - float(weights[0]), telling)
+    short = calibration.steep * (calibration.most - takes + leads)
+    return missing / (1.0 + float(np.exp(-short)))
 
 
 def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
@@ -174,6 +183,12 @@ def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
     singles = tuple((item, probability * (1.0 - COUNTS)) for item, probability in judged.singles)
     none, unknown = judged.none * (1.0 - COUNTS), judged.unknown * (1.0 - COUNTS)
     return replace(judged, verdict="effect", singles=singles, none=none, unknown=unknown, counts=COUNTS)
+
+
+def of_no_account(judged: Judged[F], none: Assessed[F]) -> Judged[F]:
+    """The verdict where the gap is smaller than what matters to the user: nothing is missing."""
+    singles = tuple((item, 0.0) for item, _ in judged.singles)
+    return replace(judged, verdict="none", accepted=none, tied=(), singles=singles, none=1.0, unknown=0.0)
 
 
 def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:

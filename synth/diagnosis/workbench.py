@@ -97,7 +97,7 @@ class Workbench:
         return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
 
     def tempering(self, trial: AngleTrial) -> Array:
-        """(n,) by what a channel's errors are taken larger, since its samples are not independent."""
+        """(n,) factor by which a channel's errors are enlarged, since its samples are not independent."""
         return np.sqrt(np.maximum(trial.counted / self.effective, 1.0))
 
     def sigma(self, trial: AngleTrial) -> Array:
@@ -210,7 +210,7 @@ class Workbench:
         return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free], links]))
 
     def awake(self, fit: Fit) -> Fit:
-        """The fit with the initial states of the links that its candidates add, as far as it has none."""
+        """The fit with zero initial states for the links that its candidates add."""
         size = 2 * (len(self.noise) + sum(candidate.links for candidate in fit.hypothesis))
         if all(len(state) == size for state in fit.states):
             return fit
@@ -249,13 +249,22 @@ class Workbench:
         for i, fit in zip(fresh, self.evaluate([current[i] for i in fresh]), strict=True):
             current[i] = fit
         start = [Iterate(fit, fit.damping, CONVERGED if fit.done else "") for fit in current]
-        ends = minimise(_Hypotheses(self, frame, tolerance), start, RULE, rounds)
+        ends = minimise(HypothesisFits(self, frame, tolerance), start, RULE, rounds)
         return [replace(end.point, damping=end.damping, done=end.reason == CONVERGED) for end in ends]
 
     def normal(self, fit: Fit, frame: Linearisation | None = None) -> LinearisedNormal:
         """Normal equations at an evaluated fit; with derivatives of its own point if it has none and none are given."""
         weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / self.total)
         return (frame or fit.frame or self.frame(fit)).normal(fit.residuals, fit.columns, weight, fit.unknowns)
+
+    def moved_states(self, fit: Fit, change: Sequence[Array]) -> tuple[Array, ...]:
+        """Each trial's initial state after a ``change`` of what is free of it."""
+        made = []
+        for trial, state, own in zip(self.trials, fit.states, change, strict=True):
+            moved = state.copy()
+            moved[state_rows(trial, state)] += own
+            made.append(moved)
+        return tuple(made)
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
         """Least and greatest unknowns; tolerances stay within ``LIMIT``."""
@@ -282,7 +291,7 @@ def state_rows(trial: AngleTrial, state: Array) -> list[int]:
 
 
 @dataclass(frozen=True)
-class _Hypotheses(LeastSquares[Fit]):
+class HypothesisFits(LeastSquares[Fit]):
     """Hypotheses as least-squares problems; ``frame`` for those that have no linearisation of their own."""
 
     bench: Workbench
@@ -315,15 +324,9 @@ class _Hypotheses(LeastSquares[Fit]):
 
     def moved(self, point: Fit, step: Step) -> Fit:
         """After a step, not evaluated."""
-        states = tuple(map(self._state, self.bench.trials, point.states, step.own))
+        states = self.bench.moved_states(point, step.own)
         unknowns = point.unknowns + step.common
         return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
-
-    @staticmethod
-    def _state(trial: AngleTrial, state: Array, change: Array) -> Array:
-        moved = state.copy()
-        moved[state_rows(trial, state)] += change
-        return moved
 
     def least_gain(self, cost: float) -> float:
         """The tolerance, whatever the cost."""

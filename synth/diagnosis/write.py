@@ -19,7 +19,7 @@ LIBRARIES = ("numpy", "scipy", "numba")
 STAGES = ("as_designed", "before", "after")
 
 
-class Default(Protocol):
+class LeftDefault(Protocol):
     """A value that a project leaves to the program."""
 
     @property
@@ -47,7 +47,7 @@ class DiagnosisProject(Protocol):
         """A dataclass of standard deviations."""
 
     @property
-    def defaults(self) -> Sequence[Default]:
+    def defaults(self) -> Sequence[LeftDefault]:
         """What the program chose."""
 
 

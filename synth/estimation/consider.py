@@ -1,4 +1,4 @@
-"""Consider covariance: what numbers that are not estimated, but not known exactly either, leave open of those that are.
+"""Consider covariance: the uncertainty that estimates inherit from numbers that are held fixed but not known exactly.
 
 An estimate that minimises a cost at fixed numbers c moves with them by S = -H^-1 d(gradient)/dc, H the information with
 each trial's own unknowns eliminated. With whitened c (standard normal) the covariance grows by S S^T. The Gauss-Newton
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import spectrum
 from synth.estimation.normal_equations import Information
 
 
@@ -56,6 +57,6 @@ def consider(information: Information, couplings: Sequence[Coupling], beside: Ar
         summed += coupling.common - cross @ np.linalg.solve(own, coupling.own)
     schur = information.schur()
     root = np.sqrt(np.maximum(np.diag(schur), 1e-12))
-    value, vector = np.linalg.eigh(schur / np.outer(root, root))
+    value, vector = spectrum(schur, root)
     scaled = vector.T @ (summed / root[:, None])
     return Considered(np.asarray(-(vector / np.maximum(value, 1e-12)) @ scaled / root[:, None]))

@@ -1,4 +1,4 @@
-"""Gauss-Newton in a few unknowns of one trial, all else held: how a trial is scored that took no part in a fit."""
+"""Gauss-Newton in a few unknowns of one trial with all others fixed. It scores trials that were not fitted."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class LocalProblem(Generic[S]):
 def gauss_newton(
     assess: Callable[[Array], LocalProblem[S]], start: Array, *, rounds: int, least_gain: float
 ) -> tuple[S, Array]:
-    """Prediction at the best point that was met, and that point (l,).
+    """Prediction at the best point found, and that point (l,).
 
     Steps that do not lower the cost are halved; a step that lowers it by less than ``least_gain`` is the last. Where
     the normal equations are not finite (a simulation diverged) the search ends.

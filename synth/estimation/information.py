@@ -28,7 +28,7 @@ def rivals_of(explanations: Sequence[tuple[F, float]]) -> tuple[list[F], Array]:
 
 
 def expected_information(weights: Array, distance: Callable[[int, int, int], float]) -> float:
-    """Bits that a trial would tell of which rival holds.
+    """Expected information, in bits, that a trial would give on which rival is true.
 
     ``distance(a, b, at)`` : squared Mahalanobis distance of the predictions of two rivals, uncertain as that of rival
     ``at``, one of the two.
@@ -42,7 +42,7 @@ def expected_information(weights: Array, distance: Callable[[int, int, int], flo
 
 
 @dataclass(frozen=True)
-class Forecast:
+class TrialForecast:
     """A hypothesis' prediction of a trial that was not made, whitened by the trial's noise.
 
     ``mean`` (M,). ``spread`` (M, k) : root of the covariance that is not noise, what earlier trials leave open.
@@ -53,8 +53,8 @@ class Forecast:
     spread: Array
     free: Array
 
-    def distance(self, other: Forecast, at: Forecast) -> float:
-        """Squared Mahalanobis distance of the means, as uncertain as ``at``, one of the two, is."""
+    def distance(self, other: TrialForecast, at: TrialForecast) -> float:
+        """Squared Mahalanobis distance of the means, with the covariance of ``at``, one of the two."""
         q, _ = np.linalg.qr(at.free)
         apart = self.mean - other.mean
         apart = apart - q @ (q.T @ apart)

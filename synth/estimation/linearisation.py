@@ -1,4 +1,4 @@
-"""Derivatives of all trials at one point, by common unknowns and each trial's own: kept while hypotheses change.
+"""Derivatives of all trials at one point by common and per-trial unknowns, reused while hypotheses change.
 
 A cause changes a leg's motion by little, so the derivatives by what every hypothesis shares are taken once and serve
 many fits. Each trial's own unknowns are eliminated by an orthogonal projection (variable projection: Golub & Pereyra,
@@ -8,7 +8,7 @@ SIAM J. Numer. Anal. 10 (1973) 413), which costs less than a Schur complement wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,7 +44,7 @@ class TrialLinearisation:
         return np.asarray(self.projected.T @ self.projected)
 
     def project(self, rows: Array) -> Array:
-        """Residuals (M,), or (n, M), less what the trial's own unknowns can explain."""
+        """Residuals (M,) or (n, M) projected off the span of the trial's own unknowns."""
         return np.asarray(rows - (rows @ self.q) @ self.q.T)
 
 
@@ -116,6 +116,16 @@ class LinearisedNormal(ReducedNormal):
         matrix = sum((part for part, _ in self.parts), np.zeros_like(self.matrix))
         gradient = sum((part for _, part in self.parts), np.zeros_like(self.gradient))
         return matrix / self.weight, gradient / self.weight, float(sum(self.squares))
+
+    def without_fold(self, out: Sequence[int], prior: Array) -> LinearisedNormal:
+        """The same without the trials ``out``, whose own unknowns follow the common ones; ``prior`` as for ``normal``.
+
+        Summed anew: what a trial that diverged would hold cannot be taken off again.
+        """
+        kept = [part for index, part in enumerate(self.parts) if index not in out]
+        matrix = sum((matrix for matrix, _ in kept), np.eye(len(prior)))
+        gradient = sum((gradient for _, gradient in kept), prior.copy())
+        return replace(self, matrix=matrix, gradient=gradient)
 
     def squares_without(self, trial: int, step: Array) -> float:
         """Projected sum of squares of all trials but one after a step (p,) of the common unknowns, to first order."""

@@ -114,7 +114,7 @@ class NormalEquations(ABC):
     @property
     @abstractmethod
     def scale(self) -> DampingScale:
-        """The diagonals of what is damped."""
+        """The diagonals of the damped matrices."""
 
     @property
     @abstractmethod

@@ -7,7 +7,6 @@ unknowns, whose prior is the unit normal; ``Prior`` turns one into the other.
 from __future__ import annotations
 
 import importlib
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -152,7 +151,7 @@ class PlantEffect:
     @property
     def loaded(self) -> ModuleType:
         """Its module."""
-        return sys.modules.get(self.module) or importlib.import_module(self.module)
+        return importlib.import_module(self.module)
 
     def index(self, parameter: str) -> int:
         """Place of a parameter."""

@@ -6,12 +6,11 @@ cell, to say what is wrong with it.
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows, refuse_no_text
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.units import factor, header
@@ -67,7 +67,7 @@ class CsvTable:
 
     def line(self, row: int) -> int:
         """The 1-based line of a row of ``values``."""
-        lines = (number for number, cells in _rows(self.data, self.name) if any(cell.strip() for cell in cells))
+        lines = (number for number, cells in csv_rows(self.data, self.name) if any(cell.strip() for cell in cells))
         next(lines)  # the header
         return next(number for count, number in enumerate(lines) if count == row)
 
@@ -104,7 +104,7 @@ def read_table(path: Path, name: str | None = None) -> CsvTable:
         data = read_bytes(path, SIZE_LIMIT, THIN)
     except UserError as error:
         raise UserError([Problem(problem.text, name) for problem in error.problems]) from None
-    _check_text(data, name)
+    refuse_no_text(data, name)
     columns, width = _columns(data, name)
     lines = data if b"\n" in data else data.replace(b"\r", b"\n")  # as old spreadsheets for the Macintosh end them
     if lines.count(b"\n") > ROW_LIMIT + 1:
@@ -117,25 +117,10 @@ def read_table(path: Path, name: str | None = None) -> CsvTable:
     return CsvTable(name, columns, np.ascontiguousarray(values[:, [column.index for column in columns]]), data)
 
 
-def _check_text(data: bytes, name: str) -> None:
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise UserError(Problem('is UTF-16 text; save it as "CSV UTF-8"', name))
-    if data[:4] in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0"):
-        raise UserError(Problem("is a spreadsheet or an archive, not a CSV; export it as CSV", name))
-    if b"\0" in data:
-        line = data[: data.index(b"\0")].count(b"\n") + 1
-        raise UserError(Problem("is not text: it holds a zero byte", name, line))
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise UserError(Problem("is not UTF-8 text; save it as UTF-8", name, line)) from None
-
-
 def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
     """The header's columns, and their number with unnamed ones at the end (trailing commas) left out."""
     try:
-        line, titles = next((number, cells) for number, cells in _rows(data, name) if any(c.strip() for c in cells))
+        line, titles = next((number, cells) for number, cells in csv_rows(data, name) if any(c.strip() for c in cells))
     except StopIteration:
         raise UserError(Problem("is empty; the first line is the header, such as time [s],hip [deg]", name)) from None
     if titles[0].lstrip().startswith("#"):
@@ -164,21 +149,6 @@ def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
     return tuple(columns), len(titles)
 
 
-def _rows(data: bytes, name: str) -> Iterator[tuple[int, list[str]]]:
-    """(line, cells) of every row, the header among them; what ``csv`` itself cannot read is the user's mistake."""
-    reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), "utf-8-sig", newline=""))
-    last = 0
-    while True:
-        try:
-            cells = next(reader)
-        except StopIteration:
-            return
-        except csv.Error as error:
-            raise UserError(Problem(f"cannot be read as CSV: {error}", name, last + 1)) from None
-        yield last + 1, cells
-        last = reader.line_num
-
-
 def _fast(data: bytes, width: int) -> Array | None:
     """All values by numpy's reader, or None for a file that needs a closer look."""
     data = data.removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n \t")
@@ -201,7 +171,7 @@ def _slow(data: bytes, name: str, columns: tuple[CsvColumn, ...], width: int) ->
     """The same cell by cell; raises what is wrong, or reads what numpy was too strict for (quotes, blanks)."""
     problems: list[Problem] = []
     values = array("d")  # boxed floats of a file at the limit would take 0.5 GB
-    rows = ((line, cells) for line, cells in _rows(data, name) if any(cell.strip() for cell in cells))
+    rows = ((line, cells) for line, cells in csv_rows(data, name) if any(cell.strip() for cell in cells))
     next(rows)
     for line, cells in rows:
         problem, numbers = _row(line, cells, name, columns, width)

@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import radians
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field
 
+from synth.errors import UserError
 from synth.files.leg_file import PartResolver
 from synth.files.named_files import InputFile, ProjectReader
 from synth.files.schema import Default
 from synth.files.tolerance import Tolerance as Tolerance
 from synth.files.tolerance import read_tolerance
 from synth.files.trial_list import Trial
-from synth.files.validate import Title
+from synth.files.validate import Quantity, Title, gathering
 from synth.swing.leg_model import Damper, Leg, Spring
+
+Angle = Annotated[float, Quantity("rad", least=0, most=radians(90))]
+
+
+@dataclass(frozen=True)
+class _SensorNoise:
+    noise: Annotated[float, Quantity("rad", above=0, most=radians(10))]
 
 
 @dataclass(frozen=True)
@@ -24,6 +34,8 @@ class _GapFile:
     leg: Annotated[str, Field(examples=["nominal.leg.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     tolerance: Any = None
+    noise: Any = None
+    accuracy: Annotated[Angle, Field(examples=["0.3 deg"])] = 0.0
     name: Title | None = None
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
 
@@ -33,7 +45,8 @@ class GapProject:
     """What ``synth gap`` is to do: the ``leg`` as designed against ``trials`` of the leg as built.
 
     Every joint of ``leg`` has a spring and a damper; one that the file leaves out has rate 0 and stands among the
-    ``defaults``, as do the tolerances that the project leaves out.
+    ``defaults``, as do the tolerances that the project leaves out. ``noise`` : joint -> RMS that its sensor is known to
+    scatter by, rad; ``accuracy`` rad: a gap below it does not matter, 0 where the user gave none.
     """
 
     path: Path
@@ -44,6 +57,8 @@ class GapProject:
     seed: int
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
+    noise: Mapping[str, float] = field(default_factory=dict)
+    accuracy: float = 0.0
 
 
 def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> GapProject:
@@ -65,6 +80,7 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
     file = reader.section(_GapFile)
     leg, trials = reader.leg_and_trials(other_legs=True)
     tolerance = read_tolerance(reader, leg)
+    noise = _noise(reader, None if file is None else file.noise, leg)
     if leg is not None:
         leg = _with_rates(leg, reader)
         trials = tuple(t if t.leg is None else replace(t, leg=_with_rates(t.leg, reader)) for t in trials)
@@ -73,30 +89,64 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
     assert leg is not None
     assert tolerance is not None
     defaults, inputs = tuple(reader.defaults), tuple(reader.inputs)
-    return GapProject(reader.document.path, file.name or leg.name, leg, trials, tolerance, file.seed, defaults, inputs)
+    path, name = reader.document.path, file.name or leg.name
+    return GapProject(
+        path, name, leg, trials, tolerance, file.seed, defaults, inputs, noise=noise, accuracy=file.accuracy
+    )
 
 
-def _with_rates(leg: Leg, reader: ProjectReader) -> Leg:
-    """The leg with a spring and a damper at every joint: of rate 0 where the file gives none.
+def _noise(reader: ProjectReader, written: Any, leg: Leg | None) -> dict[str, float]:
+    """Joint -> RMS of its sensor's scatter, rad, from ``noise: {knee: 0.02 deg}``."""
+    if written is None:
+        return {}
+    if not isinstance(written, Mapping):
+        reader.refuse(f"{written!r} is no mapping of joints: write noise: {{{_one(leg)}: 0.02 deg}}", ("noise",))
+        return {}
+    if leg is not None:
+        reader.known_joints(written, leg, ("noise",))
+    found = {}
+    for joint, value in written.items():
+        entry = reader.entry(_SensorNoise, ("noise", str(joint)), {"noise": value})
+        if entry is not None:
+            found[str(joint)] = entry.noise
+    return found
 
-    A leg with none at all is taken for one that was written for ``synth fit``, which finds them: all that the springs
-    and dampers do would pass for unmodelled effects.
+
+def _one(leg: Leg | None) -> str:
+    return leg.joint_names[-1] if leg is not None else "knee"
+
+
+def with_rates(leg: Leg) -> tuple[Leg, tuple[Default, ...]]:
+    """The leg with a spring and a damper at every joint, of rate 0 where the file gives none, and these defaults.
+
+    Raises
+    ------
+    UserError
+        For a leg with none at all. It is taken for one that was written for ``synth fit``, which finds them: all that
+        the springs and dampers do would pass for unmodelled effects.
     """
-    if all(joint.spring is None and joint.damper is None for joint in leg.joints):
+    if all(joint.spring is None and joint.damper is None and joint.drive is None for joint in leg.joints):
         names = ", ".join(leg.joint_names)
         text = f"no joint of {leg.name} ({names}) has a spring or a damper; the leg as designed is needed, with those "
         text += 'that the simulation believed in. A joint that swings freely says so: "damper: {rate: 0 N*m*s/rad}"'
-        reader.refuse(text, ("leg",))
-        return leg
-    joints = []
+        raise UserError(text)
+    joints, defaults = [], []
     for joint in leg.joints:
         if joint.spring is None:
             reason = "the leg file gives no spring: as designed there is none"
-            reader.defaults.append(Default(f"{leg.name}: {joint.name}.spring", "0 N*m/rad", reason))
+            defaults.append(Default(f"{leg.name}: {joint.name}.spring", "0 N*m/rad", reason))
             joint = replace(joint, spring=Spring(0.0, joint.zero))
         if joint.damper is None:
             reason = "the leg file gives no damper: as designed there is none, and any drag is an effect"
-            reader.defaults.append(Default(f"{leg.name}: {joint.name}.damper", "0 N*m*s/rad", reason))
+            defaults.append(Default(f"{leg.name}: {joint.name}.damper", "0 N*m*s/rad", reason))
             joint = replace(joint, damper=Damper(rate=0.0))
         joints.append(joint)
-    return replace(leg, joints=tuple(joints))
+    return replace(leg, joints=tuple(joints)), tuple(defaults)
+
+
+def _with_rates(leg: Leg, reader: ProjectReader) -> Leg:
+    """``with_rates``, its defaults and its refusal recorded."""
+    with gathering(reader.problems, reader.document, ("leg",)):
+        leg, defaults = with_rates(leg)
+        reader.defaults += defaults
+    return leg

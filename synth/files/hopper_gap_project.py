@@ -19,7 +19,8 @@ from synth.files.csv_table import read_table
 from synth.files.hopper_project import HopperProject, design_named
 from synth.files.hopper_recordings import HopperRecording, read_recording
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.paths import inside, matching
+from synth.files.paths import matching, shared
+from synth.files.recordings_together import clocks_together
 from synth.files.schema import Because, Default
 from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
 from synth.files.yaml_lines import load
@@ -136,7 +137,7 @@ def is_hopper_gap(path: str | Path) -> bool:
         name = document.value.get("leg")
         if document.value.get("kind") != "gap" or not isinstance(name, str):
             return False
-        return bool(load(inside(document.path.parent, name)).value.get("kind") == "hopper-design")
+        return bool(load(shared(document.path.parent, name)).value.get("kind") == "hopper-design")
     except UserError:
         return False
 
@@ -187,6 +188,7 @@ def _trials(reader: ProjectReader, file: _GapFile) -> tuple[JumpTrial, ...]:
                     reader.refuse(f'"{name}" is listed twice; name it once', key)
                     continue
                 found.append(_trial(reader, path, name, entry, motor, length))
+    reader.problems += clocks_together([one.name for one in found], [one.columns["time"] for one in found])
     return tuple(found)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import degrees, pi, radians, sin
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,11 +12,12 @@ import numpy as np
 from pydantic import Field
 
 from synth.errors import Problem
+from synth.files.bending_pairs import read_bending
 from synth.files.named_files import InputFile, ProjectReader
-from synth.files.paths import inside
+from synth.files.paths import inside, shared
 from synth.files.schema import Because, Default
 from synth.files.validate import Quantity, Title, gathering
-from synth.files.yaml_lines import Document
+from synth.files.yaml_lines import Document, Key
 from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, HopperTolerances, Laminate, MotorOptions, in_reach
 
 LAB = "the lab's own simulation (idealabasu/code_pynamics)"
@@ -70,6 +71,7 @@ class LaminateSection:
     reference_length: Annotated[Length, Because(f"{LAB}: the link whose mass and rate are known")] = 0.12
     link_mass: Annotated[float, Quantity("kg", above=0, most=100), Because(LAB)] = 0.003
     beam_rate: Annotated[float, Quantity("N*m/rad", above=0, most=1e6), Because(LAB)] = 14.0224
+    bending: Annotated[str | None, Field(examples=["bending.csv"])] = None
     width: Annotated[Length, Because("the lab's laminates (idealabasu/curating-legs)")] = 0.015
     thickness: Annotated[Length, Because("the thickest of the lab's three laminates")] = 0.0017
     modulus: Annotated[float, Quantity("Pa", above=0, most=1e13), Because("the lab's laminates")] = 10.3e9
@@ -169,6 +171,9 @@ class _HopperFile:
         list[Objective], Field(min_length=1, max_length=5), Because("the study's two", "clearance, relative_height")
     ] = field(default_factory=lambda: ["clearance", "relative_height"])
     choose: Annotated[Objective, Because("the study's first aim")] = "clearance"
+    height: Annotated[Literal["clearance", "total"], Because("the foot above the ground, as the study measured it")] = (
+        "clearance"
+    )
     intervals: Annotated[
         Literal["auto", "all", "front"], Because(f"all designs up to {MOST_INTERVALS}, beyond them the front only")
     ] = "auto"
@@ -193,7 +198,11 @@ class PartsSection:
 
 @dataclass(frozen=True, eq=False)
 class HopperProject:
-    """What ``synth hopper`` is to do; see the sections."""
+    """What ``synth hopper`` is to do; see the sections.
+
+    ``height`` : what relative heights are made of, and what is aimed at where the file names no objective: the foot's
+    clearance, or the total height, the rise of the centre of mass over the crouch.
+    """
 
     path: Path
     name: str
@@ -213,6 +222,7 @@ class HopperProject:
     defaults: tuple[Default, ...]
     inputs: tuple[InputFile, ...]
     problems_at: Document
+    height: str = "clearance"
 
 
 def read_hopper_project(path: str | Path) -> HopperProject:
@@ -232,6 +242,7 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     tolerance, parts = section(ToleranceSection, "tolerance"), section(PartsSection, "parts")
     catalogs = reader.matched(motors.catalogs, ("motors", "catalogs")) if motors is not None else ()
     swept = _lengths(reader, lengths) if lengths is not None else ()
+    laminate = _measured_bending(reader, laminate)
     whole = _leg(leg, laminate, flexures, swept) if leg and laminate and flexures and swept else None
     if whole is not None:
         _check_pose(reader, whole, swept)
@@ -240,6 +251,13 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     assert whole is not None
     assert motors is not None
     assert parts is not None
+
+    def meant(names: Sequence[str], key: str) -> list[str]:
+        """What a file that speaks of total heights aims at where it does not say."""
+        if file.height == "clearance" or key in reader.written:
+            return list(names)
+        return ["total_height" if name == "clearance" else name for name in names]
+
     options = {name: getattr(motors, name) for name in
                ("supply", "rotor_inertia", "inductance", "resistance", "friction_share")}  # fmt: skip
     return HopperProject(
@@ -254,13 +272,14 @@ def read_hopper_project(path: str | Path) -> HopperProject:
         catalogs=catalogs,
         lengths=swept,
         tolerances=HopperTolerances(**vars(tolerance)),
-        objectives=tuple(dict.fromkeys(file.objectives)),
-        choose=file.choose,
+        objectives=tuple(dict.fromkeys(meant(file.objectives, "objectives"))),
+        choose=meant([file.choose], "choose")[0],
         intervals=file.intervals,
         parts=parts,
         defaults=tuple(reader.defaults),
         inputs=tuple(reader.inputs),
         problems_at=document,
+        height=file.height,
     )
 
 
@@ -270,7 +289,7 @@ def design_named(reader: ProjectReader, key: str) -> HopperProject | None:
     if not isinstance(name, str):
         return None  # said by the file's own check
     with gathering(reader.problems, reader.document, (key,)):
-        path = inside(reader.folder, name)
+        path = shared(reader.folder, name)
         reader.note(path)
         return read_hopper_project(path)
     return None
@@ -301,6 +320,29 @@ def _leg(leg: LegSection, laminate: LaminateSection, flexures: FlexureSection, s
     made = Laminate(mass, stiffness, made.width, made.thickness, made.modulus, made.density, made.flexure_thickness,
                     made.flexure_modulus)  # fmt: skip
     return HopperLeg(length=swept[-1], laminate=made, flexures=Flexures(**vars(flexures)), **values)
+
+
+def _measured_bending(reader: ProjectReader, laminate: LaminateSection | None) -> LaminateSection | None:
+    """The laminate with the bending rate that ``bending:`` shows, a CSV of ``deflection [deg],torque [N*m]``."""
+    if laminate is None or laminate.bending is None:
+        return laminate
+    key: Key = ("laminate", "bending")
+    if ("laminate", "beam_rate") in reader.document.lines:
+        reader.refuse('"beam_rate" and "bending" are both given; keep one', key)
+        return laminate
+    if laminate.links == "strip":
+        reader.refuse("is of a measured link, and links: strip takes the cross-section's; keep one", key)
+        return laminate
+    with gathering(reader.problems, reader.document, key):
+        path = inside(reader.folder, laminate.bending)
+        reader.note(path)
+        found = read_bending(path, laminate.bending)
+        low, high = found.interval90
+        reader.defaults[:] = [default for default in reader.defaults if default.key != "laminate.beam_rate"]
+        reason = f"measured: slope of {found.points} pairs in {laminate.bending}, 90 %: {low:.4g} to {high:.4g}"
+        reader.defaults.append(Default("laminate.beam_rate", f"{found.rate:.4g} N*m/rad", reason))
+        return replace(laminate, beam_rate=found.rate)
+    return laminate
 
 
 def _check_pose(reader: ProjectReader, leg: HopperLeg, swept: Sequence[float]) -> None:

@@ -42,12 +42,14 @@ class HopperRecording:
 
 @dataclass(frozen=True, eq=False)
 class MotorRuns:
-    """Experiment B: run-ups of one gear motor."""
+    """Experiment B: run-ups of one gear motor, and steady points with its shaft held (``stall``) and ``free``."""
 
     name: str
     ratio: float
     runs: tuple[HopperRecording, ...]
     inputs: tuple[InputFile, ...]
+    stall: tuple[HopperRecording, ...] = ()
+    free: tuple[HopperRecording, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ class PullUps:
 
 @dataclass(frozen=True, eq=False)
 class PlateJumps:
-    """Experiment A: jumps of one built leg."""
+    """Experiment A: jumps of one built leg, on a plate, by a video of a point (hips or foot), or by a current meter."""
 
     name: str
     design: HopperProject
@@ -73,13 +75,17 @@ class PlateJumps:
     length: float
     jumps: tuple[HopperRecording, ...]
     inputs: tuple[InputFile, ...]
+    videos: tuple[tuple[str, HopperRecording], ...] = ()
+    meters: tuple[HopperRecording, ...] = ()
 
 
 @dataclass(frozen=True)
 class _MotorFile:
     kind: str
     gear_ratio: Annotated[float, Quantity("1", above=0, most=1e5)]
-    runs: Files
+    runs: Files | None = None
+    stall: Files | None = None
+    free_speed: Files | None = None
     name: Title | None = None
 
 
@@ -106,8 +112,16 @@ class _JumpFile:
     design: str
     motor: str
     length: Length
-    jumps: Files
+    jumps: Files | None = None
+    heights: Annotated[list[Any] | None, Field(min_length=1, examples=["[{file: video.csv, point: foot}]"])] = None
+    currents: Files | None = None
     name: Title | None = None
+
+
+@dataclass(frozen=True)
+class _Video:
+    file: str
+    point: Literal["hips", "foot"]
 
 
 def kind_of(path: str | Path) -> str:
@@ -116,14 +130,26 @@ def kind_of(path: str | Path) -> str:
 
 
 def read_motor_runs(path: str | Path) -> MotorRuns:
-    """Read ``kind: hopper-motor``; each run has ``time [s],voltage [V],current [A],speed [rad/s]`` of the output."""
+    """Read ``kind: hopper-motor``; each run has ``time [s],voltage [V],current [A],speed [rad/s]`` of the output.
+
+    A stall test has ``voltage [V],current [A],torque [N*m]``, a free-speed test ``voltage [V],current [A],speed
+    [rpm]``, a steady point a line, at the output too.
+    """
     reader = ProjectReader.open(path, "hopper-motor")
     file = reader.section(_MotorFile)
     wanted = {"time": "s", "voltage": "V", "current": "A", "speed": "rad/s"}
-    runs = _recordings(reader, file.runs, "runs", wanted) if file is not None else []
+    runs = _recordings(reader, file.runs or [], "runs", wanted) if file is not None else []
+    steady = {"voltage": "V", "current": "A"}
+    stall = _points(reader, file.stall or [], "stall", {**steady, "torque": "N*m"}) if file is not None else []
+    free = (
+        _points(reader, file.free_speed or [], "free_speed", {**steady, "speed": "rad/s"}) if file is not None else []
+    )
+    if file is not None and file.runs is None and file.stall is None and file.free_speed is None:
+        reader.refuse('needs "runs" (run-ups), "stall" and "free_speed" (steady points), or all of them', ())
     reader.finish()
     assert file is not None
-    return MotorRuns(file.name or reader.stem, file.gear_ratio, tuple(runs), tuple(reader.inputs))
+    name = file.name or reader.stem
+    return MotorRuns(name, file.gear_ratio, tuple(runs), tuple(reader.inputs), tuple(stall), tuple(free))
 
 
 def read_pull_ups(path: str | Path) -> PullUps:
@@ -156,16 +182,66 @@ def read_pull_ups(path: str | Path) -> PullUps:
 
 
 def read_plate_jumps(path: str | Path) -> PlateJumps:
-    """Read ``kind: hopper-jumps``; each jump has ``time [s],ground force [N],upper link [deg]``."""
+    """Read ``kind: hopper-jumps``; each jump has ``time [s],ground force [N],upper link [deg]``.
+
+    A video's CSV under ``heights`` has ``time [s],height [m]`` of its ``point``, upward; a meter's under ``currents``
+    ``time [s],current [A]`` of both motors.
+    """
     reader = ProjectReader.open(path, "hopper-jumps")
     file = reader.section(_JumpFile)
     design = design_named(reader, "design")
     wanted = {"time": "s", "ground force": "N", "upper link": "rad"}
-    jumps = _recordings(reader, file.jumps, "jumps", wanted) if file is not None else []
+    jumps = _recordings(reader, file.jumps or [], "jumps", wanted) if file is not None else []
+    videos = _videos(reader, file.heights or []) if file is not None else []
+    meter = {"time": "s", "current": "A"}
+    meters = _recordings(reader, file.currents or [], "currents", meter) if file is not None else []
+    if file is not None and file.jumps is None and file.heights is None and file.currents is None:
+        text = (
+            'needs "jumps" (force plate and encoder), "heights" (a video\'s CSV), "currents" (a meter\'s), or several'
+        )
+        reader.refuse(text, ())
     reader.finish()
     assert file is not None
     assert design is not None
-    return PlateJumps(file.name or reader.stem, design, file.motor, file.length, tuple(jumps), tuple(reader.inputs))
+    name, inputs = file.name or reader.stem, tuple(reader.inputs)
+    return PlateJumps(name, design, file.motor, file.length, tuple(jumps), inputs, tuple(videos), tuple(meters))
+
+
+def _videos(reader: ProjectReader, items: list[Any]) -> list[tuple[str, HopperRecording]]:
+    """The point that each video follows, and its height over time."""
+    found: list[tuple[str, HopperRecording]] = []
+    for index, item in enumerate(items):
+        video = reader.entry(_Video, ("heights", index), item)
+        if video is None:
+            continue
+        with gathering(reader.problems, reader.document, ("heights", index)):
+            for path in matching(reader.folder, video.file):
+                reader.note(path)
+                name = path.relative_to(reader.folder).as_posix()
+                found.append((video.point, read_recording(path, name, {"time": "s", "height": "m"})))
+    return found
+
+
+def _points(reader: ProjectReader, patterns: list[str], key: str, wanted: Mapping[str, str]) -> list[HopperRecording]:
+    """Tables of steady points, a line each, without a clock."""
+    found = []
+    for index, pattern in enumerate(patterns):
+        with gathering(reader.problems, reader.document, (key, index)):
+            for path in matching(reader.folder, pattern):
+                reader.note(path)
+                found.append(read_points(path, path.relative_to(reader.folder).as_posix(), wanted))
+    return found
+
+
+def read_points(path: Path, name: str, wanted: Mapping[str, str]) -> HopperRecording:
+    """Read a CSV of points with the wanted columns (name -> SI unit), no cell of them empty.
+
+    Raises
+    ------
+    UserError : a column is missing or of another kind, or a cell is empty.
+    """
+    table = read_table(path, name)
+    return HopperRecording(name, _columns(table, name, wanted))
 
 
 def read_recording(
@@ -179,6 +255,22 @@ def read_recording(
         If a column is missing or of another kind, a cell is empty, time does not rise, or there are too few samples.
     """
     table = read_table(path, name)
+    found = _columns(table, name, wanted, optional)
+    time = found["time"]
+    if len(time) < LEAST_SAMPLES:
+        raise UserError(Problem(f"has {len(time)} samples; at least {LEAST_SAMPLES} are needed", name))
+    if not np.all(np.diff(time) > 0.0):
+        row = int(np.argmax(np.diff(time) <= 0.0)) + 1
+        raise UserError(Problem("time does not rise", name, table.line(row), "time"))
+    if (problem := clock_problem(time, name, next(c.title for c in table.columns if c.name == "time"))) is not None:
+        raise UserError(problem)
+    return HopperRecording(name, found)
+
+
+def _columns(
+    table: CsvTable, name: str, wanted: Mapping[str, str], optional: Mapping[str, str] | None = None
+) -> dict[str, Array]:
+    """The wanted columns, and such optional ones as there are, in SI."""
     columns = {column.name: column for column in table.columns}
     missing = [f'"{title} [{unit}]"' for title, unit in wanted.items() if title not in columns]
     if missing:
@@ -193,15 +285,7 @@ def read_recording(
             raise UserError(Problem(error.problems[0].text, name, 1, title)) from None
         found[title] = table.values[:, index] * scale
         _refuse_gaps(table, found[title], title, name)
-    time = found["time"]
-    if len(time) < LEAST_SAMPLES:
-        raise UserError(Problem(f"has {len(time)} samples; at least {LEAST_SAMPLES} are needed", name))
-    if not np.all(np.diff(time) > 0.0):
-        row = int(np.argmax(np.diff(time) <= 0.0)) + 1
-        raise UserError(Problem("time does not rise", name, table.line(row), "time"))
-    if (problem := clock_problem(time, name, columns["time"].title)) is not None:
-        raise UserError(problem)
-    return HopperRecording(name, found)
+    return found
 
 
 def _refuse_gaps(table: CsvTable, values: Array, title: str, name: str) -> None:

@@ -20,7 +20,10 @@ from synth.swing.leg_model import Leg
 
 Window = tuple[float, float]
 TURNS = radians(720.0)  # rad, two turns either way: more is a mistake of units
-Formats = Literal["auto", "deeplabcut", "opensim", "c3d", "matlab", "csv"]
+Formats = Literal[
+    "auto", "anipose", "c3d", "csv", "deeplabcut", "deeplabcut-h5", "matlab", "mcap", "nwb-pose", "opensim", "rosbag",
+    "sleap", "sleap-analysis", "trc",
+]  # fmt: skip
 Cuts = Literal["cut", "free", "keep"]
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 
@@ -45,7 +48,8 @@ class Mapping:
 
     ``time`` : the clock's column; ``time_unit`` : its unit. ``frame_rate`` : Hz, where the file has no clock.
     ``joints`` : a column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : a point less
-    likely is missing. ``plane`` : which axes of space are right and up. ``mirror`` : seen from the other side.
+    likely is missing. ``plane`` : which axes of space are right and up; ``fit`` and an axis: the plane that fits best,
+    that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
     ``roll`` : rad, counter-clockwise, by which the picture is turned.
     """
 
@@ -59,6 +63,7 @@ class Mapping:
     plane: tuple[str, str] | None = None
     mirror: bool = False
     roll: float = 0.0
+    topic: str | None = None
 
 
 @dataclass(frozen=True)
@@ -78,6 +83,7 @@ class _ImportFile:
     roll: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
     release: Cuts = "cut"
     name: Title | None = None
+    topic: Text | None = None
 
 
 @dataclass(frozen=True)
@@ -162,6 +168,7 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
         (file.plane[0], file.plane[1]) if file.plane else None,
         file.mirror,
         file.roll,
+        file.topic,
     )
     inputs = tuple(reader.inputs)
     return ImportProject(file.name or leg.name, leg, files, file.format, mapping, file.release, inputs)

@@ -84,7 +84,7 @@ def _named(parent: Path, prefix: str) -> list[Path]:
 
 
 def _locked(folder: Path, *, wait: bool = False) -> int | None:
-    """A handle that locks the folder; None where another process holds it, or locks are not to be had here."""
+    """A handle that locks the folder; None where another process holds it, or the file system has no locks."""
     if fcntl is None:
         return None
     try:

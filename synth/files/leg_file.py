@@ -13,7 +13,9 @@ from pydantic import Field, field_validator, model_validator
 
 from synth import units
 from synth.errors import Problem, UserError
+from synth.files import drive_columns
 from synth.files.curve import read_curve, write_curve
+from synth.files.drive import DriveKeys, drive_text
 from synth.files.names import name_fault, same_file
 from synth.files.output import write_text
 from synth.files.paths import inside
@@ -34,11 +36,13 @@ from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 TURNS = radians(720.0)  # no joint's angle lies beyond two turns
 COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, not that far
+GYRATION_LIMIT = 5.0  # link lengths, of a link's radius of gyration about its centre of mass: a rod has 0.29
 
 # (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
 PartResolver = Callable[[Literal["spring", "damper"], str], float | Damper]
 
-_TAKEN = ("time", "base", "all")
+_TAKEN = ("time", "base", "all", drive_columns.SUPPLY)
+ENDINGS = (" velocity", " torque", *drive_columns.SUFFIXES)  # of columns that tell something else of a joint
 
 
 class _Link(FileModel):
@@ -46,6 +50,7 @@ class _Link(FileModel):
     mass: Annotated[float, Quantity("kg", above=0)]
     com: Annotated[float, Quantity("m")]
     inertia: Annotated[float, Quantity("kg*m^2", above=0)]
+    includes: Literal["none", "joint"] = "joint"
 
 
 class _Spring(FileModel):
@@ -83,6 +88,7 @@ class _Joint(FileModel):
     armature: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
     spring: _Spring | None = None
     damper: _Damper | None = None
+    drive: DriveKeys | None = None
     effects: list[dict[str, dict[str, Any]]] | None = None
 
     @field_validator("name")
@@ -91,7 +97,7 @@ class _Joint(FileModel):
         fault = name_fault(name)
         if fault is not None:
             raise refusal(f'"{name[:60]}" cannot be a joint\'s name: it {fault}')
-        if name in _TAKEN or name.endswith((" velocity", " torque")):
+        if name in _TAKEN or name.endswith(ENDINGS):
             raise refusal(f'"{name}" cannot be a joint\'s name: it has another meaning in these files')
         return name
 
@@ -184,6 +190,7 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
             "mass": units.write(link.mass, "kg"),
             "com": units.write(link.com, "mm"),
             "inertia": units.write(link.inertia, "kg*m^2"),
+            **({"includes": link.includes} if link.includes != "joint" else {}),
         }
         if joint.armature:
             item["armature"] = units.write(joint.armature, "kg*m^2")
@@ -192,6 +199,8 @@ def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = 
             item["spring"] = {"rate": rate, "free_angle": free_angle} | _part(joint.spring.part)
         if joint.damper is not None:
             item["damper"] = _damper_text(joint.damper, path, number, joint.name)
+        if joint.drive is not None:
+            item["drive"] = drive_text(joint.drive)
         if joint.effects:
             item["effects"] = [_effect_text(name, joint.effects[name], specifications[name]) for name in joint.effects]
         joints.append(item)
@@ -254,6 +263,16 @@ def _check_semantics(document: Document, problems: list[Problem]) -> None:
             if ratio > COM_LIMIT:
                 text = f"{link['com']} is {ratio:.3g} lengths of the link away from its joint; check the unit"
                 problems.append(document.problem(text, ("joints", index, "link", "com")))
+        if isinstance(link, dict) and {"inertia", "mass", "length"} <= link.keys():
+            try:
+                inertia, mass = units.parse(link["inertia"], "kg*m^2"), units.parse(link["mass"], "kg")
+                ratio = (inertia / mass) ** 0.5 / units.parse(link["length"], "m")
+            except (UserError, ArithmeticError, TypeError):
+                continue  # said by the field itself
+            if isinstance(ratio, float) and ratio > GYRATION_LIMIT:
+                text = f"{link['inertia']} is what {link['mass']} at {ratio:.3g} lengths of the link would have; check "
+                text += "the units of inertia, mass and length"
+                problems.append(document.problem(text, ("joints", index, "link", "inertia")))
 
 
 @dataclass(frozen=True)
@@ -271,11 +290,16 @@ class _Reader:
         joint = check_part(_Joint, self.document, value, key, self.problems)
         if joint is None:
             return None
-        link = Link(joint.link.length, joint.link.mass, joint.link.com, joint.link.inertia)
+        given = joint.link
+        link = Link(given.length, given.mass, given.com, given.inertia, given.includes)
         span = (joint.range[0], joint.range[1]) if joint.range is not None else None
         spring = self.spring(joint.spring, (*key, "spring")) if joint.spring is not None else None
         damper = self.damper(joint.damper, (*key, "damper")) if joint.damper is not None else None
-        return Joint(joint.name, link, joint.zero, joint.sign, span, spring, damper, effects, joint.armature)
+        drive = None
+        if joint.drive is not None:
+            with gathering(self.problems, self.document, (*key, "drive")):
+                drive = joint.drive.drive()
+        return Joint(joint.name, link, joint.zero, joint.sign, span, spring, damper, effects, joint.armature, drive)
 
     def spring(self, spring: _Spring, key: Key) -> Spring | None:
         rate: object = spring.rate

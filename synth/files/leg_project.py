@@ -21,6 +21,7 @@ from synth.files.paths import inside
 from synth.files.project_options import (
     CadOptions,
     DamperChoice,
+    DamperShape,
     FitOptions,
     JointChoice,
     MeasuredSpring,
@@ -34,12 +35,14 @@ from synth.files.schema import Because, Default, read_section
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title, gathering
+from synth.files.wanted_motion import WantedCharacteristics, read_wanted
 from synth.files.yaml_lines import Key
 from synth.swing.leg_model import DamperCurve, Leg
 
 # The user's catalogue files -> what looks parts up in them and in the built-in ones.
 CatalogueOpener = Callable[[Sequence[Path]], PartResolver]
 WIRE = "music"
+NO_MOTION = 'needs "trials" (recordings), or "wanted" (each joint\'s characteristics)'
 Entries = Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
 Names = Annotated[list[str], Field(examples=["[Lee Spring]"])]
 
@@ -75,6 +78,9 @@ class LegProject:
         what the file leaves out, for the report.
     tolerance
         what the source's and the target's leg files leave open of their links, joint by joint.
+    wanted
+        characteristics of the source's motion, in the place of trials; ``wanted_shown`` what comes of them, and
+        ``said`` a sentence on each that comes out otherwise, once ``fit.wanted_motion`` has made the trial.
     release
         ``free``: what something drives at first in the source's recordings is cut; ``recorded``: all is fitted.
     """
@@ -98,6 +104,9 @@ class LegProject:
     measured_springs: Mapping[str, MeasuredSpring] = field(default_factory=dict)
     tolerance: Tolerance = field(default_factory=Tolerance)
     release: Release = "free"
+    wanted: Mapping[str, WantedCharacteristics] = field(default_factory=dict)
+    wanted_shown: Mapping[str, Any] = field(default_factory=dict)
+    said: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -125,7 +134,8 @@ class _MeasuredParts:
 @dataclass(frozen=True)
 class _Source:
     leg: Annotated[str, Field(examples=["rat/rat.leg.yaml"])]
-    trials: Entries
+    trials: Entries | None = None
+    wanted: Any = None
 
 
 @dataclass(frozen=True)
@@ -181,7 +191,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     if open_catalogue is not None and not reader.problems:
         with gathering(reader.problems):
             reader.resolve_part = open_catalogue(catalogs)
-    source, trials = _source(reader, written.get("source"))
+    source, trials, wanted = _source(reader, written.get("source"))
     target = reader.leg(file.target, ("target",)) if file is not None else None
     scale = _time_scale(reader, source, target)
     if source is not None and target is not None and source.joint_names != target.joint_names:
@@ -197,7 +207,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     parts = _parts(reader, select, written.get("select"))
     joints = _joints(reader, select, target)
     dampers = _dampers(reader, written.get("dampers"), target)
-    cad = reader.section(CadOptions, "cad")
+    cad = _with_dampers(reader, reader.section(CadOptions, "cad"), target)
     measured = _measured_springs(reader, target)
     reader.finish()
     assert file is not None
@@ -226,7 +236,26 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
         measured_springs=measured,
         tolerance=tolerance,
         release=file.release,
+        wanted=wanted,
     )
+
+
+def _with_dampers(reader: ProjectReader, cad: CadOptions | None, target: Leg | None) -> CadOptions | None:
+    """``cad: {dampers: {JOINT: {...}}}`` read and checked."""
+    if cad is None or not cad.dampers:
+        return cad
+    place: Key = ("cad", "dampers")
+    if target is not None:
+        reader.known_joints(cad.dampers, target, place)
+    found = {}
+    for name, item in cad.dampers.items():
+        shape = reader.entry(DamperShape, (*place, name), item)
+        if shape is None:
+            continue
+        if name in cad.damper_shafts and shape.shaft_size is not None:
+            reader.refuse("its shaft is given twice: here and under cad.damper_shafts; keep one", (*place, name))
+        found[name] = shape
+    return replace(cad, dampers=found)
 
 
 def _measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str, MeasuredSpring]:
@@ -248,15 +277,23 @@ def _measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str, Me
     return found
 
 
-def _source(reader: ProjectReader, value: Any) -> tuple[Leg | None, tuple[Trial, ...]]:
+def _source(
+    reader: ProjectReader, value: Any
+) -> tuple[Leg | None, tuple[Trial, ...], dict[str, WantedCharacteristics]]:
     if value is None:
-        return None, ()  # said by the file's own check
+        return None, (), {}  # said by the file's own check
     section = reader.entry(_Source, ("source",), value)
     name = value.get("leg") if isinstance(value, dict) else None
     leg = reader.leg(name, ("source", "leg")) if isinstance(name, str) else None
     if leg is None or section is None:
-        return leg, ()
-    return leg, reader.trials(section.trials, leg, ("source", "trials"))
+        return leg, (), {}
+    if (section.trials is None) == (section.wanted is None):
+        both = section.trials is not None
+        reader.refuse('"trials" and "wanted" are both given; keep one' if both else NO_MOTION, ("source",))
+        return leg, (), {}
+    if section.trials is None:
+        return leg, (), read_wanted(reader, section.wanted, leg, ("source", "wanted"))
+    return leg, reader.trials(section.trials, leg, ("source", "trials")), {}
 
 
 def _time_scale(reader: ProjectReader, source: Leg | None, target: Leg | None) -> float:

@@ -10,6 +10,7 @@ and d is the smallest that MuJoCo allows. What else a curve holds is MuJoCo's ow
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import floor, log10
 from pathlib import Path
 from xml.etree.ElementTree import Comment, Element, SubElement
@@ -26,8 +27,9 @@ from synth.files.joint_curves import (
     without_held,
 )
 from synth.files.output import write_text
+from synth.files.robot_bodies import SCALE, RobotLink, inertial_of, numbers
 from synth.files.xml_text import xml_text
-from synth.swing.leg_model import Joint, Leg, Link
+from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import coefficients, mass_matrix
 
 IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
@@ -37,12 +39,14 @@ STABLE = 1.0  # of step times the fastest damping; Runge-Kutta bears 2.8
 HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING)
 
 
-def mjcf_text(leg: Leg, fastest: Array) -> str:
+def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> str:
     """The leg as an MJCF document; ``fastest`` (n,) rad/s is how far each damper's curve must be followed.
 
     Links hang along -z of their body, joints turn about -y so that a positive angle is counter-clockwise seen with x to
-    the right and z up. Inertias other than about the joint axis are those of a rod of the same length.
+    the right and z up. ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod, whose
+    inertias other than about the joint axis are those of one of its length.
     """
+    shown = list(links) or [RobotLink()] * len(leg.joints)
     terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
     weights = inverse_inertia(leg)
     root = Element("mujoco", model=leg.name)
@@ -52,10 +56,16 @@ def mjcf_text(leg: Leg, fastest: Array) -> str:
     SubElement(root, "compiler", angle="radian", autolimits="true")
     step = f"{time_step(terms, weights):.10g}"
     SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=step)
+    visuals = [item for link in (base or RobotLink(), *shown) for item in link.visuals]
+    if visuals:
+        asset = SubElement(root, "asset")
+        for visual in visuals:
+            SubElement(asset, "mesh", name=visual.name, file=visual.path, scale=SCALE)
     body = SubElement(SubElement(root, "worldbody"), "body", name="base", euler=f"0 {-leg.tilt:.10g} 0")
+    _geoms(body, base or RobotLink())
     for index, joint in enumerate(leg.joints):
         height = 0.0 if index == 0 else leg.joints[index - 1].link.length
-        body = _body(body, joint, height, terms[index])
+        body = _body(body, joint, height, terms[index], shown[index])
     if any(item.slope for item in terms):
         root.append(Comment(" each friction is one straight piece of a damper's torque-speed curve "))
         tendon = SubElement(root, "tendon")
@@ -92,9 +102,19 @@ def _tendons(parent: Element, joint: str, terms: DampingTerms, weight: float) ->
         SubElement(fixed, "joint", joint=joint, coef="1")
 
 
-def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms) -> Element:
+def _geoms(body: Element, drawn: RobotLink) -> None:
+    """The drawn parts; nothing of them weighs or touches."""
+    for item in drawn.visuals:
+        SubElement(body, "geom", {
+            "name": item.name, "type": "mesh", "mesh": item.name, "pos": numbers(item.place),
+            "quat": numbers(item.quaternion), "rgba": f"{numbers(item.colour)} 1", "mass": "0", "contype": "0",
+            "conaffinity": "0", "group": "1",
+        })  # fmt: skip
+
+
+def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms, drawn: RobotLink) -> Element:
     """The body of a joint's link, which the next one's hangs from."""
-    link, notes = joint.link, []
+    link, notes, inertial = joint.link, [], inertial_of(joint, drawn)
     attributes = {"name": joint.name, "axis": "0 -1 0"}
     if joint.spring is not None:
         found = spring_terms(joint, _reach(joint))
@@ -113,22 +133,21 @@ def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms) -> 
         notes.append(f"not in this model: {', '.join(lost)}")
     if joint.ends is not None:
         attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
-    across, about, along = inertias(link)
     body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")
     for note in notes:
         body.append(Comment(f" {note} "))
     SubElement(body, "joint", attributes)
-    SubElement(body, "inertial", pos=f"0 0 {-link.com:.10g}", mass=f"{link.mass:.10g}",
-               diaginertia=f"{across:.10g} {about:.10g} {along:.10g}")  # fmt: skip
-    SubElement(body, "geom", type="capsule", fromto=f"0 0 0 0 0 {-link.length:.10g}", size="0.008", contype="0",
-               conaffinity="0")  # fmt: skip
+    kind = "diaginertia" if not any(inertial.inertia[3:]) else "fullinertia"
+    SubElement(body, "inertial", {
+        "pos": numbers(inertial.centre), "mass": f"{inertial.mass:.10g}",
+        kind: numbers(inertial.inertia[:3] if kind == "diaginertia" else inertial.inertia),
+    })  # fmt: skip
+    if drawn.visuals:
+        _geoms(body, drawn)
+    else:
+        SubElement(body, "geom", type="capsule", fromto=f"0 0 0 0 0 {-link.length:.10g}", size="0.008", contype="0",
+                   conaffinity="0")  # fmt: skip
     return body
-
-
-def inertias(link: Link) -> tuple[float, float, float]:
-    """About x, y (the joints' axis) and z, kg m^2; a planar leg leaves all but y open, so they are a rod's."""
-    across = max(link.mass * link.length**2 / 12, link.inertia)
-    return across, link.inertia, max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
 
 
 def _reach(joint: Joint) -> float:
@@ -149,6 +168,8 @@ def _off(what: str, error: float) -> list[str]:
     return [f"the {what}'s curve is at most {error:.1%} of its torque off"] if error > 1e-3 else []
 
 
-def write_mjcf(leg: Leg, fastest: Array, path: Path) -> None:
+def write_mjcf(
+    leg: Leg, fastest: Array, path: Path, base: RobotLink | None = None, links: Sequence[RobotLink] = ()
+) -> None:
     """Write ``mjcf_text``."""
-    write_text(path, mjcf_text(leg, fastest))
+    write_text(path, mjcf_text(leg, fastest, base, links))

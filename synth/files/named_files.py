@@ -10,7 +10,7 @@ from typing import Any
 
 from synth.errors import Problem
 from synth.files.leg_file import PartResolver, read_leg
-from synth.files.paths import inside, matching, read_bytes
+from synth.files.paths import matching, name_from, read_bytes, shared
 from synth.files.schema import Default, Section, read_section
 from synth.files.trial_list import Trial, read_trials
 from synth.files.validate import check_kind, gathering, near, raise_if_any
@@ -55,7 +55,7 @@ class ProjectReader:
 
     @property
     def folder(self) -> Path:
-        """The project's; all that it names lies below."""
+        """The project's; all that it names lies below, leg files apart (``paths.shared``)."""
         return self.document.path.parent
 
     @property
@@ -85,7 +85,7 @@ class ProjectReader:
 
     def note(self, path: Path) -> None:
         """Record a file among the inputs."""
-        name = path.relative_to(self.folder).as_posix()
+        name = name_from(self.folder, path)
         if all(known.name != name for known in self.inputs):
             with gathering(self.problems):
                 data = read_bytes(path, LARGEST, "no file of a project is so large")
@@ -94,14 +94,14 @@ class ProjectReader:
     def leg(self, name: str, key: Key) -> Leg | None:
         """The leg file named at ``key``."""
         with gathering(self.problems, self.document, key):
-            path = inside(self.folder, name)
+            path = shared(self.folder, name)
             leg = read_leg(path, resolve_part=self.resolve_part)
             self.note(path)
             return leg
         return None
 
     def leg_and_trials(self, *, other_legs: bool = False) -> tuple[Leg | None, tuple[Trial, ...]]:
-        """The leg under ``leg`` and its trials under ``trials``; of what is missing the file's own check says so.
+        """The leg under ``leg`` and its trials under ``trials``; missing keys are reported by the check of the file.
 
         ``other_legs`` : a trial may name a leg of its own.
         """

@@ -1,4 +1,9 @@
-"""What a name in a user's file may be: it becomes a column, a file and a part of a drawing."""
+"""What a name in a user's file may be.
+
+A joint's name becomes a column, a file and a part of a drawing: letters and digits of every alphabet, space, ``_``,
+``.`` and ``-``. A title (of a leg, a project, a part) is only read: every character that can be printed. A file that we
+write is named by the first rule, whatever the recording that it comes from is called.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +16,7 @@ TITLE_LENGTH = 200  # characters
 # \w: the letters and digits of every alphabet, and the underscore. The first character keeps out "..", hidden files,
 # options and formulas; the last one keeps out what Windows drops from the end of a file's name.
 _NAME = re.compile(r"\w(?:[\w .-]*[\w-])?")
+_UNWRITTEN = re.compile(r"[^\w .-]")
 # Control, format (bidirectional marks, zero width), surrogate, private and unassigned characters, line separators.
 _UNPRINTED = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
 # The words that a part's file has behind its joint's name.
@@ -41,6 +47,15 @@ def title_fault(title: str) -> str | None:
 def file_name(name: str) -> str:
     """The name as it stands in file names: spaces become underscores."""
     return name.replace(" ", "_")
+
+
+def written_name(name: str) -> str:
+    """A recording's name, whatever its user called it, as a result's file is called: what no joint's may hold is ``_``.
+
+    ``walk (2)`` becomes ``walk _2_``. The user's own file keeps its name; only files that we write are called so.
+    """
+    text = _UNWRITTEN.sub("_", name)[:NAME_LENGTH].rstrip(" .")
+    return text if text[:1] not in ("", " ", ".", "-") else f"_{text[1:]}"
 
 
 def same_file(names: Iterable[str], name: str) -> str | None:

@@ -19,6 +19,7 @@ import numpy as np
 
 from synth.errors import Problem, UserError
 from synth.files.leftovers import PARTIAL, REPLACED, held_folder, one_at_a_time, put_back, remove_leftovers, remove_tree
+from synth.files.names import written_name
 from synth.files.text_forms import cells, defused, json_text, plain
 
 MANIFEST = ".synth-output"  # lists what a run wrote, so that the next may replace it and nothing else
@@ -189,12 +190,12 @@ def sha256_file(path: str | Path) -> str:
 
 
 def stems(names: Sequence[str]) -> list[str]:
-    """A file name a trial, from its own: unique, and without folders."""
+    """A file name a trial, from its own: unique, without folders, and of characters that every system takes."""
     found: list[str] = []
     for name in names:
-        stem = Path(name).stem
+        stem = written_name(Path(name).stem)
         if stem in found:
-            stem = name.replace("/", "__").removesuffix(".csv")
+            stem = written_name(name.replace("/", "__").removesuffix(".csv"))
         while stem in found:
             stem += "_"
         found.append(stem)
@@ -267,7 +268,7 @@ def _flush(path: Path) -> None:
 
 
 def _move(temporary: Path, target: Path) -> None:
-    """Put the finished folder in place of what is there; if that fails, what was there comes back."""
+    """Replace the target by the finished folder; if that fails, restore the target."""
     if not target.exists():
         temporary.rename(target)
         _flush(target.parent)

@@ -1,16 +1,53 @@
-"""Files that a user's file names: found beside it, never outside its folder tree."""
+"""Files that a user's file names: found beside it, never outside its folder tree.
+
+A leg file may be shared by several projects: it may also lie elsewhere in the repository that holds the project, or
+anywhere once the user says so (``allowing_outside``).
+"""
 
 from __future__ import annotations
 
 import os
 import stat
 from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from synth.errors import Problem, UserError, did_you_mean
 from synth.files.names import unprinted
 
 GLOB_LIMIT = 5_000  # files that one pattern may match
+REPOSITORY = (".git", ".hg", ".svn")  # what a repository's root holds
+_anywhere: ContextVar[bool] = ContextVar("shared files may lie anywhere", default=False)
+
+
+@contextmanager
+def allowing_outside() -> Iterator[None]:
+    """Within the block, what ``shared`` finds may lie anywhere: the user has said so (``--allow-outside``)."""
+    token = _anywhere.set(True)
+    try:
+        yield
+    finally:
+        _anywhere.reset(token)
+
+
+def repository_root(folder: Path) -> Path | None:
+    """The nearest folder at or above ``folder`` that holds a repository; never the home folder or the whole disk."""
+    whole = folder.resolve()
+    for place in (whole, *whole.parents):
+        if place == Path.home() or place == Path(place.anchor):
+            return None
+        if any((place / mark).exists() for mark in REPOSITORY):
+            return place
+    return None
+
+
+def name_from(folder: Path, path: Path) -> str:
+    """A file's name relative to a folder, with ``..`` where it lies outside."""
+    try:
+        return path.relative_to(folder).as_posix()
+    except ValueError:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
 
 
 def text_of(path: str | Path) -> str:
@@ -76,10 +113,31 @@ def inside(folder: Path, name: str) -> Path:
         For an absolute path, one that climbs or links out of the tree, or one that does not exist. The problem
         has no file or line: the caller knows where the name was written.
     """
+    return _named(folder, name, folder, "files must lie inside the folder of the file naming them")
+
+
+def shared(folder: Path, name: str) -> Path:
+    """A file that several projects may share: ``inside`` of the repository that holds ``folder``, if one does.
+
+    Raises
+    ------
+    UserError
+        As ``inside``; within ``allowing_outside`` the file may lie anywhere.
+    """
+    if _anywhere.get():
+        return _named(folder, name, None, "")
+    root = repository_root(folder)
+    where = "this folder, which is in no repository" if root is None else f"the repository {_shown(root)}"
+    return _named(folder, name, root or folder, f"a leg must lie inside {where}; --allow-outside lets it lie anywhere")
+
+
+def _named(folder: Path, name: str, root: Path | None, allowed: str) -> Path:
+    """The file ``name`` relative to ``folder``, inside ``root`` where there is one."""
     _refuse_absolute(name)
     try:
         path = folder / name
-        _refuse_outside(folder, path, name)
+        if root is not None:
+            _refuse_outside(root, path, name, allowed)
         if path.is_dir():
             raise UserError(f'"{name}" is a folder; name a file')
         if not path.exists():
@@ -154,14 +212,14 @@ def _refuse_absolute(name: str) -> None:
         raise UserError(f'"{name}" is an absolute path; name the file relative to the folder of the file naming it')
 
 
-def _refuse_outside(folder: Path, path: Path, name: str) -> None:
+def _refuse_outside(
+    folder: Path, path: Path, name: str, allowed: str = "files must lie inside the folder of the file naming them"
+) -> None:
     root = folder.resolve()
     target = path.resolve()
     if target != root and root not in target.parents:
         link = "" if ".." in PurePosixPath(name).parts else ", by a link"
-        raise UserError(
-            f'"{name}" leads out of {_shown(folder)}{link}; files must lie inside the folder of the file naming them'
-        )
+        raise UserError(f'"{name}" leads out of {_shown(folder)}{link}; {allowed}')
 
 
 def _is_file(path: Path) -> bool:

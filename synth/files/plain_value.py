@@ -10,11 +10,11 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import sys
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, cast, get_args, get_type_hints
 
@@ -90,7 +90,7 @@ def classes_of(root: type) -> dict[str, type]:
             name = _name(hint)
             if name not in found:
                 found[name] = hint
-                waiting += get_type_hints(hint, vars(sys.modules[hint.__module__])).values()
+                waiting += get_type_hints(hint, vars(import_module(hint.__module__))).values()
     return found
 
 

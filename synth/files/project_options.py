@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import radians
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
@@ -130,7 +130,7 @@ class JointChoice:
 
 @dataclass(frozen=True)
 class ToleranceOptions:
-    """Limits within which bought and wound parts are reckoned with; None: what the catalogue row says, else the usual.
+    """Assumed tolerances of bought and wound parts; None: those of the catalogue row, else the usual ones.
 
     ``rate`` and ``torque`` are shares (plus or minus), ``free_angle`` rad. ``measured``: torque of a damper whose
     curve was measured. ``temperature`` K above or below the one at which a damper's torque is stated.
@@ -184,6 +184,24 @@ class MeasuredSpring:
 
 
 @dataclass(frozen=True)
+class DamperShape:
+    """What a joint's damper is like, measured on the one bought; lengths in m, None: as the catalogue says.
+
+    ``shaft_side``: ``shaft`` where the damper has one of its own, ``bore`` where it takes the joint's. ``shaft_size``:
+    its diameter, or the width across the flats.
+    """
+
+    outer_diameter: Length | None = None
+    body_length: Length | None = None
+    bolt_circle: Length | None = None
+    bolts: Annotated[int, Field(ge=2, le=12)] | None = None
+    bolt_diameter: Length | None = None
+    shaft_side: Literal["shaft", "bore"] | None = None
+    shaft_form: Literal["round", "d", "square", "hex"] | None = None
+    shaft_size: Length | None = None
+
+
+@dataclass(frozen=True)
 class CadOptions:
     """How the joints are built; lengths in m."""
 
@@ -205,4 +223,14 @@ class CadOptions:
         dict[str, Length],
         Field(examples=["{hip: 8 mm}"]),
         Because("each damper takes the joint's shaft; one with a shaft of its own gets an adapter", "none"),
+    ] = field(default_factory=dict)
+    dampers: Annotated[
+        dict[str, Any],
+        Field(examples=["{hip: {outer_diameter: 42 mm, shaft_side: bore, shaft_form: square, shaft_size: 6 mm}}"]),
+        Because("dampers are drawn as the catalogue has them, and by assumption where it does not say", "none"),
+    ] = field(default_factory=dict)
+    masses: Annotated[
+        dict[str, Annotated[float, Quantity("kg", above=0)]],
+        Field(examples=["{hip_damper: 62 g}"]),
+        Because("of weighed parts; else by solid and density, of bought dampers and encoders assumed", "none"),
     ] = field(default_factory=dict)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -18,18 +19,24 @@ from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title
+from synth.files.wanted_motion import WantedCharacteristics, read_wanted
 from synth.swing.leg_model import Leg
 
 __all__ = ["FitProject", "LegProject", "read_fit_project", "read_leg_project"]
+
+NO_MOTION = (
+    '"trials" is missing: write it, for example trials: [trials/*.csv], or state characteristics under "wanted:"'
+)
 
 
 @dataclass(frozen=True)
 class _FitFile:
     kind: str
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
-    trials: Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
     release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
+    trials: Annotated[list[Any] | None, Field(min_length=1, examples=["[trials/*.csv]"])] = None
+    wanted: Any = None
     name: Title | None = None
     fit: Any = None
     tolerance: Any = None
@@ -43,7 +50,8 @@ class FitProject:
 
     ``prior`` None: values in the leg file are starting points at most. ``defaults``: what the file leaves out.
     ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: what the leg file leaves
-    open of its links. ``release``: ``free``: what something drives at first is cut; ``recorded``: all is fitted.
+    open of its links. ``wanted``: joint -> characteristics of a motion in the place of trials. ``release``: ``free``:
+    what something drives at first is cut; ``recorded``: all is fitted.
     """
 
     path: Path
@@ -58,6 +66,7 @@ class FitProject:
     static: tuple[StaticPoint, ...] = ()
     tolerance: Tolerance = field(default_factory=Tolerance)
     release: Release = "free"
+    wanted: Mapping[str, WantedCharacteristics] = field(default_factory=dict)
 
 
 def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
@@ -83,6 +92,10 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     if written.get("prior") is not None:
         prior = reader.entry(RatePrior, ("prior",), written["prior"])
     leg, trials = reader.leg_and_trials()
+    wanted = read_wanted(reader, written["wanted"], leg) if "wanted" in written else {}
+    if ("wanted" in written) == ("trials" in written):
+        text = '"trials" and "wanted" are both given; keep one' if "wanted" in written else NO_MOTION
+        reader.refuse(text, ("wanted",) if "wanted" in written else ())
     if leg is not None and prior is not None:
         _check_prior(reader, prior, leg)
     static: tuple[StaticPoint, ...] = ()
@@ -97,8 +110,9 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
     defaults, inputs = tuple(of_links(reader.defaults)), tuple(reader.inputs)
     name = file.name or leg.name
     return FitProject(
-        document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance, file.release
-    )
+        document.path, name, leg, trials, file.free_angle, fit, prior, defaults, inputs, static, tolerance,
+        file.release, wanted,
+    )  # fmt: skip
 
 
 def _check_prior(reader: ProjectReader, prior: RatePrior, leg: Leg) -> None:

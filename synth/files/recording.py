@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.drives.servo import ServoSignals
 from synth.errors import Problem, UserError
+from synth.files import drive_columns
 from synth.files.csv_table import CsvColumn, CsvTable, in_si, read_table
 from synth.files.recordings_together import clock_problem
 from synth.files.validate import near
@@ -33,6 +35,7 @@ class Recorded:
     velocities: Array | None
     torques: Array | None
     sha256: str
+    signals: ServoSignals | None = None
 
 
 def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded:
@@ -42,7 +45,7 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     ----------
     path
         the CSV: ``time [s]``, then ``NAME [deg]`` for each joint, in any order; ``NAME velocity [deg/s]`` and
-        ``NAME torque [N*m]`` are optional.
+        ``NAME torque [N*m]`` are optional; of a driven joint what its drive was told, see ``drive_columns``.
     leg
         whose joints the columns are; its ranges and zeros tell a wrong angle unit.
     name
@@ -62,6 +65,11 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     if not problems:
         problems += _angle_problems(table, leg, angles)
     velocities = _optional(values, leg, " velocity", np.nan)
+    for joint, torque in drive_columns.torques(leg, values).items():
+        if joint + " torque" in values:
+            text = "is given beside the current of the same drive; leave one of them out"
+            problems.append(Problem(text, table.name, 1, joint + " torque"))
+        values[joint + " torque"] = torque
     torques = _optional(values, leg, " torque", 0.0)
     if torques is not None and not problems:
         torques, problems = _between_samples(table, leg, time, angles, torques)
@@ -70,7 +78,7 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     for array in (time, angles, velocities, torques):
         if array is not None:
             array.flags.writeable = False
-    return Recorded(time, angles, velocities, torques, table.sha256)
+    return Recorded(time, angles, velocities, torques, table.sha256, drive_columns.signals(leg, values, time))
 
 
 def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
@@ -78,6 +86,7 @@ def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
     wanted = {"time": "s", **dict.fromkeys(leg.joint_names, "rad")}
     for suffix, unit in SUFFIXES.items():
         wanted |= {joint + suffix: unit for joint in leg.joint_names}
+    wanted |= drive_columns.column_units(leg)
     values, problems = in_si(table, wanted, "is not of this leg")
     present = [column.name for column in table.columns]
     for required in ("time", *leg.joint_names):
@@ -87,6 +96,7 @@ def _scaled(table: CsvTable, leg: Leg) -> dict[str, Array]:
             hint = hint if hint.startswith("; did you mean") else ""
             text = f'column "{required} [{EXAMPLES[wanted[required]]}]" is missing'
             problems.append(Problem(text + hint.replace("did you mean", "is it"), table.name, 1))
+    problems += drive_columns.problems(table, leg)
     if problems:
         raise UserError(problems)
     return values

@@ -1,6 +1,6 @@
 """Recordings of one project beside each other: one whose clock or columns are another's is refused by name.
 
-On its own such a file is well-formed, and a fit of all would be wrong by much with an interval that says nothing of it.
+Each such file is well-formed. A fit of all would have a large error that its intervals do not show.
 """
 
 from __future__ import annotations

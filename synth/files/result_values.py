@@ -15,7 +15,7 @@ from synth.units import factor
 SIZE_LIMIT = 200_000_000  # bytes; a gap of hundreds of trials has a few megabytes
 
 # kind -> the version of its format that this program writes.
-FORMATS = {"fit": 1, "gap": 1, "leg-design": 1, "spring": 1, "hopper": 1, "reproduction": 1}
+FORMATS = {"fit": 1, "gap": 1, "rehearsal": 1, "leg-design": 1, "spring": 1, "hopper": 1, "reproduction": 1}
 _FORMAT = re.compile(r"synth/([a-z-]+)/([1-9]\d{0,3})")
 
 

@@ -7,6 +7,7 @@ Frames as in the MJCF: links hang along -z, joints turn about -y, angles are rot
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -14,8 +15,8 @@ from xml.etree.ElementTree import Comment, Element
 
 from synth.arrays import Array
 from synth.files.joint_curves import linear_damping, without_held
-from synth.files.mjcf import inertias
 from synth.files.output import write_text
+from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers
 from synth.files.xml_text import nested, xml_text
 from synth.swing.leg_model import Joint, Leg, Link
 
@@ -33,14 +34,17 @@ class RobotFile:
     warnings: tuple[str, ...]
 
 
-def urdf_file(leg: Leg, fastest: Array) -> RobotFile:
+def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> RobotFile:
     """The leg as URDF; ``fastest`` (n,) rad/s is up to where each damper is to be followed.
 
+    ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod.
     URDF knows no gravity either: the simulator has its own.
     """
     said = [f"gravity of {leg.gravity:g} m/s^2 is the simulator's to set"] if leg.gravity != 9.81 else []
     root = Element("robot", name=leg.name)
-    nested(root, "link", name="base")
+    first, shown = nested(root, "link", name="base"), list(links) or [RobotLink()] * len(leg.joints)
+    for item in (base or RobotLink()).visuals:
+        _urdf_mesh(first, item)
     parent, height = "base", 0.0
     for index, joint in enumerate(leg.joints):
         rate, friction, found = _dynamics(joint, float(fastest[index]))
@@ -48,7 +52,7 @@ def urdf_file(leg: Leg, fastest: Array) -> RobotFile:
         if joint.spring is not None:
             said.append(f"{joint.name}: URDF has no springs: {joint.spring.rate:.4g} N*m/rad is left out")
         child = joint.name + _LINK_END
-        _urdf_link(root, child, joint.link)
+        _urdf_link(root, child, joint, shown[index])
         kind = "continuous" if joint.range is None else "revolute"
         made = nested(root, "joint", name=joint.name, type=kind)
         nested(made, "parent", link=parent)
@@ -65,27 +69,44 @@ def urdf_file(leg: Leg, fastest: Array) -> RobotFile:
     return _finished(root, [*said, *_base(leg)])
 
 
-def _urdf_link(root: Element, name: str, link: Link) -> None:
-    across, about, along = inertias(link)
-    made = nested(root, "link", name=name)
+def _urdf_link(root: Element, name: str, joint: Joint, drawn: RobotLink) -> None:
+    found, made = inertial_of(joint, drawn), nested(root, "link", name=name)
     inertial = nested(made, "inertial")
-    nested(inertial, "origin", xyz=f"0 0 {-link.com:.10g}")
-    nested(inertial, "mass", value=f"{link.mass:.10g}")
-    moments = {"ixx": f"{across:.10g}", "iyy": f"{about:.10g}", "izz": f"{along:.10g}"}
-    nested(inertial, "inertia", **moments, ixy="0", ixz="0", iyz="0")
-    visual = nested(made, "visual")
-    nested(visual, "origin", xyz=f"0 0 {-link.length / 2:.10g}")
-    nested(nested(visual, "geometry"), "cylinder", radius="0.008", length=f"{link.length:.10g}")
+    nested(inertial, "origin", xyz=numbers(found.centre))
+    nested(inertial, "mass", value=f"{found.mass:.10g}")
+    nested(inertial, "inertia", **_moments(found))
+    for item in drawn.visuals:
+        _urdf_mesh(made, item)
+    if not drawn.visuals:
+        visual = nested(made, "visual")
+        nested(visual, "origin", xyz=f"0 0 {-joint.link.length / 2:.10g}")
+        nested(nested(visual, "geometry"), "cylinder", radius="0.008", length=f"{joint.link.length:.10g}")
 
 
-def sdf_file(leg: Leg, fastest: Array) -> RobotFile:
+def _moments(found: Inertial) -> dict[str, str]:
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    return {name: f"{value:.10g}" for name, value in zip(names, found.inertia, strict=True)}
+
+
+def _urdf_mesh(link: Element, item: Visual) -> None:
+    visual = nested(link, "visual", name=item.name)
+    nested(visual, "origin", xyz=numbers(item.place), rpy=numbers(item.rpy))
+    nested(nested(visual, "geometry"), "mesh", filename=item.path, scale=SCALE)
+    nested(nested(visual, "material", name=f"{item.name}_colour"), "color", rgba=f"{numbers(item.colour)} 1")
+
+
+def sdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> RobotFile:
     """The leg as an SDF model fixed to the world; see ``urdf_file``."""
     said: list[str] = []
+    shown = list(links) or [RobotLink()] * len(leg.joints)
     root = Element("sdf", version=SDF_VERSION)
     world = nested(root, "world", name="default")
     nested(world, "gravity", f"0 0 {-leg.gravity:.10g}")
     model = nested(world, "model", name=leg.name)
-    nested(nested(model, "link", name="base"), "pose", f"0 0 0 0 {-leg.tilt:.10g} 0")
+    first = nested(model, "link", name="base")
+    nested(first, "pose", f"0 0 0 0 {-leg.tilt:.10g} 0")
+    for item in (base or RobotLink()).visuals:
+        _sdf_mesh(first, item)
     mount = nested(model, "joint", name="mount", type="fixed")
     nested(mount, "parent", "world")
     nested(mount, "child", "base")
@@ -94,22 +115,38 @@ def sdf_file(leg: Leg, fastest: Array) -> RobotFile:
         rate, friction, found = _dynamics(joint, float(fastest[index]))
         said += [f"{joint.name}: {text}" for text in found]
         child = joint.name + _LINK_END
-        _sdf_link(model, child, joint.link, parent, height)
+        _sdf_link(model, child, joint, shown[index], (parent, height))
         _sdf_joint(model, joint, parent, child, rate, friction)
         parent, height = child, joint.link.length
     return _finished(root, [*said, *_base(leg)])
 
 
-def _sdf_link(model: Element, name: str, link: Link, parent: str, height: float) -> None:
-    across, about, along = inertias(link)
-    made = nested(model, "link", name=name)
-    nested(made, "pose", f"0 0 {-height:.10g} 0 0 0", relative_to=parent)
+def _sdf_link(model: Element, name: str, joint: Joint, drawn: RobotLink, hangs: tuple[str, float]) -> None:
+    """``hangs``: the link that it hangs from, and how far (m) below that one's joint."""
+    found, made = inertial_of(joint, drawn), nested(model, "link", name=name)
+    nested(made, "pose", f"0 0 {-hangs[1]:.10g} 0 0 0", relative_to=hangs[0])
     inertial = nested(made, "inertial")
-    nested(inertial, "pose", f"0 0 {-link.com:.10g} 0 0 0")
-    nested(inertial, "mass", f"{link.mass:.10g}")
+    nested(inertial, "pose", f"{numbers(found.centre)} 0 0 0")
+    nested(inertial, "mass", f"{found.mass:.10g}")
     inertia = nested(inertial, "inertia")
-    for key, value in (("ixx", across), ("iyy", about), ("izz", along), ("ixy", 0.0), ("ixz", 0.0), ("iyz", 0.0)):
-        nested(inertia, key, f"{value:.10g}")
+    for key, value in _moments(found).items():
+        nested(inertia, key, value)
+    for item in drawn.visuals:
+        _sdf_mesh(made, item)
+    if not drawn.visuals:
+        _sdf_rod(made, joint.link)
+
+
+def _sdf_mesh(link: Element, item: Visual) -> None:
+    visual = nested(link, "visual", name=item.name)
+    nested(visual, "pose", f"{numbers(item.place)} {numbers(item.rpy)}")
+    mesh = nested(nested(visual, "geometry"), "mesh")
+    nested(mesh, "uri", item.path)
+    nested(mesh, "scale", SCALE)
+    nested(nested(visual, "material"), "diffuse", f"{numbers(item.colour)} 1")
+
+
+def _sdf_rod(made: Element, link: Link) -> None:
     visual = nested(made, "visual", name="rod")
     nested(visual, "pose", f"0 0 {-link.length / 2:.10g} 0 0 0")
     cylinder = nested(nested(visual, "geometry"), "cylinder")
@@ -162,10 +199,15 @@ def _finished(root: Element, said: list[str]) -> RobotFile:
     return RobotFile(xml_text(root, declared=True), tuple(said))
 
 
-def write_robot_files(leg: Leg, fastest: Array, folder: Path) -> list[str]:
+def write_robot_files(
+    leg: Leg, fastest: Array, folder: Path, base: RobotLink | None = None, links: Sequence[RobotLink] = ()
+) -> list[str]:
     """Write ``leg.urdf`` and ``leg.sdf`` into ``folder``; returns a warning a file for what it does not hold."""
     said = []
-    for name, made in (("leg.urdf", urdf_file(leg, fastest)), ("leg.sdf", sdf_file(leg, fastest))):
+    for name, made in (
+        ("leg.urdf", urdf_file(leg, fastest, base, links)),
+        ("leg.sdf", sdf_file(leg, fastest, base, links)),
+    ):
         write_text(folder / name, made.text)
         if made.warnings:
             said.append(f"{name} does not hold all of the leg: {'; '.join(made.warnings)}")

@@ -59,7 +59,7 @@ def read_section(
     value
         the mapping; None where the file leaves it out, then all defaults apply.
     """
-    model = _model(cast(Any, section))
+    model = schema_model(cast(Any, section))
     checked = check_part(model, document, {} if value is None else value, key, problems)
     if checked is None:
         return None
@@ -70,7 +70,7 @@ def read_section(
 
 
 @cache
-def _model(section: type[Any]) -> type[FileModel]:
+def schema_model(section: type[Any]) -> type[FileModel]:
     """The pydantic model with the dataclass' fields."""
     hints = get_type_hints(section, include_extras=True)
     definitions: dict[str, Any] = {}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 DIGITS = 10  # significant; below what any two machines' arithmetic agrees on, above what anyone needs
-_FORMULA = tuple("=+-@\t\r\n|%")  # what makes a spreadsheet reckon with a cell
+_FORMULA = tuple("=+-@\t\r\n|%")  # a cell that begins so is a formula to a spreadsheet
 
 
 def plain(value: Any, key: str) -> Any:
@@ -62,7 +62,7 @@ def json_text(value: Any, depth: int) -> str:
 
 
 def cells(column: Sequence[Any] | np.ndarray[Any, Any]) -> list[str]:
-    """A column's cells; those of an array of numbers, most of what is written, without asking of each what it is."""
+    """A column's cells. An array of numbers, the usual case, is formatted without a type check of each cell."""
     if not (isinstance(column, np.ndarray) and column.dtype == np.float64 and column.ndim == 1):
         return [_cell(value) for value in column]
     if np.any(np.isinf(column)):

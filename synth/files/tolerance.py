@@ -14,11 +14,12 @@ from typing import Annotated, Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import Servo
 from synth.files.named_files import ProjectReader
 from synth.files.schema import Because, Default, read_section
 from synth.files.validate import Quantity
-from synth.swing.leg_model import Leg
-from synth.swing.tolerances import LINK_QUANTITIES
+from synth.swing.leg_model import Joint, Leg
+from synth.swing.tolerances import LINK_QUANTITIES, MOTOR_POWERS, QUANTITIES
 from synth.units import quantity
 
 HALF_DEGREE = radians(0.5)  # what hand assembly against a drawn angle leaves: our estimate
@@ -32,7 +33,7 @@ _USUAL = "usual for a leg that was measured after it was built"
 
 @dataclass(frozen=True)
 class JointTolerance:
-    """One standard deviation each of what is left open of a joint and its link.
+    """Standard deviations of a joint's and its link's numbers.
 
     Shares of the nominal value; ``free_angle`` in rad. Zero: known exactly, so that any error of it counts as an
     effect.
@@ -45,6 +46,8 @@ class JointTolerance:
     spring: Annotated[Share, Because("what is left after the spring's rate was measured")] = 0.03
     damper: Annotated[Share, Because("what is left after the damper's rate was measured")] = 0.05
     free_angle: Annotated[Turn, Because("what assembly leaves of the spring's free angle")] = HALF_DEGREE
+    torque_constant: Annotated[Share, Because("usual between motors of one batch; of joints with a motor")] = 0.1
+    resistance: Annotated[Share, Because("usual for a winding, its warmth included; of joints with a motor")] = 0.1
 
 
 @dataclass(frozen=True)
@@ -59,9 +62,15 @@ class Tolerance(JointTolerance):
         return JointTolerance(**{**common, **self.joints.get(name, {})})
 
     def widths(self, leg: Leg) -> Array:
-        """(7, n) one standard deviation of each quantity, in the order of the fields, at each joint."""
+        """(9, n) one standard deviation of each quantity, in the order of the fields, at each joint.
+
+        Those of a motor are 0 at a joint whose drive has none, or whose motor's torque is known.
+        """
         found = [self.of_joint(name) for name in leg.joint_names]
-        return np.array([[getattr(one, item.name) for one in found] for item in fields(JointTolerance)])
+        width = np.array([[getattr(one, item.name) for one in found] for item in fields(JointTolerance)])
+        motors = [_has_motor(joint) for joint in leg.joints]
+        width[QUANTITIES.index("torque_constant") :] *= np.array(motors)
+        return width
 
 
 def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance") -> Tolerance | None:
@@ -69,6 +78,19 @@ def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance
 
     ``leg`` None: it could not be read; names of joints are then not checked.
     """
+    found = _read(reader, leg, key)
+    if leg is None or not any(_has_motor(joint) for joint in leg.joints):
+        motors = {f"{key}.{name}" for name in MOTOR_POWERS}
+        reader.defaults[:] = [default for default in reader.defaults if default.key not in motors]
+    return found
+
+
+def _has_motor(joint: Joint) -> bool:
+    """Whether a motor drives it whose torque is not known."""
+    return isinstance(joint.drive, Servo) and joint.drive.motor is not None
+
+
+def _read(reader: ProjectReader, leg: Leg | None, key: str) -> Tolerance | None:
     written = reader.written.get(key)
     if not isinstance(written, Mapping):
         common = reader.section(JointTolerance, key)
@@ -104,4 +126,5 @@ def links_json(tolerance: Tolerance, leg: Leg) -> dict[str, Any]:
 def of_links(defaults: Sequence[Default]) -> list[Default]:
     """The defaults without those of springs, dampers and free angles, which a fit seeks and does not assume."""
     sought = {"tolerance.spring", "tolerance.damper", "tolerance.free_angle"}
+    sought |= {f"tolerance.{name}" for name in MOTOR_POWERS}
     return [default for default in defaults if default.key not in sought]

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from synth.arrays import Array
+from synth.drives.servo import ServoSignals
 from synth.errors import Problem, UserError
 from synth.files.paths import matching
 from synth.files.recording import Recorded, read_recording
@@ -51,6 +52,8 @@ class Trial:
         never used to fit or to choose, only to score.
     leg
         another leg with the same joints that this trial was made with; None: the project's.
+    signals
+        what the joints' servos were told, commands in measured angles; None where no joint has one.
     sha256
         of the file.
     """
@@ -68,6 +71,7 @@ class Trial:
     tip_inertia: float = 0.0
     tip_at: float | None = None
     leg: Leg | None = None
+    signals: ServoSignals | None = None
 
 
 class TipMass(FileModel):
@@ -164,7 +168,7 @@ def read_trials(
     trials: list[Trial] = []
     for listed in listing.files:
         with gathering(problems):
-            recorded = read_recording(listed.path, leg, name=listed.name)
+            recorded = read_recording(listed.path, others.get(listed.index, leg), name=listed.name)
             trials.append(_trial(recorded, listed, leg, others.get(listed.index)))
     if not problems:
         given = [trial.name for trial in trials]
@@ -222,6 +226,7 @@ def _trial(recorded: Recorded, listed: _Listed, leg: Leg, other: Leg | None) -> 
         tip.inertia,
         tip.at,
         other,
+        recorded.signals,
     )
 
 

@@ -1,4 +1,4 @@
-"""Intervals by bootstrap: the fit again on its own prediction with blocks of its residuals put back in another order.
+"""Intervals by block bootstrap: refits to the fit's prediction plus its residuals in resampled blocks.
 
 Residuals of neighbouring samples belong together (a model error swings with the leg), so whole blocks are drawn,
 wrapping round the trial's end, all joints at the same samples (the circular block bootstrap: Politis & Romano, in
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.estimation.intervals import spectrum
 from synth.fit.least_squares import HUBER, Solution, Stage, start_precision
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
@@ -118,7 +119,7 @@ class _Draw:
 
 
 def _draw(generator: np.random.Generator, recording: Recording, prediction: Array, block: int) -> _Draw:
-    """Blocks for every refit out of one trial's residuals, centred, and as large as the truth's would be."""
+    """Resampled blocks of one trial's residuals for every refit, centred and scaled for the lost degrees of freedom."""
     left, m = residuals(recording, prediction), len(recording.time)
     counted = recording.counts.any(axis=0)
     left[:, counted] -= np.nanmean(left[:, counted], axis=0)
@@ -154,7 +155,7 @@ class _Problem:
         self.pulls = [generator.normal(size=(len(p), REFITS)) * np.sqrt(p)[:, None] for p in self.precision]
         beside = model.unknowns.measured(self.solution.values)
         self.beside = np.zeros_like(self.schur) if beside is None else beside[2]
-        values, vectors = np.linalg.eigh(self.beside)
+        values, vectors = spectrum(self.beside)
         self.pulls[0] += vectors @ (
             np.sqrt(np.maximum(values, 0.0))[:, None] * generator.normal(size=(len(values), REFITS))
         )

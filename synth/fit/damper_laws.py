@@ -16,7 +16,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.fit_problem import bare
 from synth.fit.laws import LAWS, LINEAR, POWER, TABLE, CandidateLaw, LawUnknowns, SpeedRange
-from synth.fit.least_squares import Solution, Weights, solve
+from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local, TrajectoryModel
@@ -181,7 +181,7 @@ def _fit(
     noise = np.radians(2.0)
     for _ in range(NOISE_ROUNDS):
         weights = Weights(np.full((len(drops), model.chain.layout.n), noise), np.zeros(model.chain.layout.n))
-        solution = solve(model, drops, values, locals_, weights, max_iterations=30, tolerance=tolerance)
+        solution = solve(model, drops, FitStart(values, locals_), weights, max_iterations=30, tolerance=tolerance)
         if not np.isfinite(solution.cost):
             break
         values, locals_ = solution.values, solution.locals
@@ -197,7 +197,7 @@ def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, jo
     """Mean squared error (rad^2) of each drop with the law held and its initial state estimated."""
     n = model.chain.layout.n
     weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
-    solution = solve(model, drops, values, first_locals(drops), weights, fixed=True, tolerance=1.0)
+    solution = solve(model, drops, FitStart(values, first_locals(drops)), weights, fixed=True, tolerance=1.0)
     rms = [root_mean_square([r], [p])[joint] for r, p in zip(drops, solution.predictions, strict=True)]
     return [float(value) ** 2 if np.isfinite(value) else np.pi**2 for value in rms]
 

@@ -1,4 +1,4 @@
-"""Legs that the trials allow: draws of the fit's unknowns, with what holds them together (k with b on a ridge).
+"""Draws of the fit's unknowns with their correlation (k and b on a ridge): legs that agree with the trials.
 
 An interval a number says too much of each and too little of all: on a ridge k and b may both be off by half, but not
 one without the other. Whoever chooses by the fit takes these draws instead.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import spectrum
 from synth.fit.bootstrap import Bootstrap
 from synth.fit.link_errors import LinkErrors
 from synth.fit.unknowns import SpringsAndDampers
@@ -30,7 +31,7 @@ def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: Lin
     if refits is not None:
         return refits.values[:DRAWS] + moved[: len(refits.values)]
     root = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    value, vector = np.linalg.eigh(covariance / np.outer(root, root))
+    value, vector = spectrum(covariance, root)
     half = vector * np.sqrt(np.maximum(value, 0.0))
     normal = generator.normal(size=(DRAWS, len(values)))
     return np.asarray(values + normal @ half.T * root + moved)

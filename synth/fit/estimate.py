@@ -1,4 +1,4 @@
-"""Fit a leg to recordings: weak form for the start, trajectories for the answer, the free angle as the data ask."""
+"""Fit a leg to recordings: start from the weak form, then fit trajectories; choose how free angles vary."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from synth.fit.hand import cut_of, later, look, said_of, unseen
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine
-from synth.fit.report_fit import MISFIT, Treatment, result_of
+from synth.fit.report_fit import MISFIT, FittedTreatments, Treatment, result_of
 from synth.fit.ridge import soften
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.trajectories import Local, TrajectoryModel
@@ -58,17 +58,8 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
             return _fit_later(leg, recordings, options, hidden.cut, said_of(seen, hidden.cut, hidden))
     softened = _softened(model, recordings, chosen.stage, scatter)
     treatments[mode] = Treatment(softened.stage, chosen.spread)
-    return result_of(
-        model,
-        recordings,
-        treatments,
-        mode,
-        why,
-        scatter,
-        options,
-        softened=softened.sentences,
-        least=softened.least,
-    )
+    fitted = FittedTreatments(treatments, mode, why, softened=softened.sentences, least=softened.least)
+    return result_of(model, recordings, fitted, scatter, options)
 
 
 def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, said: str) -> FitResult:
@@ -114,7 +105,7 @@ def _fit_near(
     why = "each trial's shift as in the fit before"
     treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)
-    return result_of(model, recordings, treatments, near.free_angle, why, scatter, options)
+    return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
 
 
 def _treatments(

@@ -1,4 +1,4 @@
-"""What is sought of a leg: its springs and dampers as unknowns, with what is known of them beside the trials."""
+"""The unknowns of a fit: springs and dampers of a leg, with priors and static measurements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit found, with how well it is known."""
+"""The result of a fit, with its intervals."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from synth.fit.proposal import Proposal
 from synth.fit.static_points import JudgedPoint
 from synth.motion.characteristics import Characteristics
 from synth.motion.first_state import FirstState
+from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -103,6 +104,7 @@ class TrialFit:
     start: StartFit
     characteristics: Mapping[str, Characteristics]
     held_out: bool = False
+    conditions: Conditions = field(default_factory=Conditions)
 
     def as_json(self, joints: tuple[str, ...]) -> dict[str, Any]:
         """The trial's entry of ``fit.json``."""
@@ -112,6 +114,7 @@ class TrialFit:
 
         written: dict[str, Any] = {"file": self.name, "held_out": self.held_out, "rms": by_joint(self.rms, "deg")}
         written["free_angle"] = by_joint(self.free_angle, "deg")
+        written |= self.conditions.as_json(joints)
         written |= self.start.as_json(joints)
         for key, unit in (
             ("rise_time", "s"),
@@ -180,6 +183,7 @@ class FitResult:
     tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, as the project and its defaults say
     cut: float = 0.0  # s after each recording's first sample, from which on it was fitted
     defaults: tuple[Mapping[str, str], ...] = ()  # what the project leaves out
+    wanted: Mapping[str, Any] = field(default_factory=dict)  # characteristics asked for in the place of recordings
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""
@@ -221,6 +225,7 @@ class FitResult:
             "iterations": self.iterations,
             "reason": self.reason,
             "lost_samples": self.lost_samples,
+            **({"wanted": dict(self.wanted)} if self.wanted else {}),
             "trials": [trial.as_json(names) for trial in self.trials],
             "inputs": dict(self.inputs),
         }

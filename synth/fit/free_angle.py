@@ -61,3 +61,15 @@ def chi_squared_tail(value: float, degrees: int) -> float:
         tail += math.exp(order * math.log(half) - half - math.lgamma(order + 1.0))
         order += 1.0
     return min(tail, 1.0)
+
+
+def chi_squared_quantile(probability: float, degrees: int) -> float:
+    """The value that chi-squared with ``degrees`` stays below with this probability, by bisection to rounding."""
+    low, high = 0.0, float(degrees) + 10.0
+    while chi_squared_tail(high, degrees) > 1.0 - probability:
+        low, high = high, 2.0 * high
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        low, high = (middle, high) if chi_squared_tail(middle, degrees) > 1.0 - probability else (low, middle)

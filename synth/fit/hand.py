@@ -1,4 +1,4 @@
-"""Where free motion begins: what a hand, or a muscle, still drives after the release is no free swing of the leg.
+"""When free motion begins: after the release a hand or a muscle may still drive the leg for a while.
 
 Two looks. Each recording by itself: a torque that no spring and damper of the leg makes (``motion.release``), as
 ``synth import`` looks at it. And all together: a leg that swings freely from its first sample on gives the same rates
@@ -15,14 +15,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.estimation.intervals import spectrum
 from synth.fit.free_angle import chi_squared_tail
-from synth.fit.least_squares import Solution, Stage, Weights, solve
+from synth.fit.least_squares import FitStart, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals
+from synth.fit.still_start import LEAST_SAMPLES, release_in
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance
-from synth.motion.release import find_release, free_after
+from synth.motion.release import free_after
 from synth.swing.leg_model import Leg
 
 MANY = 0.5  # of the recordings: if a hand is seen in so many, it is believed without another look
@@ -30,7 +32,6 @@ LATER = 0.3  # s after the start, from which a fit is compared with that from al
 CUTS = (0.1, 0.15, 0.2, 0.3)  # s, tried in turn until what is left agrees with later samples
 SIGNIFICANCE = 1e-4  # of the difference; a model that lacks something differs too, so only the plain case counts
 LEAST_SHARE = 0.4  # of the shortest recording, that a cut leaves
-LEAST_SAMPLES = 30  # that a cut leaves
 UNTOLD = 0.05  # share of a direction's variance that later samples must add for the difference to tell anything
 
 
@@ -57,17 +58,10 @@ def look(leg: Leg, recordings: Sequence[Recording]) -> Seen:
 
 
 def _until(leg: Leg, recording: Recording) -> float | None:
-    if recording.known_torque is not None:
-        return None
-    conditions = recording.conditions
-    tilted = replace(leg, tilt=leg.tilt + conditions.tilt)
-    held = np.isin(np.arange(len(leg.joints)), conditions.locked)
-    angles = leg.to_measured(np.where(recording.counts | held, recording.rotation, np.nan))
-    try:
-        found = find_release(recording.time, angles, tilted, locked=conditions.locked, tip_mass=conditions.tip_mass)
-    except ValueError:
-        return None  # too short to tell
-    return found.free_from if found.driven_until is not None and found.free_from > recording.time[0] else None
+    found = release_in(leg, recording)
+    if found is None or found.driven_until is None or found.free_from < found.driven_until:
+        return None  # none, or where a hand and a leg of another law look alike
+    return found.free_from if found.free_from > recording.time[0] else None
 
 
 def later(recordings: Sequence[Recording], start: float) -> list[Recording] | None:
@@ -138,7 +132,7 @@ def _difference(model: TrajectoryModel, some: Sequence[Recording], known: Stage,
     """How probable it is that ``some`` and the later samples of ``known`` are of one leg, under the latter's noise."""
     noise = np.array(known.weights.noise)
     weights = Weights(noise, known.weights.spread, None, known.weights.rounding)
-    here = solve(model, some, start.values, start.locals, weights, tolerance=0.01)
+    here = solve(model, some, FitStart(start.values, start.locals), weights, tolerance=0.01)
     if not np.isfinite(here.cost):
         return 1.0
     return same_leg(here.values, covariance(model, here), known.solution.values, covariance(model, known.solution))
@@ -151,7 +145,7 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     """
     root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
     whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
-    share, vector = np.linalg.eigh(0.5 * (whitened + whitened.T))
+    share, vector = spectrum(0.5 * (whitened + whitened.T))
     off = vector.T @ np.linalg.solve(root, later_values - values)
     tells = 1.0 - share > UNTOLD
     if not tells.any():

@@ -1,4 +1,4 @@
-"""What an interval is made of: the share that the trials leave, and the share of each number of the leg file."""
+"""Sources of an interval: the share of the trials' noise, and the share of each number of the leg file."""
 
 from __future__ import annotations
 

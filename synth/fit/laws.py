@@ -1,4 +1,4 @@
-"""The torque-speed laws that compete for a damper, each with its numbers as the unknowns of a fit."""
+"""Candidate torque-speed laws of a damper, each with its parameters as the unknowns of a fit."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class LawUnknowns:
         return (None,) * self.chain.layout.n
 
     def measured(self, values: Array) -> None:
-        """Nothing: drops alone tell of a damper."""
+        """None: only drops measure a damper."""
 
     def curve(self, values: Array) -> DamperCurve:
         """The law as a curve over the speeds that the drops show, straight below and beyond them."""

@@ -34,7 +34,7 @@ class Weights:
     """Noise (n_trial, n_joint) rad that residuals are divided by, and spread (n_joint,) rad of the rest shifts.
 
     A spread of zero holds the shifts at zero, or at ``centre`` (n_trial, n_joint) rad where that is given.
-    ``rounding`` : a joint each, how its counts are reckoned with where they are coarser than its noise; else none.
+    ``rounding`` : for each joint, the treatment of counts that are coarser than its noise; else none.
     """
 
     noise: Array
@@ -123,18 +123,33 @@ class _TrajectoryFit(LeastSquares[_State]):
         return self.tolerance
 
 
+@dataclass(frozen=True)
+class FitStart:
+    """Where a fit starts: common unknowns (p,), what belongs to each trial, and the damping of its first step.
+
+    ``lanes`` : the sensitivities at this very point, from an earlier solution, so that they are not run again.
+    """
+
+    values: Array
+    locals: Sequence[Local]
+    damping: float = DAMPING
+    lanes: Sequence[Sensitivity] = ()
+
+    @classmethod
+    def at(cls, solution: Solution) -> FitStart:
+        """To go on from a solution under other weights."""
+        return cls(solution.values, solution.locals, solution.damping, solution.lanes)
+
+
 def solve(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
-    values: Array,
-    locals_: Sequence[Local],
+    start: FitStart,
     weights: Weights,
     *,
     max_iterations: int = 40,
     tolerance: float = 1e-4,
     fixed: bool = False,
-    damping: float = DAMPING,
-    lanes: Sequence[Sensitivity] = (),
 ) -> Solution:
     """Minimise the cost from the given start.
 
@@ -142,15 +157,14 @@ def solve(
     ----------
     tolerance : fall of the cost (a log-likelihood) below which the iteration has converged.
     fixed : hold the common unknowns and estimate only what belongs to each trial (to score a given leg).
-    damping : at first; ``lanes`` : at this very start, from an earlier solution, so that they are not run again.
 
     Returns
     -------
     Solution ; its ``cost`` is inf if even the start diverges.
     """
     problem = _TrajectoryFit(model, recordings, weights, tolerance, fixed)
-    start = Iterate(_assess(problem, values, tuple(locals_), lanes), damping)
-    (end,) = minimise(problem, [start], RULE, max_iterations)
+    begun = Iterate(_assess(problem, start.values, tuple(start.locals), start.lanes), start.damping)
+    (end,) = minimise(problem, [begun], RULE, max_iterations)
     found = end.point
     assert found.information is not None
     return Solution(

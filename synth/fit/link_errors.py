@@ -23,7 +23,7 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.lane_layout import LANES
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
-from synth.swing.tolerances import LINK_QUANTITIES, Tolerances
+from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 from synth.threads import shared_out
 
 STEP = 1e-4  # of a logarithm: a tenth of a thousandth; the integration's error at 1e-7 is a thousandth of the change
@@ -90,7 +90,7 @@ def link_errors(
 def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
     """Groups of lanes that step together, the nominal leg first, each other one with one number moved by ``STEP``."""
     n, groups = len(leg.joints), []
-    unit = Tolerances(np.ones((7, n)))
+    unit = Tolerances(np.ones((len(QUANTITIES), n)))
     for first in range(0, len(numbers), LANES - 1):
         some = numbers[first : first + LANES - 1]
         x = np.zeros((unit.size, len(some) + 1))
@@ -120,7 +120,7 @@ def _of_points(model: TrajectoryModel, values: Array, numbers: Index, static: Se
     """(p, c) change of the static points' gradient for a unit of each number's logarithm."""
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
-    unit = Tolerances(np.ones((7, len(model.leg.joints))))
+    unit = Tolerances(np.ones((len(QUANTITIES), len(model.leg.joints))))
     found = np.zeros((len(values), len(numbers)))
     for column, number in enumerate(numbers):
         ends = []

@@ -21,10 +21,10 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of
 from synth.fit.fit_result import FitResult
 from synth.fit.hand import cut_of, later, look, said_of
-from synth.fit.least_squares import Stage, Weights, solve
+from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.rate_search import Bounds, CostByJoint, Search
 from synth.fit.recordings import Recording
-from synth.fit.report_fit import Treatment, result_of
+from synth.fit.report_fit import FittedTreatments, Treatment, result_of
 from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
 from synth.swing.leg_model import DamperCurve, Leg
 
@@ -143,14 +143,14 @@ def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: in
     noise = np.where(np.isfinite(noise), noise, 1.0) + 1e-7
     spread = np.std([local.shift for local in own], axis=0, ddof=1) if n_trial > 1 else np.zeros(n)
     weights = Weights(np.tile(noise, (n_trial, 1)), np.maximum(spread, 1e-9), np.array([local.shift for local in own]))
-    solution = solve(model, recordings, values, own, weights, max_iterations=0)
+    solution = solve(model, recordings, FitStart(values, own), weights, max_iterations=0)
     if not np.isfinite(solution.cost):
         raise UserError(NOTHING_NEAR)
     scatter = np.array([r.smoothed.noise for r in recordings]).mean(axis=0)
     mode = "common" if search.common or n_trial == 1 else "per_trial"
     why = "each trial's from the pose in which it ends" if mode == "per_trial" else "from the poses in which trials end"
     treatments = {mode: Treatment(Stage(solution, weights), spread if mode == "per_trial" else np.zeros(n))}
-    return result_of(model, recordings, treatments, mode, why, scatter, options, searched=True)
+    return result_of(model, recordings, FittedTreatments(treatments, mode, why, searched=True), scatter, options)
 
 
 def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:

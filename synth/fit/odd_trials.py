@@ -10,7 +10,7 @@ from synth.arrays import Array
 
 LEAST = 3  # trials among which one can stand out
 TIMES = 4.0  # the others' usual size
-LEAST_RMS = np.radians(1.0)  # a smaller misfit bends no estimate by much
+LEAST_RMS = np.radians(1.0)  # a smaller misfit changes no estimate noticeably
 LEAST_SHIFT = np.radians(10.0)  # of a free angle; limbs do shift by some degrees from trial to trial
 LOOK = "look at it first: exchanged columns, another unit or clock, a joint that was held or touched"
 

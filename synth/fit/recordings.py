@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import Servo, ServoSignals
 from synth.errors import Problem, UserError
 from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
 from synth.motion.velocity import unlike, with_velocities
 from synth.swing.chain import Conditions
-from synth.swing.known_torque import no_denser
+from synth.swing.known_torque import averaged, no_denser
 from synth.swing.leg_model import Leg
 from synth.swing.time_unit import time_unit
 
@@ -46,6 +47,23 @@ class Recording:
     n_lost: int = 0
     leg: Leg | None = None  # that this trial was made with, where that is another than the others'
     thinning: str = ""
+    signals: ServoSignals | None = None  # what the servos were told
+
+    @property
+    def driven(self) -> bool:
+        """Whether a known torque or a servo acts."""
+        return self.known_torque is not None or self.signals is not None
+
+    def known_force(self, leg: Leg) -> Array | None:
+        """(k, n) N m on q of known torques and of the leg's servos along the smoothed motion; None without either."""
+        if not self.driven:
+            return None
+        force = np.zeros_like(self.smoothed.angle)
+        if self.known_torque is not None:
+            force += averaged(self.known_torque, self.smoothed.time)
+        if self.signals is not None:
+            force += _servo_torque(leg, self.signals, self.smoothed)
+        return force
 
     @cached_property
     def initial_rate(self) -> tuple[Array, Array]:
@@ -97,17 +115,20 @@ class Recording:
         known = self.known_torque
         if known is not None:
             known = (known[0] - start, known[1])
-        return replace(self, time=time, rotation=rotation, counts=counts, smoothed=smoothed, known_torque=known)
+        told = None if self.signals is None else self.signals.later(start)
+        return replace(
+            self, time=time, rotation=rotation, counts=counts, smoothed=smoothed, known_torque=known, signals=told
+        )
 
     def stretched(self, factor: float) -> Recording:
         """The same motion ``factor`` times slower: amplitudes stay, rates fall with it.
 
         Raises
         ------
-        ValueError : a known torque acts; how that would scale is another leg's business.
+        ValueError : a known torque or a servo acts; how that would scale is another leg's business.
         """
-        if self.known_torque is not None:
-            raise ValueError(f"{self.name}: a motion driven by a known torque cannot be stretched")
+        if self.driven:
+            raise ValueError(f"{self.name}: a motion driven by a known torque or a servo cannot be stretched")
         old = self.smoothed
         smoothed = replace(
             old, time=old.time * factor, rate=old.rate / factor, width=old.width * factor, pace=old.pace * factor
@@ -167,8 +188,27 @@ def _recording(leg: Leg, trial: Trial) -> Recording:
         known = no_denser(
             moments, np.ascontiguousarray(leg.sign * trial.torques), float(time[-1]), time_unit(smoothed.pace)
         )
+    signals = None
+    if trial.signals is not None:
+        told = trial.signals.later(float(trial.time[read][0] + thin.time[0]))
+        signals = replace(told, command=leg.to_rotation(told.command), supply=told.supply)
     conditions = Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
-    return Recording(trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence)
+    return Recording(
+        trial.name, time, rotation, counts, conditions, smoothed, known, n_lost, trial.leg, thin.sentence, signals
+    )
+
+
+def _servo_torque(leg: Leg, signals: ServoSignals, smoothed: Smoothed) -> Array:
+    """(k, n) N m on q of the leg's servos along a motion."""
+    servos = [joint.drive if isinstance(joint.drive, Servo) else None for joint in leg.joints]
+    delay = np.array([0.0 if servo is None else servo.delay for servo in servos])
+    command, supply, enabled = signals.at(smoothed.time, delay)
+    torque = np.zeros_like(smoothed.angle)
+    for j, servo in enumerate(servos):
+        if servo is not None:
+            error = command[:, j] - smoothed.angle[:, j]
+            torque[:, j] = servo.torque(error, smoothed.rate[:, j], supply[:, j], enabled[:, j])
+    return torque
 
 
 def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> Smoothed:

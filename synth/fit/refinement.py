@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.fit.least_squares import HUBER, Solution, Stage, Weights, solve
+from synth.fit.least_squares import HUBER, FitStart, Solution, Stage, Weights, solve
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.fit.rounding import Rounding, encoder_counts, rounding_of
 from synth.fit.starts import drawn_starts, first_locals, quick_costs
@@ -52,8 +52,8 @@ def refine(
     noise = np.nan_to_num(clipped_rms(recordings, predictions), nan=FIRST_NOISE, posinf=FIRST_NOISE) + 1e-6
     weights = Weights(relative * noise, spread, centre)
     solution = solve(
-        model, recordings, values, locals_, weights,
-        max_iterations=ROUGH_ITERATIONS, tolerance=ROUGHLY, damping=NEAR_DAMPING, lanes=lanes,
+        model, recordings, FitStart(values, locals_, NEAR_DAMPING, lanes), weights,
+        max_iterations=ROUGH_ITERATIONS, tolerance=ROUGHLY,
     )  # fmt: skip
     del lanes  # a copy for every trial, of which the solution keeps what is small
     for _ in range(rounds):
@@ -64,8 +64,8 @@ def refine(
         noise = found
         weights = Weights(relative * noise, spread, centre, rounding)
         solution = solve(
-            model, recordings, solution.values, solution.locals, weights,
-            tolerance=FINELY, damping=min(solution.damping, NEAR_DAMPING), lanes=solution.lanes,
+            model, recordings, replace(FitStart.at(solution), damping=min(solution.damping, NEAR_DAMPING)), weights,
+            tolerance=FINELY,
         )  # fmt: skip
         if change < SAME_NOISE:
             break
@@ -75,7 +75,7 @@ def refine(
 def _noise(
     recordings: Sequence[Recording], predictions: Sequence[Array], weight: str, counts: Array
 ) -> tuple[Array, tuple[Rounding | None, ...]]:
-    """(n,) rad each joint's noise as its residuals show it, and how counts (n,) rad coarser than it are reckoned with.
+    """(n,) rad noise of each joint from its residuals, and the treatment of counts (n,) rad that are coarser.
 
     Correlated residuals say less than their number: their noise counts as larger, so that the cost stays a
     log-likelihood and weighs rightly against the spread of the shifts and the prior.
@@ -132,7 +132,7 @@ def or_another_start(
 
     def screened(values: Array, locals_: Sequence[Local]) -> Solution:
         return solve(
-            model, some, values, locals_, weights,
+            model, some, FitStart(values, locals_), weights,
             max_iterations=SCREENING_ITERATIONS, tolerance=SCREENING_TOLERANCE,
         )  # fmt: skip
 

@@ -14,9 +14,10 @@ from synth.fit.draws import drawn_legs, draws
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import sought_by
 from synth.fit.fit_result import FitResult, JointFit, TrialFit, Variant
+from synth.fit.free_angle import chi_squared_quantile
 from synth.fit.interval_sources import sources_of
 from synth.fit.least_squares import Solution, Stage
-from synth.fit.link_errors import link_errors
+from synth.fit.link_errors import LinkErrors, link_errors
 from synth.fit.odd_trials import odd_trials
 from synth.fit.proposal import proposals
 from synth.fit.recordings import Recording, thinned_sentences
@@ -42,58 +43,62 @@ class Treatment:
     spread: Array
 
 
+@dataclass(frozen=True)
+class FittedTreatments:
+    """Treatments of the free angle by name, which of them is chosen, and why.
+
+    ``softened`` : what was said where the chosen stage was moved down a ridge, and ``least`` the solution of least
+    residual there: the intervals then reach from one to the other, for the trials do not choose between them.
+    ``searched`` : the stage is not the least of its residuals, so that what they leave does not speak against the
+    model.
+    """
+
+    treatments: Mapping[str, Treatment]
+    mode: str
+    why: str
+    softened: Sequence[str] = ()
+    searched: bool = False
+    least: Solution | None = None
+
+    @property
+    def stage(self) -> Stage:
+        """Of the chosen treatment."""
+        return self.treatments[self.mode].stage
+
+
 def result_of(
     model: TrajectoryModel,
     recordings: Sequence[Recording],
-    treatments: Mapping[str, Treatment],
-    mode: str,
-    why: str,
+    fitted: FittedTreatments,
     scatter: Array,
     options: LegFitOptions,
-    *,
-    softened: Sequence[str] = (),
-    searched: bool = False,
-    least: Solution | None = None,
 ) -> FitResult:
-    """Assemble the result of the chosen ``mode``, which is the name of one of the treatments.
+    """Assemble the result.
 
-    ``options.intervals``: of the chosen mode's estimates, by ``sensitivities`` or by ``bootstrap``; all carry what
-    ``options.tolerance`` leaves open of the links. ``searched``: the stage is not the least of its residuals, so that
-    what they leave does not speak against the model. ``least``: the solution of least residual where the chosen stage
-    was moved down a ridge from there; the intervals then reach from one to the other, for the trials do not choose
-    between them.
+    ``scatter`` (n,) rad, the readings' noise. ``options.intervals``: of the chosen treatment's estimates, by
+    ``sensitivities`` or by ``bootstrap``; all carry what ``options.tolerance`` leaves open of the links.
     """
+    treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
     solutions = {name: each.stage.solution for name, each in treatments.items()}
     spreads = {name: covariance(model, solution) for name, solution in solutions.items()}
-    refits, lost = _refits(model, recordings, treatments[mode].stage, spreads[mode], options)
+    refits, lost = _refits(model, recordings, fitted.stage, spreads[mode], options)
     chosen = solutions[mode]
     links = {
         name: link_errors(model, recordings, each.stage, _link_widths(leg, options), options.static)
         for name, each in treatments.items()
     }
-    offsets = {name: _normal_offsets(spread) for name, spread in spreads.items()}
-    if refits is not None:
-        offsets[mode] = refits.offsets(chosen.values)
-    for name, found in links.items():
-        if found is not None:
-            offsets[name] = _with_links(offsets[name], found.covariance)
-    if least is not None:
-        offsets[mode] = _reaching(offsets[mode], chosen.values, least.values)
-    joints = {
-        name: _joints(unknowns, solutions[name], offsets[name], each.spread, len(recordings))
-        for name, each in treatments.items()
-    }
-    rms = {
-        name: dict(zip(names, root_mean_square(recordings, solution.predictions).tolist(), strict=True))
-        for name, solution in solutions.items()
-    }
+    offsets = _offsets(fitted, spreads, refits, links)
+    joints, rms = {}, {}
+    for name, each in treatments.items():
+        joints[name] = _joints(unknowns, solutions[name], offsets[name], each.spread, len(recordings))
+        rms[name] = dict(zip(names, root_mean_square(recordings, solutions[name].predictions).tolist(), strict=True))
     static = _static(unknowns, chosen.values)
     drawn = draws(chosen.values, spreads[mode], refits, links[mode], options.seed)
     trials = trial_fits(leg, joints[mode], recordings, chosen.locals, chosen.predictions)
     clipped = dict(zip(names, clipped_rms(recordings, chosen.predictions).tolist(), strict=True))
     noise = dict(zip(names, scatter.tolist(), strict=True))
-    misfits = [] if searched else _misfits(rms[mode], clipped, noise)
+    misfits = [] if fitted.searched else _misfits(rms[mode], clipped, noise)
     return FitResult(
         leg=_fitted_leg(leg, joints[mode]),
         joints=joints[mode],
@@ -101,10 +106,10 @@ def result_of(
         clipped_rms=clipped,
         trials=trials,
         free_angle=mode,
-        free_angle_why=why,
+        free_angle_why=fitted.why,
         variants=tuple(_variant(name, joints[name], rms[name], each.spread) for name, each in treatments.items()),
         noise=noise,
-        not_separable=_open(model, recordings, chosen, softened),
+        not_separable=_open(model, recordings, chosen, fitted.softened),
         warnings=(
             *thinned_sentences(recordings),
             *lost,
@@ -125,6 +130,25 @@ def result_of(
         intervals={"by": "bootstrap", **refits.as_json(unknowns.names)} if refits else {"by": "sensitivities"},
         sources=sources_of(unknowns, spreads[mode], links[mode]),
     )
+
+
+def _offsets(
+    fitted: FittedTreatments,
+    spreads: Mapping[str, Array],
+    refits: Bootstrap | None,
+    links: Mapping[str, LinkErrors | None],
+) -> dict[str, tuple[Array, Array]]:
+    """Ends of each treatment's intervals, less the estimates (p,): noise, the links' errors and the ridge in them."""
+    offsets = {name: _normal_offsets(spread) for name, spread in spreads.items()}
+    chosen = fitted.stage.solution.values
+    if refits is not None:
+        offsets[fitted.mode] = refits.offsets(chosen)
+    for name, found in links.items():
+        if found is not None:
+            offsets[name] = _with_links(offsets[name], found.covariance)
+    if fitted.least is not None:
+        offsets[fitted.mode] = _reaching(offsets[fitted.mode], chosen, fitted.least.values)
+    return offsets
 
 
 def _link_widths(leg: Leg, options: LegFitOptions) -> Array:
@@ -286,10 +310,7 @@ def _spread(value: float, n_trial: int) -> Estimate:
     """A standard deviation over trials, with the interval that chi-squared leaves for that many trials."""
     if value == 0.0 or n_trial < 2:
         return Estimate(value, "deg")
-    from scipy.special import gammaincinv
-
-    half = (n_trial - 1) / 2
-    quantiles = [2 * float(gammaincinv(half, p)) for p in (0.95, 0.05)]
+    quantiles = [chi_squared_quantile(p, n_trial - 1) for p in (0.95, 0.05)]
     low, high = (value * np.sqrt((n_trial - 1) / q) for q in quantiles)
     return Estimate(value, "deg", float(low), float(high))
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.fit.fit_problem import sought_by
-from synth.fit.least_squares import Solution, Weights, solve
+from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import LOOSE, covariance, root_mean_square
@@ -58,7 +58,7 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
             values = solution.values.copy()
             values[k] += middle - values[place]
             values[place] = middle
-            found = solve(at, recordings, values, solution.locals, weights, max_iterations=12, tolerance=0.05)
+            found = solve(at, recordings, FitStart(values, solution.locals), weights, max_iterations=12, tolerance=0.05)
             along = abs(float(found.values[place] - found.values[k]) - ratio) <= SAME
             beside = _beside(unknowns, found.values) <= points + POINTS
             if along and beside and _overall(recordings, found) <= limit:
@@ -103,5 +103,5 @@ def _without_pins(
     model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
 ) -> Solution:
     """The same point with the information of the unpinned problem, for honest intervals."""
-    here = solve(model, recordings, solution.values, solution.locals, weights, max_iterations=0)
+    here = solve(model, recordings, FitStart(solution.values, solution.locals), weights, max_iterations=0)
     return replace(solution, information=here.information, cost=here.cost)

@@ -171,7 +171,12 @@ class TrajectoryModel:
         lanes[layout.rows("rest")] += shift
         lanes[layout.rows("rotation")], lanes[layout.rows("rate")] = state[: layout.n], state[layout.n :]
         return self.chain.run(
-            lanes, recording.time, self.tolerance, known_torque=recording.known_torque, max_steps=FIT_STEPS
+            lanes,
+            recording.time,
+            self.tolerance,
+            known_torque=recording.known_torque,
+            signals=recording.signals,
+            max_steps=FIT_STEPS,
         )
 
     def evaluate(self, recording: Recording, values: Array, local: Local, *, jacobian: bool = True) -> Evaluation:

@@ -59,6 +59,7 @@ def trial_fits(
                 _start(leg, recording, local),
                 found,
                 held_out,
+                recording.conditions,
             )
         )
     return tuple(fits)

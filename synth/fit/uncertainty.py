@@ -153,7 +153,7 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
 
     ``weighed``: a static point with a known torque or mass is given.
     """
-    told = weighed or any(r.known_torque is not None for r in recordings)
+    told = weighed or any(r.driven for r in recordings)
     told = told or len({r.conditions.tip_mass for r in recordings}) > 1
     if told:
         return None

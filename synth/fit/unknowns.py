@@ -16,7 +16,7 @@ from synth.swing.chain import Chain
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.mechanics import outboard_inertia
 
-# The search box in natural units, I the inertia outboard of the joint: beyond it a limb is no limb but a rod or a rag,
+# The search box in natural units, I the inertia outboard of the joint: beyond it a joint is practically rigid or limp,
 # and the integration is stiff for nothing.
 FREQUENCY_BOX = (0.02, 30.0)  # Hz, sqrt(k/I) / 2 pi
 DECAY_BOX = (1e-3, 500.0)  # 1/s, b/I

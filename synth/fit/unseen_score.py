@@ -10,7 +10,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.fit_problem import model_of, sought_by
 from synth.fit.fit_result import FitResult
-from synth.fit.least_squares import Weights, solve
+from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local
@@ -24,11 +24,11 @@ class UnseenFit:
     predictions: tuple[Array, ...]
 
 
-def score(result: FitResult, recordings: Sequence[Recording]) -> UnseenFit:
+def score(result: FitResult, recordings: Sequence[Recording], *, spread: Array | None = None) -> UnseenFit:
     """Predict recordings with the fitted leg held fixed.
 
     Where the fit found that the free angle differs from trial to trial, each scored trial has its own within that
-    spread too.
+    spread too; ``spread`` (n,) rad, given in its place, may be so wide that each trial's is all but free.
     """
     leg = result.leg
     curves = {
@@ -39,9 +39,10 @@ def score(result: FitResult, recordings: Sequence[Recording]) -> UnseenFit:
     model = model_of(leg, curves)
     damping = np.array([(joint.damper.rate or 0.0) if joint.damper else 0.0 for joint in leg.joints])
     values = sought_by(model).pack(leg.spring_rate, leg.rest, damping)
-    spread = np.array([joint.free_angle_spread.value for joint in result.joints.values()])
+    if spread is None:
+        spread = np.array([joint.free_angle_spread.value for joint in result.joints.values()])
     noise = np.array([result.clipped_rms[name] for name in leg.joint_names])
     noise = np.where(np.isfinite(noise), noise, 1.0)
     weights = Weights(np.tile(noise, (len(recordings), 1)), spread)
-    solution = solve(model, recordings, values, first_locals(recordings), weights, fixed=True)
+    solution = solve(model, recordings, FitStart(values, first_locals(recordings)), weights, fixed=True)
     return UnseenFit(solution.locals, solution.predictions)

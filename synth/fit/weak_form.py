@@ -16,7 +16,6 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.recordings import Recording
 from synth.swing.damper_curves import torque_at
-from synth.swing.known_torque import averaged
 from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
@@ -66,8 +65,9 @@ class WeakForm:
             tilt = leg.tilt + recording.conditions.tilt
             found = coefficients(leg, recording.conditions.tip)
             momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, tilt)
-            if recording.known_torque is not None:
-                force = force + averaged(recording.known_torque, smoothed.time)
+            driven = recording.known_force(recording.leg or leg)
+            if driven is not None:
+                force = force + driven
             for j, curve in enumerate(self.curves):
                 if curve is not None:
                     force[:, j] -= torque_at(curve, smoothed.rate[:, j])

@@ -12,9 +12,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from synth.arrays import Array
+from synth.compiling.compiled import compiled_when_called
 from synth.jump.jump_lanes import JumpLanes
 
 STEP = 1e-3  # s
@@ -23,10 +23,10 @@ NAMES = (
     "length", "lower_length", "hip_spacing", "body_mass", "mass_per_length", "flexure_rate", "joint_damping",
     "hip_rest", "knee_rest", "foot_rest", "gravity", "extended", "stop_rate", "stop_dissipation",
 )  # fmt: skip
-_options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "cache": True}
+_options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def _acceleration(a, w, tau, p):  # type: ignore[no-untyped-def]
     length, lower, spacing, body, density, rate, damping = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
     s, c = math.sin(a), math.cos(a)
@@ -51,7 +51,7 @@ def _acceleration(a, w, tau, p):  # type: ignore[no-untyped-def]
     return (2.0 * tau - force - damping * joints * w - slope * w * w) / inertia
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def _fold(time, torque, start, rate, parameters, out):  # type: ignore[no-untyped-def]
     for lane in range(out.shape[1]):
         p = parameters[:, lane]

@@ -19,12 +19,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.windows import OVERLAP, windows
 
 SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
 Z90 = 1.6448536  # of a normal 90 % interval
-LEAST_RUNS = 3  # among which one can stand out
-ODD, ODD_TIMES = 0.1, 5.0  # share of a run's voltage or torque that others' constants miss, and times what they miss
 SURE = 3.0  # standard deviations below 0 from which on a constant is negative
 
 
@@ -77,22 +76,19 @@ def _weighted(run: HopperRecording, ratio: float, width: float) -> Array:
 
 
 def _refuse_odd_run(names: Sequence[str], rows: Sequence[Array]) -> None:
-    """Refuse a run that the constants of all others do not explain, where these explain each other."""
-    problems = []
-    for index, name in enumerate(names):
-        others = [part for k, part in enumerate(rows) if k != index]
-        if len(others) < LEAST_RUNS - 1 or not len(rows[index]):
-            continue
+    """Refuse a run that the constants of all others do not explain."""
+
+    def missed(index: int) -> tuple[float, float] | None:
+        others = [part for k, part in enumerate(rows) if k != index and len(part)]
+        if not others or not len(rows[index]):
+            return None
         try:
             found = _estimate(np.concatenate(others))
         except UserError:
-            continue
-        own, usual = _missed(found, rows[index]), max(_missed(found, part) for part in others if len(part))
-        if own > max(ODD_TIMES * usual, ODD):
-            text = f"the constants of the other runs miss {own:.0%} of its voltage or torque, and {usual:.1%} of "
-            problems.append(Problem(f"{text}theirs; are its columns exchanged, or is it another motor's?", name))
-    if problems:
-        raise UserError(problems)
+            return None
+        return _missed(found, rows[index]), max(_missed(found, part) for part in others)
+
+    refuse_odd(names, missed, "voltage or torque")
 
 
 def _missed(found: MotorEstimate, rows: Array) -> float:

@@ -108,7 +108,7 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepPr
     everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
     tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
     return SweepProblem(project.leg, motors, tolerances, project.lengths, project.contact, MODELS[project.model],
-                   everywhere and MODELS[project.model].engine == "lanes"), tuple(rows)  # fmt: skip
+                   everywhere and MODELS[project.model].engine == "lanes", project.height), tuple(rows)  # fmt: skip
 
 
 def study(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -20,7 +19,7 @@ from synth.jump.jump_models import Model, lanes
 from synth.jump.jump_runs import compiled_jump
 from synth.jump.outcomes import LANDED_AGAIN, LIMITS, N_OUTCOME, OUTCOMES, STATUS, column_of, heights
 from synth.jump.point_mass import point_mass_outcomes
-from synth.threads import thread_count
+from synth.threads import in_parallel
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
@@ -44,6 +43,7 @@ class SweepProblem:
     contact: Contact
     model: Model
     with_intervals: bool
+    height: str = "clearance"  # or total: what a relative height is made of
 
     @property
     def size(self) -> int:
@@ -139,8 +139,7 @@ def _on_threads(
         compiled_jump(problem.leg.bending)  # once, before threads ask for it
     elif problem.model.engine == "mujoco":
         workers = 1  # its callback for passive forces is one for the whole process
-    with ThreadPoolExecutor(workers or thread_count()) as pool:
-        list(pool.map(lambda index: keep(index, _chunk(problem, index)), missing))
+    in_parallel(lambda k: keep(missing[k], _chunk(problem, missing[k])), len(missing), workers)
 
 
 def _on_cluster(problem: SweepProblem, missing: Sequence[int], cluster: Cluster) -> Iterator[tuple[int, Array]]:
@@ -216,7 +215,7 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
     clearance = np.where(jumps, by_name["clearance"], 0.0)
     values = {
         "clearance": clearance,
-        "relative_height": clearance / length,
+        "relative_height": (by_name["apex"] if problem.height == "total" else clearance) / length,
         "total_height": by_name["apex"],
         "energy": by_name["energy"],
         "peak_gear_torque": by_name["peak_gear_torque"],

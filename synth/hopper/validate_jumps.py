@@ -7,6 +7,7 @@ that speed, then v^2 / (2 g); where the landing is recorded, the flight time t g
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording, PlateJumps
 from synth.hopper.motors import motor_of
+from synth.hopper.odd_recording import refuse_odd
+from synth.jump.hopper_leg import HopperLeg
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
@@ -22,6 +25,8 @@ from synth.jump.outcomes import Outcome, outcome_of
 from synth.parts.catalogs import Catalogue
 
 MODELS_HELD = ("A", "B", "D", "full")
+ODD = 0.3  # share by which a jump must differ from its repetitions to be odd: chosen, above what a weak battery does
+ZERO = np.radians(10.0)  # that an encoder's zero may be off, at most
 QUIET = 0.02  # s, a foot in the air leaves the plate quiet for so long at least
 
 
@@ -39,7 +44,7 @@ class MeasuredJump:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ModelComparison:
     """One model: its outcome, and how far force (N) and upper link angle (rad) are off through the push, rms."""
 
     model: str
@@ -53,7 +58,7 @@ class Validation:
     """All jumps, the models, and the recorded and predicted curves of the first jump for a figure."""
 
     jumps: list[MeasuredJump]
-    comparisons: list[Comparison]
+    comparisons: list[ModelComparison]
     mean_rise: float
     curves: dict[str, Array]
 
@@ -68,7 +73,10 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
     motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
     leg = project.design.leg.with_length(project.length)
     mass = leg.total_mass(motor)
+    for jump in project.jumps:
+        refuse_out_of_reach(jump.name, jump["upper link"], leg)
     measured = [measure(jump, mass, leg.gravity) for jump in project.jumps]
+    _refuse_odd_jump(measured)
     jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
     comparisons, curves = [], {}
     for name in MODELS_HELD:
@@ -83,7 +91,7 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
             force.append(np.interp(time, trace[:, 0], predicted["normal"]) - jump["ground force"][push])
             angle.append(np.interp(time, trace[:, 0], predicted["angle"]) - jump["upper link"][push])
         rms = [float(np.sqrt(np.mean(np.concatenate(errors) ** 2))) for errors in (force, angle)]
-        comparisons.append(Comparison(name, outcome, rms[0], rms[1]))
+        comparisons.append(ModelComparison(name, outcome, rms[0], rms[1]))
         first = project.jumps[0]["time"]
         curves[f"ground force {name} [N]"] = np.interp(first, trace[:, 0], predicted["normal"], right=0.0)
     curves = {
@@ -92,6 +100,32 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
         **curves,
     }
     return Validation(measured, comparisons, float(np.mean([jump.rise for jump in measured])), curves)
+
+
+def _refuse_odd_jump(jumps: Sequence[MeasuredJump]) -> None:
+    """Refuse a jump whose rise, peak force or moment of takeoff is not the others'."""
+    figures = np.array([[jump.rise, jump.peak_force, jump.takeoff_time] for jump in jumps])
+
+    def missed(index: int) -> tuple[float, float]:
+        others = np.delete(figures, index, axis=0)
+        away = np.abs(figures / others.mean(axis=0) - 1.0).max(axis=1)
+        return float(away[index]), float(np.delete(away, index).max())
+
+    refuse_odd([jump.name for jump in jumps], missed, "rise, peak force or takeoff time", ODD)
+
+
+def refuse_out_of_reach(name: str, angle: Array, leg: HopperLeg) -> None:
+    """Refuse an upper link's angle (n_time,) rad that no leg of this build can have.
+
+    Raises
+    ------
+    UserError : it is turned inward, or further out than where the lower links lock, by more than an encoder's zero.
+    """
+    low, high = float(angle.min()), float(angle.max())
+    if low < -ZERO or high > leg.largest_crouch + ZERO:
+        text = f"the angle runs from {np.degrees(low):.1f} to {np.degrees(high):.1f} deg; links of "
+        text += f"{leg.length * 1e3:g} mm fold from 0 to {np.degrees(leg.largest_crouch):.1f} deg. Are columns "
+        raise UserError(Problem(f"{text}exchanged, or is the angle's unit another?", name, key="upper link"))
 
 
 def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:

@@ -10,6 +10,7 @@ import synth
 from synth.files.named_files import InputFile
 from synth.hopper.identify_damping import DampingEstimate
 from synth.hopper.identify_motor import IdentifiedConstant, MotorEstimate
+from synth.hopper.steady_motor import SteadyMotor
 from synth.hopper.validate_jumps import Validation
 from synth.units import quantity
 
@@ -41,6 +42,15 @@ def motor_json(found: MotorEstimate) -> dict[str, Any]:
         },
         "windows": found.windows,
     }
+
+
+def steady_json(found: SteadyMotor) -> dict[str, Any]:
+    """Constants from stall and free-speed tests, and what these leave open."""
+    units = {"resistance": "ohm", "back_emf": "V/(rad/s)", "friction": "N*m", "viscous": "N*m*s/rad",
+             "torque_constant": "N*m/A"}  # fmt: skip
+    names = {"back_emf": "back_emf_constant"}
+    constants = {names.get(key, key): _estimate(value, units[key]) for key, value in found.constants.items()}
+    return {"steady": {"motor": constants, "points": found.points, "not_told": list(found.not_told)}}
 
 
 def damping_json(found: DampingEstimate) -> dict[str, Any]:
@@ -89,15 +99,31 @@ def validation_json(found: Validation) -> dict[str, Any]:
 
 def lines(result: dict[str, Any]) -> list[str]:
     """The numbers for the screen."""
-    if "motor" in result:
-        return [_line(name, value) for name, value in result["motor"].items()]
+    if "motor" in result or "steady" in result:
+        shown = [_line(name, value) for name, value in result.get("motor", {}).items()]
+        steady = result.get("steady", {})
+        shown += [_line(f"steady {name}", value) for name, value in steady.get("motor", {}).items()]
+        return [*shown, *(f"not told: {text}" for text in steady.get("not_told", []))]
     if "joint_damping" in result:
         each = [_line(f"  {item['length']['value'] * 100:g} cm", item["joint_damping"]) for item in result["by_length"]]
         return [_line("joint_damping", result["joint_damping"]), *each]
+    if "measured" not in result:
+        return seen_lines(result["seen"])
     shown = [f"measured: rise {result['mean_rise']['value'] * 100:.2f} cm over {len(result['measured'])} jumps"]
     for name, item in result["models"].items():
         shown.append(f"{name}: rise {item['rise']['value'] * 100:.2f} cm, {item['over_measured']:+.0%} of measured")
-    return shown
+    return [*shown, *seen_lines(result.get("seen", {}))]
+
+
+def seen_lines(seen: dict[str, Any]) -> list[str]:
+    """What video and meter show, and each model's beside it."""
+    found = []
+    for key, item in seen.items():
+        value = item["mean"]
+        models = ", ".join(f"{name} {each['over_measured']:+.0%}" for name, each in item["models"].items())
+        count = len(item["measured"])
+        found.append(f"{key.replace('_', ' ')}: {value['value']:.4g} {value['unit']} over {count} jumps; {models}")
+    return found
 
 
 def _line(name: str, value: dict[str, Any]) -> str:

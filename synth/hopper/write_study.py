@@ -110,7 +110,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
         "models": _ladder(found),
         "neighbours": [
             {"change": item.change, "motor": item.motor.name, "gear_ratio": item.motor.ratio,
-             "leg_length": quantity(item.length, "m"), **outcome_json(item.outcome, item.length)}
+             "leg_length": quantity(item.length, "m"), **outcome_json(item.outcome, item.length, found.project.height)}
             for item in found.neighbours
         ],
         "tolerances": [
@@ -119,7 +119,8 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
         ],
         "planar": [
             {"lean": quantity(item.pitch, "deg"), "final_pitch": quantity(item.final_pitch, "deg"),
-             "slip": quantity(item.slip, "m"), **outcome_json(item.outcome, float(found.best_leg.length))}
+             "slip": quantity(item.slip, "m"),
+             **outcome_json(item.outcome, float(found.best_leg.length), found.project.height)}
             for item in found.leaning
         ],
         "map": _map(found),
@@ -127,11 +128,12 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
     }  # fmt: skip
 
 
-def outcome_json(outcome: Outcome, length: float) -> dict[str, Any]:
-    """One jump's numbers with units."""
+def outcome_json(outcome: Outcome, length: float, height: str) -> dict[str, Any]:
+    """One jump's numbers with units; ``height`` : clearance or total, what the relative one is made of."""
+    tall = outcome.rise if height == "total" else outcome.clearance
     return {
         "clearance": quantity(outcome.clearance, "m"),
-        "relative_height": quantity(outcome.clearance / length, "1"),
+        "relative_height": quantity(tall / length, "1"),
         "total_height": quantity(outcome.rise, "m"),
         "takeoff_speed": quantity(outcome.takeoff_speed, "m/s"),
         "takeoff_time": quantity(outcome.takeoff_time, "s"),
@@ -215,7 +217,7 @@ def _ladder(found: Study) -> dict[str, Any]:
     for name, outcome in found.ladder.items():
         model = MODELS[name.partition(",")[0]]
         what = model.what + (", on MuJoCo's own contact" if "," in name else "")
-        shown[name] = {"what": what, **outcome_json(outcome, length)}
+        shown[name] = {"what": what, **outcome_json(outcome, length, found.project.height)}
     return shown
 
 

@@ -181,7 +181,7 @@ class JumpLanes:
         }
 
     def _line(self) -> dict[str, Array | float]:
-        """The maker's line, flatter by what the supply drops; where there is inductance, as a winding's lag."""
+        """The maker's line, flattened by the supply's voltage drop; with inductance, as a winding's lag."""
         resistance = self.voltage / self.stall_current
         left = resistance / (resistance + 2.0 * self.supply_resistance)
         lags = self.inductance > 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -40,12 +39,11 @@ class Jumper:
                  "alive", "height", "energy")  # fmt: skip
         return np.array([self.layout.n_state, *(self.layout.row(name) for name in names), 0], dtype=np.int64)
 
-    def run(self, lanes: Array, tolerance: float = TOLERANCE, duration: float = DURATION, workers: int = 1) -> Array:
+    def run(self, lanes: Array, tolerance: float = TOLERANCE, duration: float = DURATION) -> Array:
         """Outcomes (n_outcome, n_lane), rows as ``outcomes.OUTCOMES``, of ``models.lane``'s lanes (n_row, n_lane)."""
-        groups = range(0, lanes.shape[1], LANES)
         outcome = np.empty((N_OUTCOME, lanes.shape[1]))
 
-        def one(first: int) -> None:
+        for first in range(0, lanes.shape[1], LANES):
             group = lanes[:, first : first + LANES]
             workspace = np.empty((self.layout.n_row, LANES))
             workspace[:, : group.shape[1]] = group
@@ -55,12 +53,6 @@ class Jumper:
                       found, np.empty((0, 1 + self.layout.n_row)))  # fmt: skip
             outcome[:, first : first + LANES] = found[:, : group.shape[1]]
 
-        if workers > 1:
-            with ThreadPoolExecutor(workers) as pool:
-                list(pool.map(one, groups))
-        else:
-            for first in groups:
-                one(first)
         return outcome
 
     def trace(

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from synth.jump.outcomes import (
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm
+LONGEST = 1.0  # s, of a jump; none takes half of it
 FOOT_RADIUS = 1e-3  # m, of MuJoCo's own contact only
 HOW_TO_INSTALL = 'model C needs MuJoCo, an engine that is not installed: pip install "mujoco>=3.7"'
 
@@ -63,74 +65,78 @@ def mjcf(leg: HopperLeg, motor: Motor, contact: Contact, model: Model, ground: G
         raise ValueError("MuJoCo's leg has the linear motor: models A, C and D")
     z = lane(leg, motor, contact, model)
     layout = layout_of(leg)
-    lengths, masses, knee = segments(leg)
-    right, left = (_chain(leg, out, lengths, masses, knee, z[layout.block("beam")], model) for out in (1, -1))
-    last = len(lengths) - 1
-    floor = '<geom type="plane" size="1 1 0.1" contype="1" conaffinity="1" condim="1"/>' if ground == "own" else ""
     flexures = leg.flexures
     damping = flexures.damping if model.joint_damping else 0.0
-    sums = "".join(
-        f'<joint joint="{side}{i}" coef="{coefficient}"/>'
-        for side, coefficient in (("l", 1), ("r", -1))
-        for i in range(last + 1)
-    )
+    root = _root(leg, ground, step)
+    body = SubElement(root[-1], "body", name="body")
+    SubElement(body, "joint", name="rail", type="slide", axis="0 0 1")
+    mass = leg.structure_mass + 2 * motor.mass
+    SubElement(body, "inertial", pos="0 0 0", mass=repr(mass), diaginertia="1e-5 1e-5 1e-5")
+    for out in (1, -1):
+        _add_chain(body, leg, out, z[layout.block("beam")], damping)
+    equality = SubElement(root, "equality")
+    soft = {"solref": f"{2 * step!r} 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+    SubElement(equality, "connect", {"site1": "foot_r", "site2": "foot_l", **soft})
+    foot = {"stiffness": repr(flexures.rate), "damping": repr(damping), "springlength": repr(flexures.foot_rest)}
+    tendon = SubElement(SubElement(root, "tendon"), "fixed", {"name": "foot", **foot})
+    for side, coefficient in (("l", "1"), ("r", "-1")):
+        for i in range(len(segments(leg)[0])):
+            SubElement(tendon, "joint", joint=f"{side}{i}", coef=coefficient)
     torque, slope = (float(z[layout.row(name)]) for name in ("linear_torque", "torque_slope"))
-    actuators = "".join(
-        f'<general joint="{side}0" gaintype="fixed" gainprm="0" biastype="affine" '
-        f'biasprm="{-out * torque!r} 0 {-slope!r}"/>'
-        for side, out in (("r", 1), ("l", -1))
-    )
-    body = leg.structure_mass + 2 * motor.mass
-    return (
-        '<mujoco><compiler angle="radian" inertiafromgeom="false"/>'
-        f'<option gravity="0 0 {-leg.gravity!r}" integrator="RK4" timestep="{step!r}" '
-        'tolerance="1e-14" iterations="200">'
-        '<flag eulerdamp="disable"/></option><default><geom contype="0" conaffinity="0"/></default>'
-        f'<worldbody>{floor}<body name="body"><joint name="rail" type="slide" axis="0 0 1"/>'
-        f'<inertial pos="0 0 0" mass="{body!r}" diaginertia="1e-5 1e-5 1e-5"/>{right}{left}</body></worldbody>'
-        f'<equality><connect site1="foot_r" site2="foot_l" '
-        f'solref="{2 * step!r} 1" solimp="0.9999 0.9999 0.001 0.5 2"/></equality>'
-        f'<tendon><fixed name="foot" stiffness="{flexures.rate!r}" damping="{damping!r}" '
-        f'springlength="{flexures.foot_rest!r}">{sums}</fixed></tendon>'
-        f"<actuator>{actuators}</actuator></mujoco>"
-    )
+    actuators = SubElement(root, "actuator")
+    for side, out in (("r", 1), ("l", -1)):
+        line = {"gaintype": "fixed", "gainprm": "0", "biastype": "affine", "biasprm": f"{-out * torque!r} 0 {-slope!r}"}
+        SubElement(actuators, "general", {"joint": f"{side}0", **line})
+    return tostring(root, encoding="unicode")
 
 
-def _chain(
-    leg: HopperLeg, out: int, lengths: list[float], masses: list[float], knee: int, beams: Array, model: Model
-) -> str:
-    """One side's nested bodies; ``out`` +1 right, -1 left. Joint angles are relative to the parent."""
+def _root(leg: HopperLeg, ground: Ground, step: float) -> Element:
+    """The document with its options and an empty world."""
+    root = Element("mujoco")
+    SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
+    numbers = {"gravity": f"0 0 {-leg.gravity!r}", "integrator": "RK4", "timestep": repr(step)}
+    option = SubElement(root, "option", {**numbers, "tolerance": "1e-14", "iterations": "200"})
+    SubElement(option, "flag", eulerdamp="disable")
+    SubElement(SubElement(root, "default"), "geom", contype="0", conaffinity="0")
+    world = SubElement(root, "worldbody")
+    if ground == "own":
+        SubElement(world, "geom", type="plane", size="1 1 0.1", contype="1", conaffinity="1", condim="1")
+    return root
+
+
+def _add_chain(body: Element, leg: HopperLeg, out: int, beams: Array, damping: float) -> None:
+    """One side's nested bodies; ``out`` +1 right, -1 left. Joint angles are relative to the parent.
+
+    ``beams`` (n_beam,) N m/rad of the bending links' pieces; ``damping`` N m s/rad of the flexures.
+    """
+    lengths, masses, knee = segments(leg)
     flexures, side = leg.flexures, "r" if out > 0 else "l"
-    damping = flexures.damping if model.joint_damping else 0.0
-    text = ""
-    for i in reversed(range(len(lengths))):
-        rate, rest, loss = beams[i - 1] if i else 0.0, 0.0, 0.0
+    parent = body
+    for i, (length, mass) in enumerate(zip(lengths, masses, strict=True)):
+        rate, rest, loss = float(beams[i - 1]) if i else 0.0, 0.0, 0.0
         if i == 0:
             rate, rest, loss = flexures.rate, out * flexures.hip_rest, damping
         elif i == knee:
             rate, rest, loss = flexures.rate, -out * flexures.knee_rest, damping
-        length, mass = lengths[i], masses[i]
         place = f"{out * 0.5 * leg.hip_spacing!r} 0 0" if i == 0 else f"0 0 {-lengths[i - 1]!r}"
+        parent = SubElement(parent, "body", name=f"body_{side}{i}", pos=place)
+        spring = {"stiffness": repr(float(rate)), "springref": repr(float(rest)), "damping": repr(loss)}
+        SubElement(parent, "joint", {"name": f"{side}{i}", "type": "hinge", "axis": "0 -1 0", **spring})
         across = mass * length**2 / 12.0
-        end = ""
-        if i == len(lengths) - 1:
-            end = f'<site name="foot_{side}" pos="0 0 {-length!r}"/>'
-            if side == "r":
-                end += (
-                    f'<geom type="sphere" size="{FOOT_RADIUS!r}" pos="0 0 {FOOT_RADIUS - length!r}" conaffinity="1"/>'
-                )
-            if leg.foot_mass > 0.0:
-                half = 0.5 * leg.foot_mass
-                end += (f'<body pos="0 0 {-length!r}"><inertial pos="0 0 0" mass="{half!r}" '
-                        'diaginertia="1e-12 1e-12 1e-12"/></body>')  # fmt: skip
-        text = (
-            f'<body name="body_{side}{i}" pos="{place}"><joint name="{side}{i}" type="hinge" axis="0 -1 0" '
-            f'stiffness="{float(rate)!r}" springref="{float(rest)!r}" damping="{loss!r}"/>'
-            f'<inertial pos="0 0 {-0.5 * length!r}" mass="{mass!r}" '
-            f'diaginertia="{across!r} {across!r} {1e-3 * across!r}"/>'
-            f"{end}{text}</body>"
-        )
-    return text
+        inertia = f"{across!r} {across!r} {1e-3 * across!r}"
+        SubElement(parent, "inertial", pos=f"0 0 {-0.5 * length!r}", mass=repr(mass), diaginertia=inertia)
+    _add_foot(parent, leg, side, lengths[-1])
+
+
+def _add_foot(link: Element, leg: HopperLeg, side: str, length: float) -> None:
+    """The foot at the end of a side's last piece: its mark, on the right its shape, and half its mass."""
+    SubElement(link, "site", name=f"foot_{side}", pos=f"0 0 {-length!r}")
+    if side == "r":
+        place = f"0 0 {FOOT_RADIUS - length!r}"
+        SubElement(link, "geom", type="sphere", size=repr(FOOT_RADIUS), pos=place, conaffinity="1")
+    if leg.foot_mass > 0.0:
+        foot = SubElement(link, "body", pos=f"0 0 {-length!r}")
+        SubElement(foot, "inertial", pos="0 0 0", mass=repr(0.5 * leg.foot_mass), diaginertia="1e-12 1e-12 1e-12")
 
 
 def followed(leg: HopperLeg, motor: Motor) -> float:
@@ -138,6 +144,43 @@ def followed(leg: HopperLeg, motor: Motor) -> float:
     lengths, masses, _ = segments(leg)
     slope = motor.stall_torque / motor.no_load_speed
     return float(np.clip(0.5 * masses[0] * lengths[0] ** 2 / 3.0 / slope, LEAST_STEP, STEP))
+
+
+@dataclass(frozen=True)
+class Drop:
+    """A drop from rest with the motors off: the foot's ``height`` m above the ground, watched for ``duration`` s."""
+
+    height: float
+    duration: float = 1.0
+
+
+@dataclass
+class _Watched:
+    """What is gathered while MuJoCo moves the leg; ``takeoff`` time s, speed m/s and energy J."""
+
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    gap: float = 0.0
+    torque: float = 0.0
+    current: float = 0.0
+    energy: float = 0.0
+    highest: float = 0.0
+    takeoff: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def outcome(self, status: int | None, step: float) -> Outcome:
+        """Of a jump that ended so."""
+        trace = np.array(self.rows)
+        rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
+        return Outcome(
+            clearance=self.highest if status == LANDED_AGAIN else 0.0,
+            rise=float(rise.max()),
+            takeoff_time=self.takeoff[0],
+            takeoff_speed=self.takeoff[1],
+            peak_gear_torque=self.torque,
+            peak_current=self.current,
+            energy=self.takeoff[2],
+            peak_normal=float(trace[:, 5].max()),
+            limit=LIMITS[TOO_WEAK if status is None else status],
+        )
 
 
 def mujoco_jump(
@@ -148,13 +191,9 @@ def mujoco_jump(
     *,
     ground: Ground = "same",
     step: float | None = None,
-    duration: float = 1.0,
-    height: float | None = None,
-    powered: bool = True,
+    drop: Drop | None = None,
 ) -> MujocoJump:
-    """One jump, or with ``height`` (m, the foot above the ground) a drop from rest.
-
-    ``powered`` False switches the motors off. A drop ends after ``duration``.
+    """One jump of at most a second, or a drop.
 
     Raises
     ------
@@ -163,56 +202,51 @@ def mujoco_jump(
     mujoco = require_mujoco()
     step = step or followed(leg, motor)
     model_ = mujoco.MjModel.from_xml_string(mjcf(leg, motor, contact, model, ground, step))
-    if not powered:
+    if drop is not None:
         model_.actuator_biasprm[:] = 0.0
-    data = _at_rest(mujoco, model_, leg, lane(leg, motor, contact, model), height)
+    data = _at_rest(mujoco, model_, leg, lane(leg, motor, contact, model), None if drop is None else drop.height)
     slope, stall = motor.stall_torque / motor.no_load_speed, motor.stall_torque
-    drop = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
+    fall = (motor.stall_current - motor.no_load_current) / motor.no_load_speed
     touching = 1e-6 if ground == "same" else 1e-4  # m, of the foot above the ground
-    rows: list[tuple[float, ...]] = []
-    gap = torque = current = energy = highest = 0.0
-    takeoff = (0.0, 0.0, 0.0)  # s, m/s, J
-    status: int | None = None
+    seen, status = _Watched(), None
     with _passive(mujoco, model_, leg, contact, layout_of(leg).n, ground):
         mujoco.mj_forward(model_, data)
-        while data.time < duration and status is None:
+        while data.time < (LONGEST if drop is None else drop.duration) and status is None:
             foot, foot_v = _foot(mujoco, model_, data)
             speed = _com_speed(mujoco, model_, data)
             normal = _linear_ground(contact, foot, foot_v) if ground == "same" else _own_normal(mujoco, model_, data)
-            rows.append((float(data.time), float(data.qpos[0]), float(data.qpos[1]), foot, speed, normal))
+            seen.rows.append((float(data.time), float(data.qpos[0]), float(data.qpos[1]), foot, speed, normal))
             omega = -float(data.qvel[1])
-            drawn = 2 * (motor.stall_current - drop * omega) if powered else 0.0
-            energy += motor.voltage * drawn * step
-            highest = max(highest, foot)
-            if foot <= touching and highest < LIFTED:
-                torque, current = max(torque, abs(stall - slope * omega)), max(current, abs(drawn))
-                takeoff = (float(data.time), speed, energy)
-            gap = max(gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
-            still = abs(speed) < CREEP and len(rows) > 1 and abs(speed - rows[-2][4]) < 0.5 * step
-            if height is None and highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
-                status = LANDED_AGAIN
-            elif data.qpos[0] <= 0.0:
-                status = COLLAPSED
-            elif height is None and still and data.time > SETTLED and foot <= 0.0:
-                status = TOO_WEAK  # as the lanes do: it stands, and is not going to lift
-            elif data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number:
-                status = TOO_STIFF
-            else:
+            drawn = 2 * (motor.stall_current - fall * omega) if drop is None else 0.0
+            seen.energy += motor.voltage * drawn * step
+            seen.highest = max(seen.highest, foot)
+            if foot <= touching and seen.highest < LIFTED:
+                seen.torque = max(seen.torque, abs(stall - slope * omega))
+                seen.current = max(seen.current, abs(drawn))
+                seen.takeoff = (float(data.time), speed, seen.energy)
+            seen.gap = max(seen.gap, float(np.linalg.norm(data.site("foot_r").xpos - data.site("foot_l").xpos)))
+            status = _ended(mujoco, data, seen, step, foot_v) if drop is None else _broken(mujoco, data)
+            if status is None:
                 mujoco.mj_step(model_, data)
-    trace = np.array(rows)
-    rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
-    outcome = Outcome(
-        clearance=highest if status == LANDED_AGAIN else 0.0,
-        rise=float(rise.max()),
-        takeoff_time=takeoff[0],
-        takeoff_speed=takeoff[1],
-        peak_gear_torque=torque,
-        peak_current=current,
-        energy=takeoff[2],
-        peak_normal=float(trace[:, 5].max()),
-        limit=LIMITS[TOO_WEAK if status is None else status],
-    )
-    return MujocoJump(outcome, gap, trace)
+    return MujocoJump(seen.outcome(status, step), seen.gap, np.array(seen.rows))
+
+
+def _ended(mujoco: Any, data: Any, seen: _Watched, step: float, foot_v: float) -> int | None:
+    """Why a jump ends here; None where it goes on."""
+    *_, foot, speed, _ = seen.rows[-1]
+    still = abs(speed) < CREEP and len(seen.rows) > 1 and abs(speed - seen.rows[-2][4]) < 0.5 * step
+    if seen.highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
+        return LANDED_AGAIN
+    if data.qpos[0] > 0.0 and still and data.time > SETTLED and foot <= 0.0:
+        return TOO_WEAK  # as the lanes do: it stands, and is not going to lift
+    return _broken(mujoco, data)
+
+
+def _broken(mujoco: Any, data: Any) -> int | None:
+    """Whether the leg folded up, or MuJoCo lost it."""
+    if data.qpos[0] <= 0.0:
+        return COLLAPSED
+    return TOO_STIFF if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number else None
 
 
 def _at_rest(mujoco: Any, model: Any, leg: HopperLeg, z: Array, height: float | None) -> Any:

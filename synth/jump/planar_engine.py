@@ -19,12 +19,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from synth.compiling.compiled import compiled_when_called
 from synth.jump.outcomes import COLLAPSED, LANDED_AGAIN, LIFTED, TOO_STIFF, TOO_WEAK
 
 BAUMGARTE = 300.0  # 1/s
-_options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "cache": True}
+_options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 # Scalars of a planar jump, in the order in which they are passed.
 SCALARS = (
@@ -35,7 +35,7 @@ SCALARS = (
 )  # fmt: skip
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def _eliminate(K, f):  # type: ignore[no-untyped-def]
     """Solve K x = f in place, f (n, m) becoming x: Gauss with partial pivoting (Golub & Van Loan, section 3.4)."""
     n, m = f.shape
@@ -64,7 +64,7 @@ def _eliminate(K, f):  # type: ignore[no-untyped-def]
             f[c, k] = total / K[c, c]
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, foot_mass):  # type: ignore[no-untyped-def]
     """Accelerations (n,), winding slopes, drawn currents and gear torques (2,), normal and friction force, foot."""
     half, gravity, k, b, hip_rest, knee_rest, foot_rest = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
@@ -189,7 +189,7 @@ def _accelerations(q, v, current, on, lengths, masses, beams, body, ground, p, f
     return acceleration, slope, drawn, gear, normal, slip, 0.5 * (foot[0] + foot[1]), vy
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def _derivative(x, n, arguments):  # type: ignore[no-untyped-def]
     lengths, masses, beams, body, ground, p, foot_mass = arguments
     found = _accelerations(
@@ -205,7 +205,7 @@ def _derivative(x, n, arguments):  # type: ignore[no-untyped-def]
     return out, aside
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def integrate(x, n, arguments, weight, tolerance, duration, fall, mass, max_steps, trace):  # type: ignore[no-untyped-def]
     """State and asides at every accepted step until the jump is decided; returns rows written and the status."""
     K0, aside = _derivative(x, n, arguments)
@@ -246,7 +246,7 @@ def integrate(x, n, arguments, weight, tolerance, duration, fall, mass, max_step
     return rows, TOO_STIFF
 
 
-@njit(**_options)
+@compiled_when_called(**_options)
 def com_speed(x, n, arguments, mass):  # type: ignore[no-untyped-def]
     """Vertical speed of the centre of mass, m/s."""
     lengths, masses, _, body, _, p, foot_mass = arguments

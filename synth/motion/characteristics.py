@@ -1,4 +1,4 @@
-"""What a release looks like in numbers: rise time, damping ratio, damped frequency, overshoot, settling time."""
+"""Characteristics of a release: rise time, damping ratio, damped frequency, overshoot, settling time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the first samples of a recording say of its state there: angle and rate, each with its uncertainty.
+"""Angle and rate at the start of a recording from its first samples, with their uncertainty.
 
 A local polynomial through noisy samples of a curved motion is off by noise and by bias. The noise follows from the
 polynomial's weights; the bias is told from how far polynomials of other degrees and widths disagree (the idea of
@@ -59,7 +59,7 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array) -> Firs
 
 
 def _weights(since: Array, degree: int) -> Array:
-    """(2, points): what samples at ``since`` (points,) s are weighed with for value and slope at nought."""
+    """(2, points): weights of samples at ``since`` (points,) s that give value and slope at time zero."""
     scale = float(since[-1]) or 1.0
     inverse = np.linalg.pinv(np.vander(since / scale, degree + 1, increasing=True))
     return np.asarray(np.stack([inverse[0], inverse[1] / scale]))

@@ -1,4 +1,4 @@
-"""From when on a limb moves on its own: a hand, a string or a muscle seen as a torque that no spring or damper makes.
+"""When free motion begins: a hand, string or muscle shows as a torque that no spring or damper produces.
 
 In free motion joint j's torque, which follows from the recorded motion and the links by inverse dynamics, is
 ``constant - k q - b dq/dt``, with or without ``- c sign(dq/dt)`` for dry friction. The constants are estimated from

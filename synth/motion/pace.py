@@ -1,4 +1,4 @@
-"""How fast a recording moves: the time by which smoothing, windows and natural sizes go, instead of one in seconds."""
+"""The time scale of a recording, on which smoothing, windows and natural sizes are based instead of fixed seconds."""
 
 from __future__ import annotations
 

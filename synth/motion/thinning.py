@@ -44,7 +44,7 @@ class Thinned:
 
     @property
     def sentence(self) -> str:
-        """What was done, empty where nothing was."""
+        """A sentence on the thinning; empty where none was done."""
         if self.group == 1:
             return ""
         step = float(np.median(np.diff(self.time)))
@@ -120,7 +120,7 @@ def _hardest(change: Array) -> Array:
 
 
 def _means(values: Array, group: int) -> Array:
-    """(m, ...) means of whole groups; what is left over at the end is left out."""
+    """(m, ...) means of whole groups; an incomplete last group is dropped."""
     count = len(values) // group
     return np.asarray(values[: count * group].reshape(count, group, *values.shape[1:]).mean(axis=1))
 

@@ -1,4 +1,4 @@
-"""Recorded velocities: held against the angles' slope, and used where they are the quieter of the two."""
+"""Recorded velocities: compared with the slope of the angles, and used where their noise is lower."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FEWEST = 20  # samples with a velocity from which there is something to compare
 
 
 def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
-    """What is wrong with a joint's velocity (m,) rad/s at ``time`` (m,) s; empty where it is the angle's slope.
+    """Why a joint's velocity (m,) rad/s at ``time`` (m,) s is not the slope of its angle; empty where it is.
 
     Compared where the joint is fast enough that noise does not matter: above a tenth of its greatest speed.
     """

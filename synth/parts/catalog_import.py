@@ -7,7 +7,6 @@ What is not known is left out, and said.
 
 from __future__ import annotations
 
-import csv
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass
@@ -15,6 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows
+from synth.files.paths import read_bytes
+from synth.parts.catalog_table import MAX_BYTES
 from synth.parts.headers import standard, standard_value
 from synth.parts.rows import FAMILIES, CatalogueRow
 from synth.units import factor, parse
@@ -23,7 +25,7 @@ IMPORTED = ("torsion_springs", "dampers")  # families whose tables vendors sell 
 
 
 @dataclass(frozen=True)
-class Imported:
+class ImportedParts:
     """Rows by vendor as cells under ``header``.
 
     ``used`` says which column became which, ``unused`` what was left out.
@@ -49,7 +51,7 @@ class _Column:
         return self.field.name if self.field.metadata["unit"] is None else f"{self.field.name} [{shown}]"
 
 
-def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = None) -> Imported:
+def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = None) -> ImportedParts:
     """Read a vendor's table.
 
     Parameters
@@ -64,11 +66,8 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     UserError : the file or its headers cannot be read, with every bad cell and its line.
     """
     name = str(path)
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = [(reader_line, cells) for reader_line, cells in enumerate(csv.reader(stream), 1) if any(cells)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise UserError(Problem(f"cannot be read: {error}", name)) from None
+    data = read_bytes(path, MAX_BYTES, "no vendor's table is so large")
+    lines = [(line, cells) for line, cells in csv_rows(data, name) if any(cells)]
     if len(lines) < 2:
         raise UserError(Problem("holds no row; the first line holds the headers", name))
     titles = [title.strip() for title in lines[0][1]]
@@ -94,7 +93,7 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     header = tuple(column.header for column in columns)
     header = header if "vendor" in header else (*header, "vendor")
     used = tuple((column.title, column.header) for column in columns)
-    return Imported(family, header, {key: tuple(value) for key, value in rows.items()}, used, tuple(unused))
+    return ImportedParts(family, header, {key: tuple(value) for key, value in rows.items()}, used, tuple(unused))
 
 
 def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_Column], list[str]]:

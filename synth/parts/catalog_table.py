@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 from collections.abc import Iterator
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows
 from synth.files.names import title_fault
 from synth.files.paths import read_bytes
 from synth.parts.headers import standard, standard_value
@@ -54,22 +53,17 @@ def read_table(path: Path, shown: str | None = None) -> ReadTable:
     name = shown or str(path)
     try:
         data = read_bytes(path, MAX_BYTES, "no catalogue is so large")
-        stream = io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig", newline="")
-        return _read(csv.reader(stream, strict=True), name)
+        return _read(csv_rows(data, name, strict=True), name)
     except UserError as error:
-        return ReadTable(None, (), tuple(Problem(problem.text, file=name) for problem in error.problems))
-    except UnicodeDecodeError as error:
-        return _refused(name, f"is not UTF-8 text (byte {error.start}); save it as CSV UTF-8")
-    except csv.Error as error:
-        return _refused(name, f"is not a well-formed CSV: {error}")
+        return ReadTable(None, (), tuple(Problem(each.text, name, each.line) for each in error.problems))
 
 
 def _refused(name: str, text: str) -> ReadTable:
     return ReadTable(None, (), (Problem(text, file=name),))
 
 
-def _read(lines: Iterator[list[str]], name: str) -> ReadTable:
-    titles = next(lines, None)
+def _read(lines: Iterator[tuple[int, list[str]]], name: str) -> ReadTable:
+    _, titles = next(lines, (1, []))
     if not titles or not any(title.strip() for title in titles):
         return _refused(name, "is empty; the first line holds the headers, name [unit]")
     written, titles = titles, _standard(titles)
@@ -83,9 +77,7 @@ def _read(lines: Iterator[list[str]], name: str) -> ReadTable:
     if problems:
         return ReadTable(family, (), tuple(problems))
     rows: list[CatalogueRow] = []
-    line = 1
-    for cells in lines:
-        line = getattr(lines, "line_num", line + 1)
+    for line, cells in lines:
         if not any(cell.strip() for cell in cells):
             continue
         if len(cells) != len(titles):

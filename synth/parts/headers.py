@@ -27,7 +27,10 @@ NAMES = {
     "wind": "hand", "winding": "hand", "wind_direction": "hand", "winding_direction": "hand",
     "direction_of_wind": "hand", "hand_of_wind": "hand",
     "max_speed": "speed", "rated_speed": "speed", "speed_max": "speed", "damping_direction": "direction",
-    "tolerance": "rate_tolerance",
+    "tolerance": "rate_tolerance", "bolt_circle_diameter": "bolt_circle", "bcd": "bolt_circle", "pcd": "bolt_circle",
+    "number_of_bolts": "bolts", "mounting_holes": "bolts", "hole_diameter": "bolt_diameter",
+    "shaft_shape": "shaft_form", "shaft_type": "shaft_side", "shaft_diameter": "shaft_size",
+    "body_diameter": "outer_diameter",
 }  # fmt: skip
 UNITS = {
     "in-lb": "lbf*in", "in-lbs": "lbf*in", "lb-in": "lbf*in", "in lb": "lbf*in", "in.-lb.": "lbf*in",
@@ -45,8 +48,12 @@ VALUES = {
                   "cw": "clockwise", "ccw": "counter-clockwise", "uni": "one-way", "unidirectional": "one-way",
                   "one way": "one-way"},
     "leg_convention": {"tangential": "tangent"},
+    "shaft_form": {"flat": "d", "d-shaft": "d", "d shaft": "d", "hexagon": "hex", "hexagonal": "hex"},
+    "shaft_side": {"male": "shaft", "female": "bore", "hollow": "bore", "through": "bore"},
     "continuous": {"true": "yes", "false": "no"},
 }  # fmt: skip
+COUNTS = ("body_coils", "bolts")  # columns of a number of things, which needs no unit
+COUNTED = ("turns", "turn", "coils", "pcs", "")  # what vendors write as their unit
 PLAIN_MATERIALS = ("music", "piano", "hard drawn", "oil tempered", "chrome", "stainless", "phosphor", "spring brass")
 _TITLE = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
 
@@ -69,6 +76,8 @@ def standard(title: str, known: frozenset[str]) -> str:
     else:
         return title
     unit = match["unit"]
+    if name in COUNTS and (unit is None or unit.strip().casefold() in COUNTED):
+        unit = "1"
     return name if unit is None else f"{name} [{UNITS.get(unit.strip(), unit.strip())}]"
 
 

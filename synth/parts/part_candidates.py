@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from math import degrees
 from typing import Generic, TypeVar
 
-from synth.errors import UserError
+from synth.errors import CannotBeHad, UserError
 from synth.files.project_options import DamperChoice, PartsOptions, SpringChoice
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import CatalogueRow, DamperRow, TorsionSpringRow
@@ -120,7 +120,7 @@ def damper_candidates(
 
     Raises
     ------
-    UserError : none is left; the message counts the reasons.
+    CannotBeHad : none is left; the message counts the reasons.
     """
     if choice.part is not None:
         row = catalogue.find_damper(choice.part)
@@ -136,7 +136,7 @@ def damper_candidates(
         else:
             reasons[reason] += 1
     if not kept:
-        raise UserError(
+        raise CannotBeHad(
             f"{joint}: no damper in the catalogue meets the constraints: {_counted(reasons)}. Loosen "
             f"select.joints.{joint}.damper, or add a catalogue under select.catalogs"
         )
@@ -164,9 +164,9 @@ def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: P
         yield f"outer diameter over {most * 1e3:.4g} mm"
 
 
-def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> UserError:
+def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> CannotBeHad:
     """The message for a joint for which a bought spring is asked and none fits."""
-    return UserError(
+    return CannotBeHad(
         f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {_counted(found.left_out)}. "
         f"{found.nearest}. Loosen select.joints.{joint}.spring, add a catalogue under select.catalogs, or write "
         "make: true to have one wound"

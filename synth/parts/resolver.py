@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from synth.errors import UserError
-from synth.parts.catalogs import Catalogue
 from synth.swing.leg_model import Damper
+
+if TYPE_CHECKING:
+    from synth.parts.catalogs import Catalogue
 
 
 def resolver(catalogue: Catalogue | None = None) -> Callable[[Literal["spring", "damper"], str], float | Damper]:
@@ -19,6 +21,8 @@ def resolver(catalogue: Catalogue | None = None) -> Callable[[Literal["spring", 
 
     @cache
     def searched() -> Catalogue:
+        from synth.parts.catalogs import Catalogue  # here: most legs name no part, and the tables take a while to load
+
         return Catalogue.load() if catalogue is None else catalogue
 
     def resolve(kind: Literal["spring", "damper"], part: str) -> float | Damper:

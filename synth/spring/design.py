@@ -31,6 +31,7 @@ MOST_IN_PARALLEL = 4  # springs side by side: what a joint has room for
 # Times the least mass from which lightness decides. The lightest wire that holds does so only as the widest coil of the
 # fewest turns, where curvature costs least: a tenth more wire often halves its diameter.
 NEARLY_AS_LIGHT = 1.25
+SAME_WIRE = 1e-6  # relative, of diameters that are one size
 ENDLESS = 1.5  # strength over stress at 1e6 cycles from which a spring does not last any longer
 LEAST_TRAVEL = math.radians(1.0)  # rad; a wish for less is most likely a mistake of units
 
@@ -62,6 +63,8 @@ class SpringWish:
     objective
         ``mass``: of those nearly as light as the lightest the one whose diameter and length are least; ``space``:
         smallest cylinder, then lightest; ``life``: strongest against fatigue, then lightest.
+    held_wire
+        m; a spring of this wire is taken where one keeps all limits and lasts, though another may be lighter.
     """
 
     rate: float
@@ -77,6 +80,7 @@ class SpringWish:
     hand: str = "right"
     rate_form: RateForm = "bending"
     calibration: WindingCalibration = UNCALIBRATED
+    held_wire: float | None = None
 
     @property
     def task(self) -> SpringTask:
@@ -163,6 +167,8 @@ def design_spring(wish: SpringWish, catalogue: Catalogue | None = None, n_altern
     _require_sense(wish)
     catalogue = catalogue or Catalogue.load()
     material = catalogue.find_material(wish.material)
+    if (held := _of_held_wire(wish, material)) is not None:
+        return SpringResult(wish, held, (), (), ())
     found = list(candidates(wish, material))
     good = [design for design in found if design.feasible]
     if good:
@@ -172,6 +178,18 @@ def design_spring(wish: SpringWish, catalogue: Catalogue | None = None, n_altern
         return SpringResult(wish, best, tuple(others[:n_alternative]), (), (), lasting, notes)
     nearest = _nearest(found, wish, material, catalogue)
     return SpringResult(wish, None, (), tuple(_binding(found, wish)), tuple(nearest))
+
+
+def _of_held_wire(wish: SpringWish, material: WireMaterial) -> SpringDesign | None:
+    """The spring of the wire that is held on to, where it keeps every limit, lasts and has enough coils."""
+    if wish.held_wire is None:
+        return None
+    kept = [
+        design
+        for design in candidates(wish, material, wish.held_wire)
+        if design.feasible and lasts(design, wish.limits) and design.body_coils >= FEWEST_COILS
+    ]
+    return next(iter(_ranked(kept, wish.objective)), None)
 
 
 def lasts(design: SpringDesign, limits: SpringLimits) -> bool:
@@ -221,16 +239,18 @@ def _nearest(
     ]
 
 
-def candidates(wish: SpringWish, material: WireMaterial) -> Iterator[SpringDesign]:
+def candidates(wish: SpringWish, material: WireMaterial, only: float | None = None) -> Iterator[SpringDesign]:
     """Every spring of stock wire with the wanted rate and included angle, whether it keeps the limits or not.
 
-    Index and coil limits are kept already: outside them the formulas do not hold.
+    ``only``: of wire of this diameter, m. Index and coil limits are kept already: outside them no formula holds.
     """
     limits = wish.limits
     fraction = coil_fraction(wish.included_angle, wish.convention)
     for row in material.stock(wish.system):
         assert row.diameter is not None
         wire = row.diameter
+        if only is not None and not math.isclose(wire, only, rel_tol=SAME_WIRE):
+            continue
         modulus = material.properties(wire).elastic_modulus * wish.calibration.rate
         product = coil_product(modulus, wire, wish.rate, wish.rate_form)
         for whole in range(math.floor(limits.max_coils) + 1):

@@ -8,8 +8,6 @@ wire and coils (of the free body), and either ``turns`` (wound on the mandrel) o
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -17,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows
 from synth.files.paths import read_bytes
 from synth.parts.coil_angle import coil_fraction
 from synth.parts.coil_rate import RateForm
@@ -42,16 +41,13 @@ def read_samples(path: Path) -> tuple[Sample, ...]:
     UserError : with every bad header and cell.
     """
     name = str(path)
-    try:
-        stream = io.StringIO(read_bytes(path, LARGEST, "a row a coil that was wound").decode("utf-8-sig"), newline="")
-        lines = [row for row in csv.reader(stream) if any(cell.strip() for cell in row)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise UserError(Problem(f"cannot be read: {error}", name)) from None
+    data = read_bytes(path, LARGEST, "a row a coil that was wound")
+    lines = [(line, row) for line, row in csv_rows(data, name) if any(cell.strip() for cell in row)]
     if len(lines) < 2:
         raise UserError(Problem("holds no sample; the first line holds the headers, name [unit]", name))
-    columns = _columns(lines[0], name)
+    columns = _columns(lines[0][1], name)
     samples, problems = [], []
-    for number, cells in enumerate(lines[1:], 2):
+    for number, cells in lines[1:]:
         try:
             samples.append(_sample(_values(cells, columns)))
         except ValueError as error:

@@ -15,7 +15,8 @@ import numpy as np
 from numba import float64, int64, njit, types, uint64
 
 from synth.compiling.compiled import compiled
-from synth.swing import turning_events
+from synth.compiling.numba_internals import UNCOUNTED
+from synth.swing import driven_steps, turning_events
 from synth.swing.lane_layout import LANES, MOST_LINKS, MOST_MEMORIES, ROOMS, Layout
 
 # Tableau and dense output of Dormand & Prince 5(4): Hairer, Norsett & Wanner, Solving ODEs I, table II.5.2 and
@@ -36,12 +37,9 @@ _D5, _D6, _D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 /
 WHOLE = True
 
 # First places of these blocks in the workspace: alike for every number of links.
-_ROTATION, _RATE, _ACCELERATION, _TORQUE, _GAIN, _OFFSET, _DELAY = (
-    Layout(1).row(block) * LANES
-    for block in (
-        "rotation", "rate", "acceleration", "extra_torque", "torque_gain", "torque_offset", "torque_delay"
-    )
-)  # fmt: skip
+_ROTATION, _RATE, _ACCELERATION, _TORQUE = (
+    Layout(1).row(block) * LANES for block in ("rotation", "rate", "acceleration", "extra_torque")
+)
 # Where state, stages and the rest lie in one array of the integrator's own. Constant places in one array let LLVM prove
 # that no store touches another's load; arrays of their own would cost a check at each loop.
 _ROOM = (2 * MOST_LINKS + (MOST_MEMORIES if WHOLE else 0)) * LANES
@@ -49,7 +47,6 @@ _K1, _K2, _K3, _K4, _K5, _K6, _K7, _X, _Y, _V, _R1, _R2, _R3, _R4, _A, _SLIDES, 
     k * _ROOM for k in range(ROOMS)
 )
 _PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
-SAME_TIME = 1e-11  # s, by which a step that ends at a knot of the known torque may miss it
 MANY, PATIENCE = 1 << 40, 10  # steps that pass few knots after one with more was refused; more makes no difference
 # How an integration ended.
 REACHED_END, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
@@ -63,90 +60,11 @@ _signature = types.UniTuple(int64, 2)(
     _chain, _extra, _loaded, _loaded, float64[:, ::1], float64[::1], int64, _state, int64[:, ::1], _known, float64[::1],
     types.UniTuple(float64, 3), int64, float64[::1], types.UniTuple(int64, 3), float64[::1],
 )  # fmt: skip
-# Nothing is allocated here, so arrays need not be counted: counts are locked operations, a tenth of a step's time.
-_called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "_nrt": False}
+_called: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 # What is called at one place is inlined by numba, for LLVM would make a call with forty arguments of it; at several
 # places that would double the time to compile.
 _once: dict[str, Any] = {"inline": "always", **_called}
 _often: dict[str, Any] = {"inline": "never" if WHOLE else "always", **_called}
-
-
-@njit(**{**_often, "inline": "never"})
-def _torque_at(times, torques, j, t, k):  # type: ignore[no-untyped-def]
-    """A joint's known torque at a time near the knot ``k``; before the first sample and after the last as there."""
-    while k < len(times) - 2 and times[k + 1] < t:
-        k += 1
-    while k > 0 and times[k] > t:
-        k -= 1
-    share = min(max((t - times[k]) / (times[k + 1] - times[k]), 0.0), 1.0)
-    return torques[k, j] + share * (torques[k + 1, j] - torques[k, j])
-
-
-@njit(**_called)
-def _known_torque(Z, n, any_active, known, t, cursor):  # type: ignore[no-untyped-def]
-    """Add a known torque, linear between its samples, with each lane's gain and offset; returns the new cursor.
-
-    Lanes share its delay, which is in ``known``, but for what stands in their rows: these are looked up one by one.
-    """
-    times, torques, _ = known
-    if len(times) > 1:
-        while cursor < len(times) - 2 and times[cursor + 1] < t:
-            cursor += 1
-        while cursor > 0 and times[cursor] > t:
-            cursor -= 1
-        share = (t - times[cursor]) / (times[cursor + 1] - times[cursor])
-        for j in range(n):
-            torque = torques[cursor, j] + share * (torques[cursor + 1, j] - torques[cursor, j])
-            apart = 0.0
-            for lane in range(LANES):
-                e = j * LANES + lane
-                here = (1.0 + Z[_GAIN + e]) * torque + Z[_OFFSET + e]
-                Z[_TORQUE + e] = (Z[_TORQUE + e] if any_active else 0.0) + here
-                apart = max(apart, abs(Z[_DELAY + e]))
-            if apart > 0.0:
-                for lane in range(LANES):
-                    e = j * LANES + lane
-                    shifted = _torque_at(times, torques, j, t - Z[_DELAY + e], cursor)
-                    Z[_TORQUE + e] += (1.0 + Z[_GAIN + e]) * (shifted - torque)
-    return cursor
-
-
-@njit(**_once)
-def _within_torque(n, known, cursor, t, h, most):  # type: ignore[no-untyped-def]
-    """The step, cut to end at a knot of the known torque where its stages would not see what it does between.
-
-    It passes knots as long as the torque stays near the straight line between the step's ends, and fewer than ``most``.
-    Returns the step, how many knots it passes, and how far the first of them is.
-    """
-    times, torques, bend = known
-    first = cursor
-    while first < len(times) and times[first] <= t + SAME_TIME:
-        first += 1
-    passed = 0
-    while first + passed < len(times) and times[first + passed] < t + h - SAME_TIME:
-        passed += 1
-    if passed == 0:
-        return h, passed, h
-    nearest, end, start = times[first] - t, t + h, max(first - 1, 0)
-    if passed >= most:
-        passed = most - 1
-        end = times[first + passed]
-    share = (t - times[start]) / (times[first] - times[start])
-    straight = False
-    while passed > 0 and not straight:
-        last = min(first + passed, len(times) - 1)
-        reached = (end - times[last - 1]) / (times[last] - times[last - 1])
-        straight = True
-        for j in range(n):
-            here = torques[start, j] + share * (torques[first, j] - torques[start, j])
-            there = torques[last - 1, j] + reached * (torques[last, j] - torques[last - 1, j])
-            for k in range(first, first + passed):
-                line = here + (there - here) * (times[k] - t) / (end - t)
-                straight = straight and abs(torques[k, j] - line) <= bend[j]
-        if not straight:
-            passed //= 2
-            end = times[first + passed]
-    return end - t, passed, nearest
 
 
 @njit(**_often)
@@ -159,13 +77,14 @@ def _derivative(chain, extra, bearing, again, Z, flat, n, given, t, cursor, S, K
     derivative, active, modes, known = given
     if WHOLE:
         any_active, any_load = modes
+        cursor = driven_steps.put_signals(flat, n, known, t, cursor)
         if any_active:
             extra(flat, n, active[0])
-        cursor = _known_torque(flat, n, any_active, known, t, cursor)
+        cursor = driven_steps.add_known_torque(flat, n, any_active, known, t, cursor)
         if any_load:
             bearing(flat)
             extra(flat, n, active[1])
-            cursor = _known_torque(flat, n, any_active, known, t, cursor)
+            cursor = driven_steps.add_known_torque(flat, n, any_active, known, t, cursor)
             again(flat)
         else:
             chain(flat)
@@ -290,10 +209,11 @@ def integrate(  # type: ignore[no-untyped-def]
         state rows are overwritten.
     states : rows of the state, rows of its derivative, each one's factor (n_state,) on the tolerance, what bends
         bristles (n_state, 2) and which memories lie behind play (n_state, 3), see ``turning``.
-    active : (2, 1 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
+    active : (2, 2 + n_law) which extra torques are on; all zero skips them. First without, then with those that need
         the bearing force; equal where none does.
-    known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none; and by how much (n,) N m each may leave
-        a straight line within a step.
+    known : times (m,) s and torques (m, n) N m that act on q, m = 0 for none, with servos their commands (rad on q),
+        supplies (V) and switches beside them, (m, 4 n); and by how much each column may leave a straight line within a
+        step.
     times : (n_time,) s, increasing.
     limits : relative and absolute error a step (rad and rad/s), first step s; max_steps : accepted and rejected.
     out, where : (n_time * n_shown * width,) for the first ``n_shown`` rows of the state, in lanes from ``first`` to
@@ -378,7 +298,7 @@ def integrate(  # type: ignore[no-untyped-def]
         if t + h > end:
             h = end - t + 1e-15
         if WHOLE and len(known[0]) > 1:
-            h, passed, nearest = _within_torque(n, known, cursor, t, h, most)
+            h, passed, nearest = driven_steps.within_torque(known, cursor, t, h, most)
         for s in range(1, 7):
             _stage(s, h, S, size)
             _put(S, int64(_Y), n, state, Z, flat)

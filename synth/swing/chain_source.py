@@ -7,7 +7,7 @@ is written. ``synth.compiling.code_cache`` makes a module of the text.
 from __future__ import annotations
 
 from synth.compiling.elimination import factorise, substitute
-from synth.swing.lane_layout import CURVE_POINTS, LANES, MOST_LINKS, Layout
+from synth.swing.lane_layout import CURVE_POINTS, FIRST_LAW, LANES, MOST_LINKS, SERVO, Layout
 
 HEADER = '''"""Written by synth.swing.chain_source."""
 from math import sqrt
@@ -93,10 +93,10 @@ def _joint_coordinates(n: int) -> list[str]:
 
 
 def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
-    """Source of ``extra_torques(workspace, n, active)``: damper curves and effects, a lane loop each.
+    """Source of ``extra_torques(workspace, n, active)``: damper curves, servos and effects, a lane loop each.
 
-    ``active``: (1 + n_law,) int64, curves first, then ``layout.laws``; zero skips the loop, so what is off costs
-    nothing; a negative first entry: the dampers' torques are given in their rows.
+    ``active``: (2 + n_law,) int64, curves first, then servos, then ``layout.laws``; zero skips the loop, so what is off
+    costs nothing; a negative first entry: the dampers' torques are given in their rows.
     ``imports`` : law's name -> module that holds its compiled ``torque(rotation, rate, deflection,
     spring_rate, damper_rate, damper_torque, bearing_force, memory, *parameters)``, which returns the torque on q and
     the memory's rate of change. The block is generic in n at run time, so one compilation serves every leg.
@@ -105,7 +105,11 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
     def at(block: str, parameter: int = 0) -> str:
         return f"Z[{layout.row(block, parameter * MOST_LINKS) * LANES} + e]"
 
-    header = HEADER + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
+    header = (
+        HEADER
+        + "from synth.drives.servo_law import servo_torque\n"
+        + "".join(f"from {module} import torque as {name}\n" for name, module in imports.items())
+    )
     each = f"for e in range((n & {MOST_LINKS}) * {LANES}):"  # masked, so that no place can be negative
     lines = [
         each,
@@ -125,13 +129,23 @@ def extra_torques(layout: Layout, imports: dict[str, str]) -> str:
         f"                {at('extra_torque')} -= resisting",
         f"                {at('damper_torque')} += resisting",
     ]
+    servo = ", ".join(at(name) for name in SERVO[:-1])
+    lines += [
+        "if active[1] != 0:",
+        f"    {each}",
+        f"        error = {at('command')} - {at('rotation')}",
+        f"        value = servo_torque(error, {at('rate')}, {at('supply')}, {at('enabled')}, {servo})",
+        f"        {at('drive_torque')} = value",
+        f"        {at('extra_torque')} += value",
+    ]
     for index, law in enumerate(layout.laws):
         given = [at("rotation"), at("rate"), f"{at('rotation')} - {at('rest')}"]
-        given += [at(block) for block in ("spring_rate", "damper_rate", "damper_torque", "bearing_force")]
+        force = "drive_torque" if law.uses_drive else "bearing_force"
+        given += [at(block) for block in ("spring_rate", "damper_rate", "damper_torque", force)]
         given += [at(f"{law.name} memory") if law.memory else "0.0"]
         given += [at(law.name, p) for p in range(law.n_parameter)]
         lines += [
-            f"if active[{index + 1}] != 0:",
+            f"if active[{index + FIRST_LAW}] != 0:",
             f"    {each}",
             f"        value, change = {law.name}({', '.join(given)})",
             f"        {at('extra_torque')} += value",

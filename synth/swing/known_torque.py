@@ -1,25 +1,52 @@
-"""A known torque on the joints: linear between its samples, which may be denser than those of the angles."""
+"""A known torque on the joints: linear between its samples, which may be denser than those of the angles.
+
+The signals of servos go to the integrator beside it, at the moments of both.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import ServoSignals
 
 STRAIGHT = 0.002  # of the largest known torque: a step of the integrator sees a pulse that is larger
+COMMAND_STRAIGHT = 1e-3  # rad: a step of the integrator sees a command that leaves a straight line by more
+SUPPLY_STRAIGHT = 0.05  # of the largest supply: its ripple moves a joint by far less than its command does
 CLOSEST = 4.9e-4  # s, between knots: at 2 kHz nothing is averaged
 KnownTorque = tuple[Array, Array]  # times (m,) s and torques on q (m, n) N m
 
 
-def for_integrator(known: KnownTorque | None, n: int) -> tuple[Array, Array, Array]:
+def for_integrator(
+    known: KnownTorque | None, n: int, signals: ServoSignals | None = None
+) -> tuple[Array, Array, Array]:
     """Times (m,), torques (m, n), and by how much (n,) N m each may leave a straight line in a step; m = 0 for none.
+
+    With ``signals`` there are as many columns of commands, supplies and switches after the torques.
 
     The times must reach from the first sample to the last: beyond its ends a torque is a straight line on.
     """
+    if signals is not None:
+        return _with_signals(known, n, signals)
     if known is None:
         return np.zeros(0), np.zeros((0, n)), np.zeros(n)
     times, torques = (np.ascontiguousarray(array, dtype=float) for array in known)
     return times, torques, STRAIGHT * np.abs(torques).max(axis=0, initial=0.0) + 1e-300
+
+
+def _with_signals(known: KnownTorque | None, n: int, signals: ServoSignals) -> tuple[Array, Array, Array]:
+    """As ``for_integrator``: torques and signals at the moments of both."""
+    times = signals.time if known is None else np.union1d(signals.time, known[0])
+    torque = np.zeros((len(times), n)) if known is None else _at(times, known[0], known[1])
+    told = [_at(times, signals.time, values) for values in (signals.command, signals.supply, signals.enabled)]
+    bend = [STRAIGHT * np.abs(torque).max(axis=0, initial=0.0), np.full(n, COMMAND_STRAIGHT)]
+    bend += [SUPPLY_STRAIGHT * np.abs(told[1]).max(axis=0, initial=0.0), np.full(n, STRAIGHT)]
+    return np.ascontiguousarray(times), np.ascontiguousarray(np.hstack([torque, *told])), np.concatenate(bend) + 1e-300
+
+
+def _at(times: Array, known: Array, values: Array) -> Array:
+    """(k, n) at ``times`` (k,), linear between the moments ``known`` (m,) of ``values`` (m, n)."""
+    return np.stack([np.interp(times, known, column) for column in values.T], axis=1)
 
 
 def no_denser(times: Array, torques: Array, end: float, unit: float = 1.0) -> KnownTorque:

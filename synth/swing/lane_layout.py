@@ -21,11 +21,21 @@ WORKING = ROOMS * (2 * MOST_LINKS + MOST_MEMORIES) * LANES
 
 # What is wrong with a known torque: share too much, N m too much, s too late (in the workspace less the first lane's).
 DRIVE = ("torque_gain", "torque_offset", "torque_delay")
+# What a servo does, see ``drives.servo_law``: in the order of its arguments, then by how much its command comes late.
+SERVO = (
+    "servo_gain", "servo_damping_gain", "servo_dead_band", "servo_duty_limit", "servo_open_duty", "servo_strength",
+    "servo_back_emf", "servo_torque_limit", "servo_sag", "servo_delay",
+)  # fmt: skip
+SIGNALS = ("command", "supply", "enabled")  # of a servo, at the moment: rad on q, V, 1 or 0
+FIRST_LAW = 2  # of the switches: damper curves, servos, then a switch an effect
 _ONE_A_JOINT = (
     "rotation", "rate", "acceleration", "extra_torque", "spring_rate", "rest", "damper_rate",
     "free",  # 1 free, 0 locked
     "own_inertia",  # what turns with the joint itself; 1 where it is locked, which keeps its row of the matrix regular
     *DRIVE,
+    *SERVO,
+    *SIGNALS,
+    "drive_torque",  # of the servo, on q
 )  # fmt: skip
 _FOR_EFFECTS = (
     "damper_torque",  # resisting, of rate and curve together
@@ -42,6 +52,7 @@ class LaneLaw:
     name: str
     n_parameter: int
     memory: bool = False
+    uses_drive: bool = False  # the servo's torque is given to it in place of the bearing force
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import Servo
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.effects import Effect, effect_named, registered
-from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, Layout
+from synth.swing.lane_layout import CURVE_POINTS, DRIVE, LANES, MOST_LINKS, SERVO, Layout
 from synth.swing.leg_model import Leg, Tip
 
 UNSETTLED = 0.3  # of the weight of what a link carries, as an acceleration that it may have when a recording begins
@@ -28,7 +29,8 @@ class LegLanes:
     ``length``, ``com`` (n, n_lane) m, ``mass`` kg, ``inertia`` kg m^2 about the com, ``spring_rate`` N m/rad, ``rest``
     rad (rotation at which the spring is unloaded), ``damper_rate`` N m s/rad, ``armature`` kg m^2 that turn with the
     joint itself; ``tilt`` (n_lane,) rad; ``drive`` (3, n, n_lane) what is wrong with a known torque on q: share too
-    much, N m too much, s too late;
+    much, N m too much, s too late; ``servo`` (10, n, n_lane) the servos' numbers in the order of ``SERVO``, 0 where
+    there is none;
     ``weightless`` (n,) links on which gravity does no work (a sliding base). ``torques``: name of a torque effect ->
     (n_parameter, n, n_lane) in the sense of q. ``curves`` : per joint clamp speeds and slopes (2, 12) or None.
     ``first`` : index of the leg's first own link, 1 where an effect put one before it.
@@ -47,6 +49,7 @@ class LegLanes:
     curves: list[tuple[Array, Array] | None]
     armature: Array
     drive: Array
+    servo: Array
     torques: dict[str, Array] = field(default_factory=dict)
     own: tuple[int, ...] = ()  # where the leg's own joints are in the chain
     newest: int = -1  # where the link that was put in last stands, before others of the same effect
@@ -91,6 +94,7 @@ class LegLanes:
             curves=[compiled_rows(j.damper.curve) if j.damper and j.damper.curve else None for j in joints],
             armature=column(leg.armature),
             drive=np.zeros((len(DRIVE), len(joints), n_lane)),
+            servo=_servos(leg, n_lane),
             own=tuple(range(len(joints))),
         )
         for index, joint in enumerate(joints):
@@ -112,6 +116,7 @@ class LegLanes:
             tilt=self.tilt[:n_lane].copy(),
             weightless=self.weightless.copy(),
             drive=self.drive[:, :, :n_lane].copy(),
+            servo=self.servo[:, :, :n_lane].copy(),
             curves=list(self.curves),
         )
 
@@ -189,6 +194,7 @@ class LegLanes:
             curves=curves,
             torques=torques,
             drive=np.insert(self.drive, before, 0.0, axis=1),
+            servo=np.insert(self.servo, before, 0.0, axis=1),
             own=own,
             newest=before,
             tilt=self.tilt.copy(),
@@ -221,6 +227,9 @@ class LegLanes:
         if self.drive.any():
             for block, wrong in zip(DRIVE, self.drive, strict=True):
                 lanes[layout.rows(block)] = wrong
+        if self.servo.any():
+            for block, numbers in zip(SERVO, self.servo, strict=True):
+                lanes[layout.rows(block)] = numbers
         for block, values in (
             ("spring_rate", self.spring_rate), ("rest", self.rest), ("damper_rate", self.damper_rate),
             ("length", self.length), ("carried_mass", carried), ("first_moment", moment),
@@ -239,6 +248,15 @@ class LegLanes:
             for p, values in enumerate(given):
                 lanes[layout.parameter_rows(name, p)] = values
         return lanes
+
+
+def _servos(leg: Leg, n_lane: int) -> Array:
+    """(10, n, n_lane) the numbers of each joint's servo in the order of ``SERVO``, 0 where it has none."""
+    numbers = np.zeros((len(SERVO), len(leg.joints), n_lane))
+    for index, joint in enumerate(leg.joints):
+        if isinstance(joint.drive, Servo):
+            numbers[:, index] = np.array(joint.drive.numbers)[:, None]
+    return numbers
 
 
 def has_direction(effect: Effect) -> bool:

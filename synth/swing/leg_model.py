@@ -9,20 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.drives.servo import Servo, TorqueDrive
 
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link. ``com`` is measured from the proximal joint along the link; ``inertia`` is about the com."""
+    """A rigid link. ``com`` is measured from the proximal joint along the link; ``inertia`` is about the com.
+
+    ``includes``: whether the figures hold the parts of the link's joints already; only a design asks.
+    """
 
     length: float  # m
     mass: float  # kg
     com: float  # m
     inertia: float  # kg m^2
+    includes: Literal["none", "joint"] = "joint"
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,8 @@ class Joint:
     spring: Spring | None = None
     damper: Damper | None = None
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    armature: float = 0.0  # kg m^2, inertia that turns with the joint itself: rotor, gear
+    armature: float = 0.0  # kg m^2, that turns with the joint itself, beside the rotor of its ``drive``
+    drive: Servo | TorqueDrive | None = None
 
     @property
     def rest(self) -> float:
@@ -139,7 +146,8 @@ class Leg:
     @property
     def armature(self) -> Array:
         """(n_joint,) kg m^2 that turn with each joint itself."""
-        return np.array([joint.armature for joint in self.joints])
+        rotors = [joint.drive.motor.armature if joint.drive and joint.drive.motor else 0.0 for joint in self.joints]
+        return np.array([joint.armature + rotor for joint, rotor in zip(self.joints, rotors, strict=True)])
 
     @property
     def total_length(self) -> float:

@@ -1,4 +1,4 @@
-"""The unit in which the chain counts time: the motion's own.
+"""The unit of time inside the integrator: the motion's own.
 
 Bounds, first steps and the micro-damping of bristles are numbers in seconds and radians a second, chosen for limbs of
 some hertz. A fast oscillator or a slow pendulum is integrated in a time of its own, in which it is such a limb.

@@ -1,4 +1,4 @@
-"""What manufacturing and measuring leave open: the nominal leg's numbers as whitened unknowns under priors."""
+"""Tolerances of manufacturing and measurement: the nominal leg's numbers as whitened unknowns under priors."""
 
 from __future__ import annotations
 
@@ -8,25 +8,34 @@ from typing import Protocol
 import numpy as np
 
 from synth.arrays import Array
+from synth.swing.lane_layout import SERVO
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 
 LINK_QUANTITIES = ("length", "mass", "com", "inertia")
-QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest")
+QUANTITIES = (*LINK_QUANTITIES, "spring_rate", "damper_rate", "rest", "torque_constant", "resistance")
+# Of a motor's constants: which numbers of a servo change with it, and by which power.
+MOTOR_POWERS = {
+    "torque_constant": {"servo_strength": 1, "servo_torque_limit": 1, "servo_back_emf": 2},
+    "resistance": {"servo_strength": -1, "servo_back_emf": -1, "servo_sag": -1},
+}
 
 
 class Widths(Protocol):
     """What a project says of its tolerances."""
 
     def widths(self, leg: Leg) -> Array:
-        """(7, n) one standard deviation of each of ``QUANTITIES`` at each joint: shares, of the rests rad."""
+        """(9, n) one standard deviation of each of ``QUANTITIES`` at each joint: shares, of the rests rad.
+
+        Those of motors are 0 where a joint has none.
+        """
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Unknowns ``x`` (7 n,), standard normal: all joints' lengths, masses, coms, inertias, rates, dampers, rests.
+    """Unknowns ``x`` (9 n,), standard normal: all joints' ``QUANTITIES`` in turn.
 
-    ``width`` (7, n): relative deviation, of the rests in rad; 0 holds a number at its nominal value.
+    ``width`` (9, n): relative deviation, of the rests in rad; 0 holds a number at its nominal value.
     """
 
     width: Array
@@ -42,13 +51,18 @@ class Tolerances:
         return self.width.size
 
     def apply(self, legs: LegLanes, x: Array) -> None:
-        """Change the columns of a leg's lanes by ``x`` (7 n, n_lane).
+        """Change the columns of a leg's lanes by ``x`` (9 n, n_lane).
 
         Relative errors enter as exponentials, so that no mass turns negative; the same to first order.
         """
         n = self.width.shape[1]
         shift = x.reshape(len(QUANTITIES), n, -1) * self.width[:, :, None]
         for q, name in enumerate(QUANTITIES):
+            if name in MOTOR_POWERS:
+                if self.width[q].any():
+                    for number, power in MOTOR_POWERS[name].items():
+                        legs.servo[SERVO.index(number)] *= np.exp(power * shift[q])
+                continue
             values = getattr(legs, name)
             if name == "rest":
                 values += shift[q]
@@ -75,5 +89,10 @@ class Tolerances:
                 spring = replace(spring, rate=spring.rate * factor[4, j], free_angle=angle)
             if damper is not None and damper.rate is not None:
                 damper = replace(damper, rate=damper.rate * factor[5, j])
-            joints.append(replace(joint, link=link, spring=spring, damper=damper))
+            drive = joint.drive
+            if drive is not None and drive.motor is not None:
+                constant = drive.motor.torque_constant * factor[7, j]
+                motor = replace(drive.motor, torque_constant=constant, resistance=drive.motor.resistance * factor[8, j])
+                drive = replace(drive, motor=motor)
+            joints.append(replace(joint, link=link, spring=spring, damper=damper, drive=drive))
         return replace(leg, joints=tuple(joints))

@@ -29,6 +29,7 @@ from typing import Any
 
 from numba import njit
 
+from synth.compiling.numba_internals import UNCOUNTED
 from synth.swing.effects.inlined import LEAST_GIVE, bend_that_holds, held
 from synth.swing.lane_layout import LANES, MOST_LINKS
 
@@ -36,7 +37,7 @@ AT_ONCE = 1e-5  # s
 NEVER = 1e300  # s, no event in sight
 SEATED = 1e-9  # rad beyond the flank, which rounding does not undo
 PLACE = (1 << 48) - 1  # masked by it, an index cannot be negative: none is counted from the end, which costs a gather
-_options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, "_nrt": False}
+_options: dict[str, Any] = {"fastmath": True, "error_model": "numpy", "nogil": True, **UNCOUNTED}
 
 
 @njit(**_options)

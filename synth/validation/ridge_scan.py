@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.fit.fit_result import FitResult
-from synth.fit.least_squares import Weights, solve
+from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
@@ -65,7 +65,7 @@ def along(fit: FitResult, recordings: Sequence[Recording], joint: str, rates: Se
                 moved[2 * n + j] += target - at[j]
                 moved[j] = target
                 model = TrajectoryModel(chain, bare, held)
-                solution = solve(model, recordings, moved, own, weights, tolerance=0.01)
+                solution = solve(model, recordings, FitStart(moved, own), weights, tolerance=0.01)
                 at, own = solution.values, solution.locals
             left = float(root_mean_square(recordings, solution.predictions)[j])
             found[rate] = Held(float(np.exp(at[j])), float(np.exp(at[2 * n + j])), left)

@@ -125,9 +125,8 @@ def _tolerance(root: Path, leg: Leg) -> Tolerance:
 
 
 def _recorded(root: Path) -> list[Path]:
-    folders = ("dog/damper_drops", "dog/joint_tests")
-    found = [root / "rat" / "releases" / f"{name}.csv" for name in SEVEN]
-    found += [path for folder in folders for path in sorted((root / folder).glob("*.csv"))]
+    folders = ("rat/releases", "dog/damper_drops", "dog/joint_tests")
+    found = [path for folder in folders for path in sorted((root / folder).glob("*.csv"))]
     return [path for path in found if path.is_file()]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
@@ -13,13 +13,14 @@ from synth.validation.rat_tables import find_rat, table_1, table_2
 from synth.validation.robot_tables import find_target, table_3, table_4, table_a1
 from synth.validation.thesis_dampers import table_6
 from synth.validation.thesis_data import LabData
+from synth.validation.unseen_releases import unseen_table
 
 FORMAT = "synth/reproduction/1"
 Stage = Callable[[str], AbstractContextManager[object]]
 
 
 def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tuple[ComparisonTable, ...]:
-    """Tables 1, 2, 3, 4, 6, 8 and A-1 from the laboratory's recordings.
+    """Tables 1, 2, 3, 4, 6, 8 and A-1, and the releases that took no part, from the laboratory's recordings.
 
     Parameters
     ----------
@@ -34,6 +35,9 @@ def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tu
     with step("the rat: the thesis' way, its mistakes, least squares"):
         rat = find_rat(data, seed)
         tables = [table_1(data, rat), table_2(data, rat)]
+    with step("the rat's other releases"):
+        unseen = unseen_table(data)
+        tables += [] if unseen is None else [unseen]
     with step("the robot leg: the same on the motion slowed down by two"):
         target = find_target(data, seed)
         tables += [table_3(data, target), table_4(data, target)]
@@ -44,13 +48,15 @@ def reproduce(data: LabData, *, seed: int = 0, stage: Stage | None = None) -> tu
     return (*tables, table_a1(data, target))
 
 
-def reproduction_json(data: LabData, tables: tuple[ComparisonTable, ...], seed: int) -> dict[str, Any]:
+def reproduction_json(
+    name: str, inputs: Mapping[str, str], tables: tuple[ComparisonTable, ...], seed: int
+) -> dict[str, Any]:
     """The content of ``reproduction.json``."""
     return {
         "format": FORMAT,
-        "name": "E. Krnacik's thesis, gone through again",
+        "name": name,
         "versions": {"synth": synth.__version__},
         "seed": seed,
         "tables": [table.as_json() for table in tables],
-        "inputs": dict(data.inputs),
+        "inputs": dict(inputs),
     }

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.views import Key, View
+from synth.diagnosis.angle_search import as_designed, fit_nominal, ratio
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
-from synth.diagnosis.search import as_designed, fit_nominal, ratio
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings

@@ -21,7 +21,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, ca
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
-from synth.swing.effects.torque_along_motion import torque_along
+from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
 from synth.swing.leg_model import Leg
 
 OVERLAP = 4  # windows that share their samples
@@ -157,10 +157,8 @@ def _along(candidate: Candidate, start: Array, leg: Leg, trial: AngleTrial) -> A
     spring = joint.spring.rate if joint.spring else 0.0
     damper = (joint.damper.rate or 0.0) if joint.damper else 0.0
     weight = leg.gravity * (sum(other.link.mass for other in leg.joints[j:]) + trial.recording.conditions.tip_mass)
-    found = torque_along(
-        candidate.effect, time, angle, rate, angle - joint.rest, spring, damper, damper * rate, weight,
-        candidate.in_rotation(start[:, None])[:, 0],
-    )  # fmt: skip
+    motion = AlongMotion(time, angle, rate, angle - joint.rest, spring, damper, damper * rate, weight)
+    found = torque_along(candidate.effect, motion, candidate.in_rotation(start[:, None])[:, 0])
     torque = np.zeros_like(smoothed.angle)
     torque[:, j] = np.interp(smoothed.time, time, found)
     return torque

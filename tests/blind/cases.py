@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from blind import legs
-from blind.effects import AT_BASE, EFFECTS
-from blind.forms import Unfit
-from blind.ground import Cause, Ground
-from blind.legs import NOISE, Setup, Wish
-from blind.model import Array, Truth
-from blind.outsiders import EVERYWHERE, OUTSIDERS
-from blind.sensors import Sensor
+from blind.legs import Wish
+from synth.planting.effects import AT_BASE, EFFECTS
+from synth.planting.forms import Unfit
+from synth.planting.ground import Cause, Ground
+from synth.planting.model import Array, Truth
+from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
+from synth.planting.sensors import Sensor
+from synth.planting.setup import NOISE, Setup
+from synth.planting.together import together
 
 STRENGTHS = (1.5, 3.0, 6.0, 12.0)
 SAME_CHI = 6.0  # explanations whose chi squared differ by less are not told apart
@@ -138,40 +140,6 @@ def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int | N
         except Unfit as why:
             failed = why
     raise failed
-
-
-def together(setup: Setup, causes: list[Cause]) -> tuple[Truth, Sensor]:
-    """All causes at once; changes of the leg and of the sensors add up."""
-    truth, sensor = Truth(setup.true), Sensor.good(setup.true.n)
-    for cause in causes:
-        t, s = cause.form.build(cause.size)
-        if t.base is not None and truth.base is not None:
-            raise Unfit("two mounts")
-        leg = truth.leg
-        if t.leg is not setup.true:
-            leg = replace(leg, values=leg.values + t.leg.values - setup.true.values)
-        truth = Truth(
-            leg,
-            truth.laws + t.laws,
-            truth.base or t.base,
-            truth.bends + t.bends,
-            truth.tilt + t.tilt,
-            truth.bare + t.bare,
-            truth.rotors + t.rotors,
-            (truth.drive[0] + t.drive[0], truth.drive[1] + t.drive[1], truth.drive[2] + t.drive[2]),
-        )
-        sensor = Sensor(
-            sensor.offset + s.offset,
-            sensor.scale + s.scale,
-            np.maximum(sensor.width, s.width),
-            sensor.latency + s.latency,
-            sensor.lag + s.lag,
-            sensor.talk + s.talk,
-            sensor.talk_about + s.talk_about,
-            s.wobble or sensor.wobble,
-            sensor.drops + s.drops,
-        )
-    return truth, sensor
 
 
 def _tied(

@@ -93,7 +93,8 @@ class _Rig:
             text = text.replace(f'name="{side}0" type="hinge"',
                                 f'name="{side}0" type="hinge" armature="{own!r}" frictionloss="{rub!r}"')  # fmt: skip
         if self.conditions.lean:
-            rail = '<joint name="rail" type="slide" axis="0 0 1"/>'
+            rail = '<joint name="rail" type="slide" axis="0 0 1" />'
+            assert rail in text
             free = '<joint name="x" type="slide" axis="1 0 0"/><joint name="pitch" type="hinge" axis="0 -1 0"/>'
             text = text.replace(rail, rail + free)
         return text

@@ -7,39 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blind.model import PARAMETERS, Array, Leg, Trial, fastest, rest_pose
-from blind.model import Truth as _Truth
+from synth.planting.model import PARAMETERS, Leg, Trial, fastest, rest_pose
+from synth.planting.model import Truth as _Truth
+from synth.planting.setup import COUNTS, NOISE, Setup, as_built
 
-TOLERANCE = {
-    "length": 0.005,
-    "mass": 0.01,
-    "com": 0.01,
-    "inertia": 0.02,
-    "spring": 0.03,
-    "damper": 0.05,
-    "free_angle": math.radians(0.5),
-}
-WORST = 2.5  # tolerances; a part further out is sent back (the normal error is cut there)
 NAMES = ("hip", "knee", "ankle")
 ZEROS = (0.0, 90.0, 180.0, -45.0, 105.0, 30.0)
-NOISE = (0.0002, 0.001, 0.003)  # rad: a good optical encoder, a magnetic one, a camera
-COUNTS = (2048, 4096, 8192, 16384)
 SAMPLES = (200, 250, 500, 1000)  # Hz
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What is decided before the effect: design, truth within tolerance, trials, sensors."""
-
-    nominal: Leg
-    true: Leg
-    trials: tuple[Trial, ...]
-    ranges: bool
-    noise: float  # rad
-    counts: int  # a turn
-    sampling: float  # Hz
-    missing: float  # share of empty cells
-    settle: float  # 1/s, the fastest eigenvalue of the plain leg
 
 
 def _round(value: float, digits: int = 5) -> float:
@@ -78,23 +52,6 @@ def design(rng: np.random.Generator, joints: int) -> Leg:
     reading = np.array([_round(float(np.degrees(v)), 6) for v in leg.reading(leg.of("free_angle"))])
     rounded[PARAMETERS.index("free_angle")] = leg.sign * (np.radians(reading) - leg.zero)
     return Leg(leg.names, leg.zero, leg.sign, leg.tilt, rounded)
-
-
-def _normal(rng: np.random.Generator, n: int) -> Array:
-    """Normal errors in tolerances, none beyond ``WORST``."""
-    error = rng.standard_normal(n)
-    while (np.abs(error) > WORST).any():
-        error = np.where(np.abs(error) > WORST, rng.standard_normal(n), error)
-    return error
-
-
-def as_built(rng: np.random.Generator, leg: Leg) -> Leg:
-    """The leg with every number off by its tolerance's normal error."""
-    values = leg.values.copy()
-    for row, name in enumerate(PARAMETERS):
-        error = TOLERANCE[name] * _normal(rng, leg.n)
-        values[row] = values[row] + error if name == "free_angle" else values[row] * (1 + error)
-    return Leg(leg.names, leg.zero, leg.sign, leg.tilt, values, leg.gravity)
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,10 @@ import numpy as np
 
 from blind.asked import Asked
 from blind.cases import KINDS, make_case
-from blind.effects import EFFECTS
-from blind.forms import Unfit
-from blind.outsiders import OUTSIDERS
 from blind.writing import folder_name, write_case
+from synth.planting.effects import EFFECTS
+from synth.planting.forms import Unfit
+from synth.planting.outsiders import OUTSIDERS
 
 MIX = {"single": 0.60, "none": 0.12, "two": 0.10, "unknown": 0.10, "tie": 0.08}
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from blind.cases import Case, make_case
-from blind.laws import KNOCKS
 from blind.make import plan
-from blind.model import Array, Law, Trial, fastest, release
 from blind.score import true_keys
 from blind.views import View
 from blind.writing import folder_name
+from synth.planting.laws import KNOCKS
+from synth.planting.model import Array, Law, Trial, fastest, release
 from synth.units import parse
 
 RAMP = re.compile(r"a torque on (\w+) that rises slowly to ([\d.e+-]+) N m in ([\d.]+) s")

@@ -14,16 +14,18 @@ import numpy as np
 from scipy.signal import butter, filtfilt
 
 from blind import legs
-from blind.cases import Case, _tied, together
-from blind.effects import AT_BASE, EFFECTS
-from blind.fitting import Fitted
-from blind.forms import Form, Maker, Unfit
-from blind.ground import Cause, Ground
-from blind.legs import TOLERANCE, Setup, Wish
-from blind.model import PARAMETERS, Array, Motion, Truth
-from blind.outsiders import EVERYWHERE, OUTSIDERS
-from blind.sensors import Sensor
-from blind.wrong_numbers import CALLED, OF_TORQUE, WRONG_NUMBERS
+from blind.cases import Case, _tied
+from blind.legs import Wish
+from synth.planting.effects import AT_BASE, EFFECTS
+from synth.planting.fitting import Fitted
+from synth.planting.forms import Form, Maker, Unfit
+from synth.planting.ground import Cause, Ground
+from synth.planting.model import PARAMETERS, Array, Motion, Truth
+from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
+from synth.planting.sensors import Sensor
+from synth.planting.setup import TOLERANCE, Setup
+from synth.planting.together import together
+from synth.planting.wrong_numbers import CALLED, OF_TORQUE, WRONG_NUMBERS
 
 KINDS = ("single", "none", "two", "unknown")
 LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **WRONG_NUMBERS}.items() if k != "encoder_quantisation"}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -18,27 +18,35 @@ import numpy as np
 
 from blind import run
 from blind.asked import Asked
-from blind.forms import Unfit
-from blind.outsiders import OUTSIDERS
 from blind.rig_cases import LIBRARY, make_rig
 from blind.rig_score import main_keys, right, scores
 from blind.score import Answer, Score
 from blind.views import View, read_views
 from blind.writing import folder_name, write_case
+from synth.planting.forms import Unfit
+from synth.planting.outsiders import OUTSIDERS
 
+# Seed, (number, kind, effect) and the folder of cases -> the name of the case that it wrote, and its answer.
+One = Callable[[int, tuple[int, str, str], Path], tuple[str, dict[str, Any]]]
 MIX = {"none": 0.15, "two": 0.15, "unknown": 0.15}  # the rest has one main cause
 
 
 def plan(seed: int, count: int) -> list[tuple[int, str, str]]:
+    """As ``mixed``, of the library and the outsiders."""
+    return mixed(np.random.default_rng([seed, 0xD12]), count, LIBRARY, OUTSIDERS)
+
+
+def mixed(
+    rng: np.random.Generator, count: int, library: Iterable[str], outside: Iterable[str]
+) -> list[tuple[int, str, str]]:
     """Number, kind and main effect of each rig: kinds in the mix's shares, effects in turn, the order shuffled."""
-    rng = np.random.default_rng([seed, 0xD12])
     kinds = [kind for kind, share in MIX.items() for _ in range(round(share * count))]
     kinds += ["single"] * (count - len(kinds))
     turns: dict[str, list[str]] = {}
     planned = []
     for kind in kinds:
         if not turns.get(kind):
-            turns[kind] = rng.permutation(sorted(OUTSIDERS if kind == "unknown" else LIBRARY)).tolist()
+            turns[kind] = rng.permutation(sorted(outside if kind == "unknown" else library)).tolist()
         planned.append((kind, turns[kind].pop()))
     return [(number, *planned[i]) for number, i in enumerate(rng.permutation(count))]
 
@@ -58,13 +66,13 @@ def one(seed: int, task: tuple[int, str, str], out: Path) -> tuple[str, dict[str
     raise RuntimeError(f"rig {number} ({kind} {effect}) cannot be made")
 
 
-def make(asked: Asked) -> None:
+def make(asked: Asked, tasks: Sequence[tuple[int, str, str]], one: One) -> None:
     """``cases/NAME`` and, apart from them, ``answers/answers.json``; nothing is left of an attempt that was stopped."""
     partial = asked.folder / "partial"
     shutil.rmtree(partial, ignore_errors=True)
     (partial / "answers").mkdir(parents=True)
     with ProcessPoolExecutor(asked.workers) as pool:
-        waiting = [pool.submit(one, asked.seed, task, partial / "cases") for task in plan(asked.seed, asked.count)]
+        waiting = [pool.submit(one, asked.seed, task, partial / "cases") for task in tasks]
         answers = dict(future.result() for future in waiting)
     (partial / "answers" / "answers.json").write_text(json.dumps(dict(sorted(answers.items())), indent=1) + "\n")
     for name in ("cases", "answers"):
@@ -105,15 +113,20 @@ def failures(answers: Mapping[str, Answer], views: Mapping[str, View]) -> str:
 
 def main(words: Sequence[str] | None = None) -> int:
     asked = Asked.of(words, "blind.rigs", __doc__)
+    return check(asked, "blind-rigs", plan(asked.seed, asked.count), one)
+
+
+def check(asked: Asked, name: str, tasks: Sequence[tuple[int, str, str]], one: One) -> int:
+    """Make what is not there yet, diagnose, score, and write ``NAME.json``."""
     if not asked.answers.exists():
-        make(asked)
+        make(asked, tasks, one)
     program = run.snapshot(asked.folder)
     run.diagnose_all(asked.cases, asked.folder / "diagnosed", asked.answers, asked.workers, program)
     answers = json.loads(asked.answers.read_text())
     views = read_views(asked.folder / "diagnosed", list(answers))
     lines = scores(answers, views)
     document = {
-        "format": "synth/blind-rigs/1",
+        "format": f"synth/{name}/1",
         "seed": asked.seed,
         "cases": len(answers),
         "program": program.digest,
@@ -122,8 +135,8 @@ def main(words: Sequence[str] | None = None) -> int:
             n: {"kind": a["kind"], "right": right(a, views[n]), "verdict": views[n].verdict} for n, a in answers.items()
         },
     }
-    (asked.to / "blind-rigs.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
-    print(f"{table(lines)}\n\nNot right:\n{failures(answers, views)}\n{asked.to / 'blind-rigs.json'}")  # noqa: T201
+    (asked.to / f"{name}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n")
+    print(f"{table(lines)}\n\nNot right:\n{failures(answers, views)}\n{asked.to / f'{name}.json'}")  # noqa: T201
     return 0
 
 

@@ -26,7 +26,8 @@ ROOT = Path(__file__).parents[2]
 LONGEST = 600.0  # s, a case; longer is a failure
 PROGRAM = "program.txt"  # in the outputs' folder: what made them
 PACKAGES = ("synth", "reports", "catalogs")
-APART = ("hopper", "jump", "design", "spring", "parts", "examples", "commands")  # no part of a diagnosis of swings
+# No part of a diagnosis of swings.
+APART = ("hopper", "jump", "design", "spring", "parts", "examples", "commands", "planting", "rehearsal")
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,9 @@ def source_hash(apart: Sequence[str] = APART) -> str:
 
 def diagnose(case: Path, out: Path, hidden: Sequence[Path], program: Program) -> Run:
     """``synth gap`` on one case's folder; gap.json and the rest in ``out``, how it went in ``out`` + .run.json."""
-    closed = os.pathsep.join(str(folder.resolve()) for folder in hidden)
-    command = [sys.executable, str(Path(__file__).with_name("watched.py")), closed, "--", "gap"]
+    generator = [Path(__file__).parent, *(root / "synth" / "planting" for root in (ROOT, program.folder))]
+    closed = os.pathsep.join(str(folder.resolve()) for folder in [*hidden, *generator])
+    command = [sys.executable, str(ROOT / "synth" / "commands" / "watched.py"), closed, "--", "gap"]
     command += [str((case / "gap.yaml").resolve()), "--out", str(out.resolve())]
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     environment["PYTHONPATH"] = str(program.folder)

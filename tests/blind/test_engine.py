@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from blind import bodies, engine, laws
-from blind.model import Base, Bend, Law, Leg, Trial, Truth, assemble, release, swing
 from peers import mujoco_leg
+from synth.planting import bodies, engine, laws
+from synth.planting.model import Base, Bend, Law, Leg, Trial, Truth, assemble, release, swing
 from synth.swing.leg_model import Damper, Joint, Link, Spring
 from synth.swing.leg_model import Leg as PeerLeg
 
@@ -60,7 +60,20 @@ def test_a_sliding_mount_is_a_longer_chain() -> None:
     none = np.zeros(0, dtype=np.int64)
     q0 = np.array([0.0, 0.6, -0.9])
     q, w = engine.simulate(
-        a.body, a.gravity, a.fixed, a.law, a.at, a.par, none, np.zeros((0, 2)), q0, np.zeros(3), 0.0, 1e-4, 15000
+        a.body,
+        a.gravity,
+        a.fixed,
+        a.law,
+        a.at,
+        a.par,
+        a.table,
+        none,
+        np.zeros((0, 2)),
+        q0,
+        np.zeros(3),
+        0.0,
+        1e-4,
+        15000,
     )
     phi, spin = leg.tilt + np.cumsum(q[:, 1:], axis=1), np.cumsum(w[:, 1:], axis=1)
     length, mass, com, inertia, rate, _, free = leg.values

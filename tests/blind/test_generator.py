@@ -12,16 +12,17 @@ import pytest
 import yaml
 
 from blind.cases import Case, make_case
-from blind.effects import EFFECTS
-from blind.fitting import Plain
 from blind.make import main, plan
-from blind.model import Array
-from blind.outsiders import OUTSIDERS
 from blind.writing import write_case
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import read_trials
+from synth.planting.effects import EFFECTS
+from synth.planting.fitting import Plain
+from synth.planting.model import Array
+from synth.planting.outsiders import OUTSIDERS
 
 HERE = Path(__file__).parent
+PLANTING = HERE.parents[1] / "synth" / "planting"
 
 
 @pytest.fixture(scope="module")
@@ -135,18 +136,21 @@ def test_the_mix_is_as_said_and_every_effect_has_its_turn() -> None:
 
 
 def test_nothing_is_shared_with_the_program_under_test() -> None:
-    waiting, seen = ["make"], set()
+    waiting, seen = ["blind.make"], set()
     while waiting:  # the generator: all that making cases imports (scoring reads the program's results)
         module = waiting.pop()
         seen.add(module)
-        tree = ast.parse((HERE / f"{module}.py").read_text())
+        package, _, name = module.rpartition(".")
+        tree = ast.parse(((HERE if package == "blind" else PLANTING) / f"{name}.py").read_text())
         imported = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom):
-                imported |= {f"blind.{a.name}" for a in node.names} if node.module == "blind" else {str(node.module)}
-        assert not [m for m in imported if m.split(".")[0] in ("synth", "cad", "reports", "fit", "model", "effects")]
-        waiting += [m.removeprefix("blind.") for m in imported if m.startswith("blind.")]
-        waiting = [m for m in waiting if m not in seen]
+                whole = node.module in ("blind", "synth.planting")
+                imported |= {f"{node.module}.{a.name}" for a in node.names} if whole else {str(node.module)}
+        own = [m for m in imported if m.startswith(("blind.", "synth.planting."))]
+        others = [m for m in imported if m not in own]
+        assert not [m for m in others if m.split(".")[0] in ("synth", "cad", "reports", "fit", "model", "effects")]
+        waiting = [m for m in [*waiting, *own] if m not in seen]
     assert len(seen) > 10
 
 

@@ -15,13 +15,13 @@ import pytest
 from blind.baseline_fits import free_fit, largest_change, least_residual
 from blind.baseline_torque import bic
 from blind.cases import Case, make_case
-from blind.model import Trial, rest_pose
 from blind.next_trial import RAMP, Suggestion, add_trial, recorded
 from blind.run import ROOT, diagnose_all, snapshot
 from blind.views import read_views
 from blind.writing import write_case
 from synth.diagnosis.result import Experiment
 from synth.files.gap_project import read_gap_project
+from synth.planting.model import Trial, rest_pose
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def folder(preload: Case, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def watched(closed: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(ROOT / "tests" / "blind" / "watched.py"), str(closed), "--", *arguments]
+    command = [sys.executable, str(ROOT / "synth" / "commands" / "watched.py"), str(closed), "--", *arguments]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120, check=False)
 

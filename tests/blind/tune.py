@@ -19,10 +19,10 @@ from typing import Any
 from blind import make, run, score
 from blind.asked import Asked
 from blind.views import Key, View
+from synth.diagnosis.angle_search import search
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
-from synth.diagnosis.search import search
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge, with_counts
 from synth.files.gap_project import read_gap_project
 

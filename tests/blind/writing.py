@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from blind.cases import Case
-from blind.legs import TOLERANCE
-from blind.model import Array, Leg, Trial
+from synth.planting.model import Array, Leg, Trial
+from synth.planting.setup import TOLERANCE
 
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
 

@@ -51,7 +51,8 @@ def test_step_comes_back_with_names_colours_and_volumes(exported):
     for part in built.parts:
         red, green, blue, _ = back[part.name].color.toTuple()
         assert (red, green, blue) == pytest.approx(part.colour, abs=0.005)
-        assert back[part.name].obj.Volume() == pytest.approx(part.solid.Volume(), rel=1e-6)
+        # The kernel's plain way takes a fixed number of points a face, 2e-6 off where a screw's hole crosses a tube.
+        assert back[part.name].obj.Volume() == pytest.approx(part.solid.Volume(), rel=1e-5)
 
 
 def test_single_part_step_has_one_solid_in_millimetres(exported):
@@ -61,7 +62,7 @@ def test_single_part_step_has_one_solid_in_millimetres(exported):
     for part in built.parts:
         shape = cq.importers.importStep(str(folder / f"{part.name}.step"))
         assert shape.solids().size() == 1
-        assert shape.val().Volume() == pytest.approx(part.solid.Volume(), rel=1e-6)
+        assert shape.val().Volume() == pytest.approx(part.solid.Volume(), rel=1e-5)
     assert "MILLI" in (folder / "left_knee_upper.step").read_text()
 
 

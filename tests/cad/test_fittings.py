@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cad import (
     AdapterDimensions,
+    BoreDimensions,
     DamperDimensions,
     DimensionError,
     EncoderDimensions,
@@ -21,7 +23,9 @@ from cad import (
     export_leg,
 )
 from cad.checked_layout import lay_out
-from cad.travel import Bodies, check_travel, manifold
+from cad.checks import check_axial_play, check_keyed, check_part, check_screws
+from cad.joint import build_joint
+from cad.travel import Bodies, check_travel, check_within, manifold
 from cad_joints import cleared
 
 HIP = cleared(
@@ -54,11 +58,13 @@ def test_a_joint_with_everything_passes_every_gate(hip):
     assert {"encoder_seat", "damper_adapter", "encoder"} <= {part.family for part in hip.parts}
 
 
-def test_adapter_is_keyed_on_the_shaft_and_open_to_the_damper(hip):
+def test_adapter_is_pinned_on_the_shaft_and_open_to_the_damper(hip):
     joint = hip.joints[0]
-    adapter, shaft = (manifold(joint.part(name).mesh) for name in ("damper_adapter", "shaft"))
+    adapter, shaft, pin = (manifold(joint.part(name).mesh) for name in ("damper_adapter", "shaft", "damper_pin"))
     assert (adapter ^ shaft).volume() < 0.05
-    assert (adapter ^ shaft.rotate((0.0, 0.0, 90.0))).volume() > 1.0
+    for held in (adapter, shaft):
+        assert (held ^ pin).volume() < 0.05
+        assert (held ^ pin.rotate((0.0, 0.0, 15.0))).volume() > 1.0
     # The shaft goes in by its grip, measured on the solids.
     low, high = heights(joint.part("damper_adapter"))
     bottom, top = heights(joint.part("shaft"))
@@ -66,11 +72,55 @@ def test_adapter_is_keyed_on_the_shaft_and_open_to_the_damper(hip):
     assert high - low == pytest.approx(12.0 + 2.0 + 16.0)
 
 
+@pytest.mark.parametrize(
+    ("damper", "parts"),
+    [
+        (DamperDimensions(bore=BoreDimensions("square", 6.0)), set()),
+        (DamperDimensions(bore=BoreDimensions("square", 14.0)), {"damper_insert", "damper_pin"}),
+        (DamperDimensions(bore=BoreDimensions("hex", 14.0)), {"damper_insert", "damper_pin"}),
+        (
+            DamperDimensions(adapter=AdapterDimensions(8.0, 12.0, 16.0, form="round")),
+            {"damper_adapter", "damper_pin", "damper_output_pin"},
+        ),
+        (
+            DamperDimensions(adapter=AdapterDimensions(8.0, 12.0, 16.0, form="hex")),
+            {"damper_adapter", "damper_pin", "damper_set_screw"},
+        ),
+    ],
+    ids=["milled square", "square insert", "hex insert", "round shaft", "hex shaft"],
+)
+def test_every_form_of_a_damper_s_shaft_or_bore_is_drawn(damper, parts):
+    joint = build_joint(cleared(replace(HIP, damper=damper, encoder=None)))
+    found = {part.name.removeprefix("hip_") for part in joint.parts}
+    wanted = {"damper_insert", "damper_adapter", "damper_pin", "damper_output_pin", "damper_set_screw"}
+    assert found & wanted == parts
+    for part in joint.parts:
+        if part.name.removeprefix("hip_") in {*parts, "shaft", "damper_bracket", "damper"}:
+            assert [str(check) for check in check_part(part) if not check.passed] == []
+    bodies = Bodies(joint)
+    checks = [*check_within(bodies), *check_axial_play(bodies), *check_keyed(joint), *check_screws(joint)]
+    assert [str(check) for check in checks if not check.passed] == []
+    assert bodies.round_overlap() < 0.05
+    if not parts:  # the shaft's own end is the square: across flats and at its corners, measured on the solid
+        low = joint.part("shaft").mesh.vertices[:, 2].min()
+        end = joint.part("shaft").mesh.vertices
+        end = end[np.abs(end[:, 2] - low) < 1e-6]
+        assert np.abs(end[:, :2]).max() == pytest.approx(3.0, abs=1e-6)
+
+
+def test_what_nobody_stated_of_a_damper_stands_on_the_part():
+    damper = DamperDimensions(unknown=("bolt circle (cad.dampers.hip.bolt_circle)",))
+    joint = build_joint(cleared(replace(HIP, damper=damper, encoder=None)))
+    assert "drawn by assumption: bolt circle (cad.dampers.hip.bolt_circle)" in joint.part("damper").made
+
+
 def test_encoder_faces_the_magnet_at_its_air_gap(hip):
     joint, encoder = hip.joints[0], HIP.encoder
     shaft, sensor = (heights(joint.part(name)) for name in ("shaft", "encoder"))
     assert joint.layout.flips[1] > 0
     assert sensor[0] - shaft[1] == pytest.approx(max(encoder.air_gap, 1.2))
+    collar = heights(joint.part("collar_b"))
+    assert shaft[1] == pytest.approx(collar[1])
 
 
 def test_mount_s_screws_pass_the_ears(hip):
@@ -103,7 +153,7 @@ def test_mount_s_screws_pass_the_ears(hip):
         ),
         (
             {"damper": DamperDimensions(40.0, 12.0, 47.0, 4, 3.4), "clearance": 1.8},
-            r"hip\.damper\.bolt_circle = 47: allowed is at least 49 mm; the screws pass outside the sleeve",
+            r"hip\.damper\.bolt_circle = 47: allowed is at least 50 mm; inserts for M3",
         ),
         (
             {"mount": MountDimensions(bolt_diameter=9.0, spacing_along=16.0)},
@@ -113,6 +163,20 @@ def test_mount_s_screws_pass_the_ears(hip):
         ({"encoder": EncoderDimensions(body_diameter=8.0)}, r"hip\.encoder\.body_diameter = 8.*rim"),
         ({"mount": MountDimensions(spacing_across=20.0)}, r"hip\.mount\.spacing_across = 20.*heads"),
         ({"damper": replace(HIP.damper, outer_diameter=13.0)}, r"hip\.damper\.outer_diameter = 13.*adapter"),
+        ({"shaft_diameter": 7.0}, r"hip\.shaft_diameter = 7: allowed is one of 3, 4, 5, 6, 8, 10, 12, 15, 20 mm"),
+        (
+            {"damper": DamperDimensions(bore=BoreDimensions("star"))},
+            r"hip\.damper\.bore\.form = 'star': allowed is round",
+        ),
+        (
+            {"damper": DamperDimensions(bore=BoreDimensions("square", 8.0))},
+            r"hip\.damper\.bore\.size = 8.*at most 6\.285",
+        ),
+        (
+            {"damper": DamperDimensions(bore=BoreDimensions("round", 7.0))},
+            r"hip\.damper\.bore\.size = 7.*at least 8 mm",
+        ),
+        ({"damper": DamperDimensions(bolt_circle=46.0)}, r"hip\.damper\.bolt_circle = 46.*at least 47.2 mm; inserts"),
         ({"loads": LoadDimensions(spring_rate=-1.0)}, r"hip\.loads\.spring_rate = -1"),
         ({"floor": 0.5}, r"hip\.floor = 0.5"),
     ],
@@ -145,7 +209,7 @@ def test_files_for_others_hold_what_was_built(hip, tmp_path):
     files = export_leg(hip, tmp_path, checks=(), pictures=False)
     assert {file.kind for file in files} == {"step", "stl", "3mf", "glb", "dxf"}
     printed = {part.name: part for part in hip.parts if part.printed}
-    model = ET.fromstring(zipfile.ZipFile(tmp_path / "leg_print.3mf").read("3D/3dmodel.model"))
+    model = ET.fromstring(zipfile.ZipFile(tmp_path / "leg_print_1.3mf").read("3D/3dmodel.model"))
     space = {"m": "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"}
     assert model.get("unit") == "millimeter"
     found = {item.get("name"): item for item in model.iterfind(".//m:object", space)}
@@ -164,19 +228,13 @@ def test_files_for_others_hold_what_was_built(hip, tmp_path):
     height = np.ptp(scene.bounds[:, 1])
     assert 0.1 < height < 0.5  # metres
 
-    base = ezdxf.readfile(tmp_path / "hip_damper_bracket_base.dxf")
-    circles = [entity for entity in base.modelspace() if entity.dxftype() == "CIRCLE"]
+    sheet = ezdxf.readfile(tmp_path / "hip_damper_bracket_sheet.dxf")
+    circles = [entity for entity in sheet.modelspace() if entity.dxftype() == "CIRCLE"]
     radii = sorted(round(circle.dxf.radius, 3) for circle in circles)
-    assert radii == sorted([1.7] * 4 + [4.8, round(hip.joints[0].layout.bracket_radius, 3)])
-    assert base.units == ezdxf.units.MM
-    rim = max(circles, key=lambda circle: circle.dxf.radius)
-    area = np.pi * (2 * rim.dxf.radius**2 - sum(circle.dxf.radius**2 for circle in circles))
-    ring = ezdxf.readfile(tmp_path / "hip_damper_bracket_ring.dxf")
-    holes = np.pi * sum(e.dxf.radius**2 for e in ring.modelspace() if e.dxftype() == "CIRCLE")
-    thick = hip.joints[0].layout.bracket_height - HIP.wall
-    bracket = area * HIP.wall + (2 * np.pi * rim.dxf.radius**2 - holes) * thick
-    assert bracket == pytest.approx(printed["hip_damper_bracket"].solid.Volume(), rel=1e-6)
-    before = {name: (tmp_path / name).read_bytes() for name in ("leg_print.3mf", "leg.glb", "hip_mount.dxf")}
+    layout = hip.joints[0].layout
+    assert radii == sorted([1.7] * 4 + [round(layout.bracket_bore, 3), round(layout.bracket_radius, 3)])
+    assert sheet.units == ezdxf.units.MM
+    before = {name: (tmp_path / name).read_bytes() for name in ("leg_print_1.3mf", "leg.glb", "hip_mount.dxf")}
     export_leg(hip, tmp_path / "again", checks=(), pictures=False)
     assert {name: (tmp_path / "again" / name).read_bytes() for name in before} == before
 

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
-import sys
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from cad import MountDimensions
-
-TOOL = Path(__file__).resolve().parents[2] / "tools" / "fuzz_joints.py"
+from tool_modules import tool
 
 
 @pytest.fixture(scope="module")
 def fuzz():
-    spec = importlib.util.spec_from_file_location("fuzz_joints", TOOL)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["fuzz_joints"] = module
-    spec.loader.exec_module(module)
-    return module
+    return tool("fuzz_joints")
 
 
 def lone(fuzz, seed):
@@ -38,21 +30,10 @@ def test_a_seed_is_a_design(fuzz):
     assert 10 < sum(fuzz.design(seed).springs == 2 for seed in range(100)) < 40
 
 
-@pytest.mark.parametrize("seed", [1000, 1045])
-def test_wide_gaps_between_keepers_have_room(fuzz, seed):
-    """Found by it: within the keepers' gap the spring was drawn through the lower one, and its slot was too narrow."""
+@pytest.mark.parametrize("seed", [1045, 2098])
+def test_what_it_found_stays_mended(fuzz, seed):
+    """1045: a damper of its own shaft on a rod of 15 mm. 2098: an arbor had a mandrel's tenth and no clearance."""
     assert fuzz.outcome(lone(fuzz, seed)) == {"tag": "CHECKED", "what": "", "text": ""}
-
-
-def test_a_small_coil_with_a_large_clearance_has_room_round_its_arbor(fuzz):
-    """Found by it: a mandrel's tenth of the coil was less than the clearance that all else keeps."""
-    assert fuzz.outcome(lone(fuzz, 2098)) == {"tag": "CHECKED", "what": "", "text": ""}
-    # No arbor is left in this one, so its shaft's key has the floor alone: too short as it is.
-    small = lone(fuzz, 2226)
-    found = fuzz.outcome(small)
-    assert (found["tag"], found["what"]) == ("REFUSED", "strength: shaft's key in the lower half")
-    thicker = replace(small, floor=2.5 * small.floor_thickness)
-    assert fuzz.outcome(thicker) == {"tag": "CHECKED", "what": "", "text": ""}
 
 
 def test_most_of_what_is_drawn_anywhere_is_refused_by_name(fuzz):

@@ -12,19 +12,22 @@ from cad import DimensionError, GateError, JointDimensions, LegDimensions, Sprin
 from cad.arm_layout import OVERHANG
 from cad.checks import (
     check_arms,
+    check_axial_play,
     check_interference,
     check_joint,
     check_keyed,
     check_leg,
     check_part,
     check_pitch,
+    check_screws,
     require,
 )
 from cad.joint import BuiltJoint, build_joint, orient
 from cad.leg import build_leg
-from cad.parts import mesh_of
+from cad.parts import Mesh, mesh_of
 from cad.pose import loaded_line
 from cad.printing import check_printing
+from cad.travel import Bodies
 from cad_joints import cleared
 
 ANKLE_SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
@@ -125,24 +128,47 @@ def test_gates_see_the_wrong_hand(leg):
     assert failed(check_arms(other)) != []
 
 
-def test_gates_see_a_round_bore_and_two_keyed_ones(leg):
+def test_gates_see_a_pin_that_holds_nothing_and_a_shaft_that_is_held_twice(leg):
     import cadquery as cq
 
     joint = leg.joints[1]
-    plug = cq.Solid.makeCylinder(4.05, 200, cq.Vector(0, 0, -100))
-    loose = joint.part("lower").solid.cut(plug)
+    assert failed(check_keyed(joint)) == []
+    pin = joint.part("pin")
+    height = float(pin.mesh.vertices[:, 2].mean())
+    room = cq.Solid.makeCylinder(200.0, 6.0, cq.Vector(0, 0, height - 3.0))
+    loose = joint.part("lower").solid.cut(room)
     assert failed(check_keyed(with_part(joint, "lower", mesh=mesh_of(loose)))) == ["keyed"]
     tight = joint.part("shaft").mesh
     assert failed(check_keyed(with_part(joint, "upper", mesh=tight))) == ["free"]
 
 
+def test_gates_see_a_loose_collar_and_screws_that_are_too_short_or_too_long(leg):
+    joint = leg.joints[1]
+    assert failed(check_axial_play(Bodies(joint))) == []
+    for which in "ab":
+        collar, washer = joint.part(f"collar_{which}"), joint.part(f"thrust_washer_{which}")
+        way = 1.0 if collar.mesh.vertices[:, 2].mean() > 0 else -1.0
+        shift = (0.0, 0.0, way * 0.3)
+        moved = with_part(joint, f"collar_{which}", mesh=collar.mesh.turned(0.0, shift))
+        moved = with_part(moved, f"thrust_washer_{which}", mesh=washer.mesh.turned(0.0, shift))
+        (found,) = check_axial_play(Bodies(moved))
+        assert found.value == pytest.approx(0.34, abs=0.003)
+        assert not found.passed
+    assert failed(check_screws(joint)) == []
+    screw = joint.part("seat_screw_1")
+    inwards = -1.0 if screw.mesh.vertices[:, 2].mean() > 0 else 1.0
+    for shift, gates in ((-4.0, {"screw engagement"}), (6.0, {"screw engagement", "screw ends inside"})):
+        moved = with_part(joint, "seat_screw_1", mesh=screw.mesh.turned(0.0, (0.0, 0.0, inwards * shift)))
+        assert set(failed(check_screws(moved))) == gates
+
+
 def test_gates_see_an_open_mesh_and_a_swollen_part(leg):
     joint = leg.joints[0]
     upper = joint.part("upper")
-    holed = replace(upper, mesh=type(upper.mesh)(upper.mesh.vertices, upper.mesh.faces[1:]))
+    holed = replace(upper, mesh=Mesh(upper.mesh.vertices, upper.mesh.faces[1:]))
     assert "closed mesh" in failed(check_part(holed))
     assert "volume" in failed(check_part(replace(upper, solid=upper.solid.scale(1.001))))
-    inside_out = replace(upper, mesh=type(upper.mesh)(upper.mesh.vertices, upper.mesh.faces[:, ::-1]))
+    inside_out = replace(upper, mesh=Mesh(upper.mesh.vertices, upper.mesh.faces[:, ::-1]))
     assert {"closed mesh", "mesh volume"} & set(failed(check_part(inside_out)))
 
 

@@ -70,3 +70,29 @@ def test_a_part_is_laid_with_its_way_up(up):
     # What pointed up points up: the highest points are those that lay furthest that way.
     old = mesh.vertices @ np.array(WAYS_UP[up])
     assert np.allclose(turned.vertices[:, 2], old - old.min())
+
+
+def test_plates_hold_every_printed_part_within_the_bed_and_apart(leg):
+    """Found on a leg of three joints: one file held all rows, whatever the bed's depth."""
+    import numpy as np
+
+    from cad.print_file import plates
+    from cad.printing import plan_part
+
+    printing = leg.dimensions.printing
+    plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]
+    found = plates(plans, printing.bed)
+    assert sorted(part.name for plate in found for part, _ in plate) == sorted(part.name for part, _ in plans)
+    assert len(found) > 1
+    wide, deep = sorted(printing.bed[:2], reverse=True)
+    for plate in found:
+        boxes = [(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)) for _, mesh in plate]
+        for low, high in boxes:
+            assert low.min() >= -1e-9
+            assert high[0] <= wide + 1e-9
+            assert high[1] <= deep + 1e-9
+        for index, (low, high) in enumerate(boxes):
+            for other_low, other_high in boxes[index + 1 :]:
+                assert np.any((high[:2] <= other_low[:2]) | (other_high[:2] <= low[:2]))
+    for part, mesh in (item for plate in found for item in plate):
+        assert mesh.volume == pytest.approx(part.mesh.volume, rel=1e-9)  # turned, not mirrored

@@ -18,6 +18,7 @@ from cad.flexed_wire import effective_length
 from cad.hardware import insert_of, inserts, screw_of, screws
 from cad.joint import BuiltJoint, build_joint
 from cad.layout import jaw_height
+from cad.parts import Mesh
 from cad.play import PLAY_LIMIT, check_play, joint_play
 from cad.spring_solid import measured_arms, measured_stiff_length
 from cad.travel import Bodies
@@ -110,7 +111,7 @@ def test_a_clamped_spring_leaves_no_play(springs):
 def loosened(joint, part, shift):
     """The joint with one part's mesh shifted, mm."""
     cap = joint.part(part)
-    moved = replace(cap, mesh=type(cap.mesh)(cap.mesh.vertices + np.array(shift), cap.mesh.faces))
+    moved = replace(cap, mesh=Mesh(cap.mesh.vertices + np.array(shift), cap.mesh.faces))
     return BuiltJoint(joint.dimensions, joint.layout, tuple(moved if p is cap else p for p in joint.parts))
 
 

@@ -11,9 +11,9 @@ import pytest
 from cad import JointDimensions, LoadDimensions, PrintDimensions, SpringDimensions, sized
 from cad.arm_layout import seat_size
 from cad.checked_layout import lay_out
-from cad.hardware import insert_of
+from cad.hardware import Pin, insert_of
 from cad.sizing import overload
-from cad.strength import FRICTION, Stress, _share, axis_force, check_strength, key_pressure, stresses
+from cad.strength import FRICTION, Stress, _share, axis_force, check_strength, key_pressure, pin_stresses, stresses
 from cad_joints import cleared
 
 KNEE = cleared(JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0))
@@ -56,12 +56,23 @@ def test_the_axis_bears_what_the_bent_wire_asks_for():
     assert 0.0 < axis_force(LOADED, layout) < LOADED.spring_torque * 1e3 / LOADED.spring.radius
 
 
-def test_the_key_s_pressure_bears_the_torque():
-    torque, diameter, length = 0.3, 8.0, 6.0
-    peak = key_pressure(torque, diameter, length)
-    half = math.sqrt(4.0**2 - 3.2**2)  # the flat of an 8 mm shaft lies 3.2 mm from its axis
+@pytest.mark.parametrize(("form", "flats"), [("d", 1), ("square", 4), ("hex", 6)])
+def test_the_key_s_pressure_bears_the_torque(form, flats):
+    torque, size, length = 0.3, 8.0, 6.0
+    peak = key_pressure(torque, form, size, length)
+    # Half of a flat: of an 8 mm D it lies 3.2 mm from the axis; the side of a square, of a hexagon 8 mm across flats.
+    half = {"d": math.sqrt(4.0**2 - 3.2**2), "square": 4.0, "hex": 4.0 / math.sqrt(3.0)}[form]
     across = np.linspace(0.0, half, 10_001)
-    assert np.trapezoid(peak * across / half * across * length, across) == pytest.approx(torque * 1e3)
+    moment = flats * np.trapezoid(peak * across / half * across * length, across)
+    assert moment == pytest.approx(torque * 1e3)
+
+
+def test_a_pin_s_pressure_and_shear_bear_the_torque():
+    """Uniform pressure over what the hub holds of the pin on either side; shear in the two sections at the shaft."""
+    shear, pressure = pin_stresses(0.3, Pin("ISO 8734", 2.5, 20.0), 8.0, 40.0)
+    r = np.linspace(4.0, 10.0, 10_001)
+    assert 2 * np.trapezoid(pressure * 2.5 * r, r) == pytest.approx(300.0)
+    assert 2 * shear * math.pi * 2.5**2 / 4 * 4.0 == pytest.approx(300.0)
 
 
 @pytest.mark.parametrize(("angle", "left"), [(0.0, 1.0), (90.0, 0.5), (45.0, 2 * 0.5 / 1.5)])

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import JointDimensions, SpringDimensions
+from cad import DamperDimensions, JointDimensions, SpringDimensions
 from cad.checked_layout import lay_out
 from cad.joint import BuiltJoint, assemble
 from cad.parts import Mesh
 from cad.pose import loaded_line
-from cad.travel import Bodies, check_spring_room, first_contact, poses
+from cad.travel import Bodies, check_spring_room, first_contact, poses, turned
 from cad_joints import cleared
 
 
@@ -51,7 +51,8 @@ def test_a_closed_coil_has_a_mandrel_s_tenth_and_the_clearance_round_its_arbor(c
     """A tenth of a small coil is less than a large clearance."""
     spring = SpringDimensions(2.032, 17.018, 6 + 60 / 360, 120.0)
     dimensions = JointDimensions("ankle", spring, 139.0, 139.0, (110.0, 160.0), shaft_diameter=5.0, plate=8.0)
-    dimensions = cleared(replace(dimensions, clearance=clearance))
+    wide = DamperDimensions(bolt_circle=56.0)
+    dimensions = cleared(replace(dimensions, clearance=clearance, damper=wide))
     layout = lay_out(dimensions)
     line = loaded_line(dimensions, layout, dimensions.stop_angles[0])
     inside = 2 * float(np.hypot(line[:, 0], line[:, 1]).min()) - spring.wire_diameter
@@ -74,18 +75,63 @@ def test_the_upper_arm_of_an_opened_coil_which_is_lower_has_its_way():
     assert any(check.name == "overlap" and "the lower half" in check.text for check in failed)
 
 
+def lab_hip(**changed) -> JointDimensions:
+    """The hip of the lab's dog, as drawn for the lab's project: a pair of thick springs of small index."""
+    spring = SpringDimensions(5.2578, 21.11422118, 2 + 60 / 360, 120.0, free_arm=17.3)
+    damper = DamperDimensions(outer_diameter=40.0, body_length=16.0, bolt_circle=50.0, bolt_count=4, bolt_diameter=3.4)
+    hip = JointDimensions(
+        "hip", spring, 103.9254767, 104.0344118, (98.0, 110.0), zero_angle=90.0, springs=2, upper_arm_angle=-90.0,
+        damper=damper, shaft_diameter=8.0,
+    )  # fmt: skip
+    return replace(hip, **changed)
+
+
+def cap_gap(dimensions: JointDimensions, joint: BuiltJoint, angle: float) -> float:
+    """Least gap (mm) of the loaded springs outside their seats to the lower caps."""
+    bodies, turn = Bodies(joint), joint.turn("lower", angle)
+    caps = [solid for name, solid in bodies.solids.items() if "lower_cap" in name]
+    return min(float(turned(coil, -turn).min_gap(cap, 1.0)) for coil in bodies.coils(angle) for cap in caps)
+
+
+def test_the_layout_leaves_half_the_clearance_before_the_caps_of_steep_arms():
+    """The arm leans towards the cap: of a thick wire that took more than half of the clearance (0.1725 of 0.4 mm)."""
+    dimensions = lab_hip()
+    layout = lay_out(dimensions)
+    # Closed form: the section's point next to the cap, a clearance before the seat, at the stop that opens the coil.
+    slope = layout.upper.slope + layout.space.drop / 2 / layout.free_arm
+    lean = np.arctan(slope)
+    left = dimensions.clearance * np.cos(lean) - dimensions.spring.wire_diameter / 2 * np.sin(lean)
+    assert left < dimensions.clearance / 2
+    for arm in (layout.upper, layout.lower):
+        assert left + arm.relief == pytest.approx(dimensions.clearance / 2)
+    thin = replace(dimensions, spring=replace(dimensions.spring, wire_diameter=3.0))
+    assert lay_out(thin).upper.relief == 0.0
+
+
+def test_a_pair_of_thick_springs_keeps_its_gap_at_both_stops():
+    dimensions = lab_hip()
+    joint = assemble(dimensions, lay_out(dimensions))
+    assert [str(check) for check in check_spring_room(Bodies(joint)) if not check.passed] == []
+    least = min(cap_gap(dimensions, joint, angle) for angle in dimensions.stop_angles)
+    assert least == pytest.approx(dimensions.clearance / 2, abs=0.02)
+    for part in joint.parts:
+        if part.family == "cap":
+            assert float(part.solid.Volume()) == pytest.approx(part.exact_volume, rel=1e-6)
+
+
 def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
-    """A D bore in the ear lets the shaft in as it is drawn, and not when it turns."""
-    from cad.arm_shaft import build_d_bore
+    """A square ring in the ear lets a squared collar in as it is drawn, and not when it turns."""
+    from cad.arm_shaft import build_section
     from cad.parts import mesh_of
 
-    upper = knee.part("upper")
-    plug = build_d_bore(8.0, 0.1, knee.layout.gap_b, knee.layout.gap_b + knee.dimensions.plate)
-    import cadquery as cq
-
-    ring = cq.Solid.makeCylinder(5.0, knee.dimensions.plate, cq.Vector(0, 0, knee.layout.gap_b)).cut(plug)
-    parts = tuple(replace(p, mesh=mesh_of(upper.solid.fuse(ring))) if p is upper else p for p in knee.parts)
+    upper, collar = knee.part("upper"), knee.part("collar_b")
+    low, high = collar.mesh.vertices[:, 2].min(), collar.mesh.vertices[:, 2].max()
+    ring = build_section("square", 20.0, 0.0, low, high).cut(build_section("square", 15.2, 0.0, low - 1, high + 1))
+    squared = collar.solid.intersect(build_section("square", 15.0, 0.0, low, high))
+    changed = {upper.name: upper.solid.fuse(ring), collar.name: squared}
+    parts = tuple(replace(p, mesh=mesh_of(changed[p.name])) if p.name in changed else p for p in knee.parts)
     keyed = Bodies(BuiltJoint(knee.dimensions, knee.layout, parts))
+    assert float((keyed.halves["upper"] ^ keyed.solids[collar.name]).volume()) < 0.05
     assert keyed.round_overlap() > 1.0
     assert Bodies(knee).round_overlap() < 0.05
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -48,9 +46,7 @@ class Calls:
 def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
     """The diagnosis replaced: what surrounds it is tested here."""
     made = Calls()
-    module = ModuleType("synth.diagnosis.plants.swinging_chain.chain_diagnosis")
-    module.diagnose = made.diagnose  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "synth.diagnosis.plants.swinging_chain.chain_diagnosis", module)
+    monkeypatch.setattr("synth.api.gaps.diagnose", made.diagnose)
     return made
 
 

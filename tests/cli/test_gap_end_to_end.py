@@ -201,15 +201,12 @@ def test_a_scored_trial_with_a_locked_joint(tmp_path: Path) -> None:
 
 
 def test_the_example_names_the_friction_at_the_knee(tmp_path: Path) -> None:
-    """Whether it falls with speed these trials may leave open, the damper being known to 5 % only; nothing else."""
     shutil.copytree(EXAMPLE, tmp_path / "project")
     gap = run(tmp_path / "project")
     truth = json.loads((EXAMPLE / "truth.json").read_text())["coulomb_friction"]
-    assert gap["verdict"] in ("effect", "tie")
-    options = [gap["explanation"], *gap["tied"]]
-    assert {c["effect"] for option in options for c in option} <= {"coulomb_friction", "stribeck_friction"}
-    assert {cause["joint"] for option in options for cause in option} == {truth["joint"]}
+    assert gap["verdict"] == "effect"
+    assert [(cause["effect"], cause["joint"]) for cause in gap["explanation"]] == [("coulomb_friction", truth["joint"])]
     (friction,) = (e for e in gap["ranked"] if (e["effect"], e["joint"]) == ("coulomb_friction", truth["joint"]))
-    assert friction["parameters"]["torque"]["value"] == pytest.approx(truth["torque"]["value"], rel=0.1)
+    assert friction["parameters"]["torque"]["value"] == pytest.approx(truth["torque"]["value"], rel=0.03)
     assert gap["gap"]["shrink"]["value"] > 0.9
     assert sum(e["probability"] for e in gap["ranked"] if "friction" in e["effect"]) > 0.93  # some doubt is always left

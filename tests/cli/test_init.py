@@ -28,7 +28,15 @@ def test_the_copy_is_whole_and_the_next_command_runs(
 ) -> None:
     target = tmp_path / "new folder" / "my <b>leg</b>"
     assert main(["init", kind, str(target)]) == 0
-    assert files_in(target) == files_in(EXAMPLES / kind)
+    found, given = files_in(target), files_in(EXAMPLES / kind)
+    assert set(found) == set(given) | {name for name in found if name.startswith("schemas")}
+    for name, content in given.items():
+        head, _, rest = found[name].partition(b"\n")
+        named = b"# yaml-language-server: $schema="
+        assert found[name] == content or (head.startswith(named) and rest == content)
+        assert head.startswith(named) == name.endswith(".yaml")
+        if name.endswith(".yaml"):
+            assert ((target / name).parent / head.removeprefix(named).decode()).is_file()
     assert [path.name for path in target.parent.iterdir()] == [target.name]
     command = shlex.split(capsys.readouterr().out.splitlines()[-1])
     assert command[:3] == ["synth", kind, str(target / init.PROJECTS[kind])]

@@ -20,14 +20,14 @@ WISH = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test in a folder of its own: the command writes into the current one."""
+    """Each test in a folder of its own."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def spring(*words: str) -> dict[str, Any]:
     """The result of a run that ends well."""
-    assert main(["spring", "-q", *words]) == 0
+    assert main(["spring", "-q", *words, "--json", "spring.json"]) == 0
     content: dict[str, Any] = json.loads(Path("spring.json").read_text(encoding="utf-8"))
     return content
 
@@ -75,19 +75,54 @@ def test_the_spring_does_what_was_asked() -> None:
 
 
 def test_the_table_shows_what_the_file_has(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["spring", *WISH]) == 0
+    assert main(["spring", *WISH, "--json", "spring.json"]) == 0
     shown = capsys.readouterr().out
     made = json.loads(Path("spring.json").read_text(encoding="utf-8"))["make"]
-    rows = {line[:32].strip(): line[32:].split() for line in shown.splitlines()}
+    rows = {line[:32].strip(): line[32:].split() for line in shown.splitlines()[2:]}
     assert float(rows["wire diameter [mm]"][0]) == pytest.approx(made["wire_diameter"]["value"], rel=1e-3)
     assert float(rows["travel to yield [deg]"][0]) == pytest.approx(made["free_travel"]["value"], abs=0.05)
     assert float(rows["mass [g]"][0]) == pytest.approx(made["mass"]["value"], abs=0.05)
     assert shown.splitlines()[-1] == "written: spring.json"
 
 
+def test_one_line_answers_and_no_file_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["spring", *WISH]) == 0
+    assert list(Path.cwd().iterdir()) == []
+    first = capsys.readouterr().out.splitlines()[0]
+    found = re.fullmatch(r"Wind ([\d.]+) coils of ([\d.]+) mm music wire, mean diameter ([\d.]+) mm: (.*)\.", first)
+    assert found is not None
+    made = spring(*WISH)["make"]
+    assert float(found[1]) == pytest.approx(value(made["body_coils"], "1"), abs=1e-3)
+    assert float(found[2]) == pytest.approx(value(made["wire_diameter"], "mm"), rel=1e-3)
+    share = value(made["stress"], "MPa") / value(made["allowed_stress"], "MPa")
+    assert found[4] == f"1.7 N*m/rad over 40 deg, stressed to {share:.0%} of what is allowed"
+
+
+def test_units_of_the_answer_are_those_of_the_question(capsys: pytest.CaptureFixture[str]) -> None:
+    """The same spring in inches where it was asked for in inches, or where --units says so; the file stays as it is."""
+    inch = ["--rate", "15 in-lb/rad", "--travel", "40°", "--arbor", "1/2 in"]
+    tables = {}
+    for name, more in {"inch": [], "metric": ["--units", "metric"]}.items():
+        assert main(["spring", *inch, *more, "--json", f"{name}.json"]) == 0
+        tables[name] = {line.partition("[")[0].strip(): line for line in capsys.readouterr().out.splitlines()[2:]}
+    assert Path("inch.json").read_bytes() == Path("metric.json").read_bytes()
+    for head, unit, factor in (
+        ("wire diameter", "in", 25.4),
+        ("rate", "in*lbf/rad", 0.1129848),
+        ("mass", "oz", 28.3495),
+    ):
+        assert f"[{unit}]" in tables["inch"][head]
+        numbers = [float(tables[name][head].partition("]")[2].split()[0]) for name in ("metric", "inch")]
+        assert numbers[0] == pytest.approx(numbers[1] * factor, rel=6e-3, abs=0.05)
+    assert main(["spring", *inch, "--out", "out"]) == 0
+    sheet = Path("out/winding_sheet.txt").read_text(encoding="utf-8")
+    assert "in*lbf" in sheet
+    assert " mm" not in sheet
+
+
 def test_no_spring_says_why_and_what_can_be_made(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["--rate", "79 N*m/rad", "--travel", "45 deg", "--max-outer-diameter", "60 mm"]
-    assert main(["spring", *words]) == 1
+    assert main(["spring", *words, "--json", "spring.json"]) == 1
     shown = capsys.readouterr().out
     assert shown.startswith("No single spring of music wire gives 79 N*m/rad over 45 deg")
     content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
@@ -102,7 +137,7 @@ def test_no_spring_says_why_and_what_can_be_made(capsys: pytest.CaptureFixture[s
 
 def test_a_given_spring_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     sizes = ["--wire-diameter", "2 mm", "--mean-diameter", "20 mm", "--coils", "4.25", "--travel", "60 deg"]
-    assert main(["spring", *sizes, "--rate", "1.2 N*m/rad", "--arbor", "17 mm"]) == 0
+    assert main(["spring", *sizes, "--rate", "1.2 N*m/rad", "--arbor", "17 mm", "--json", "spring.json"]) == 0
     shown = capsys.readouterr().out
     content = json.loads(Path("spring.json").read_text(encoding="utf-8"))
     assert value(content["checked"]["moment"], "N*m") == pytest.approx(1.2 * math.pi / 3.0)

@@ -57,7 +57,9 @@ def test_lines_are_merged_with_their_number_and_mass(tmp_path, monkeypatch: pyte
     assert (screw["quantity"], screw["mass [g]"], screw["vendor"]) == ("2", "2.00", "any")
     assert next(row for row in rows if row["item"].startswith("heat-set insert M3"))["quantity"] == "2"
     assert found["rotary damper"]["mass [g]"] == ""
-    assert found["M4 screw for the mount"]["quantity"] == "4"
+    assert (screw["standard"], screw["size"], screw["length [mm]"]) == ("ISO 7380-1", "M3", "10")
+    mount = next(row for row in rows if row["item"].startswith("M4 screw for the mount"))
+    assert (mount["quantity"], mount["vendor"]) == ("4", "any")
     assert sum(row["item"].startswith("torsion spring") for row in rows) == 1  # not again as a drawn part
 
 
@@ -81,3 +83,38 @@ def test_of_a_drawn_pair_one_of_each_hand_is_ordered(tmp_path, monkeypatch: pyte
         with (tmp_path / "bom.csv").open(newline="") as stream:
             rows = [row for row in csv.DictReader(stream) if row["item"].startswith("torsion")]
         assert [(row["item"], row["quantity"], row["mass [g]"]) for row in rows] == [(item, "2", "6.00")]
+
+
+def test_every_line_names_what_one_orders_by(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wire = {"joint": "hip", "item": "music wire, 2 mm, 540 mm a spring: wind 6 coils", "vendor": "to wind", "part": "",
+            "quantity": "1", "source": "a sheet"}  # fmt: skip
+    monkeypatch.setattr(bom, "bought_or_wound", lambda design: [wire])
+    design = SimpleNamespace(
+        built=SimpleNamespace(joint_names=("hip",), joints=(SimpleNamespace(name="hip"),)),
+        project=SimpleNamespace(cad=SimpleNamespace(mount=False)),
+    )
+    drawn = {
+        "bearing_a": ("bearing", "buy: ISO 15 - 628/8-2Z ball bearing, 8 x 16 x 5 mm, two shields (sold as 688ZZ)"),
+        "pin": ("pin", "buy: ISO 8734 - 2.5 x 24 dowel pin, steel"),
+        "collar_a": ("collar", "buy: DIN 705 A - 8 shaft collar, steel, with set screw M4"),
+        "thrust_washer_a": ("washer", "buy: DIN 988 - 8 x 14 x 0.5 shim ring, steel"),
+        "upper_socket_screw": ("screw", "buy: ISO 4762 - M3 x 30, steel; with nut"),
+        "seat_screw_1": ("screw", "buy: ISO 7380-1 - M3 x 12, steel, with washer ISO 7089 - 3"),
+        "shaft": ("shaft", "cut from ground rod, h6, 8 mm, 76.2 mm long; drilled for its pins"),
+    }
+    parts = [part(name, family, 1.0, made) for name, (family, made) in drawn.items()]
+    printed = {**part("upper", "upper", 46.2), "volume": {"value": 38.5e3, "unit": "mm^3"}}
+    write_bom(design, [*parts, printed], tmp_path / "bom.csv")  # type: ignore[arg-type]
+    with (tmp_path / "bom.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    found = {(row["standard"], row["size"], row["length [mm]"], row["how"]) for row in rows}
+    assert {
+        ("ISO 15", "628/8-2Z", "", "buy"), ("ISO 8734", "2.5", "24", "buy"), ("DIN 705 A", "8", "", "buy"),
+        ("DIN 988", "8 x 14 x 0.5", "", "buy"), ("ISO 4762", "M3", "30", "buy"), ("ISO 7380-1", "M3", "12", "buy"),
+        ("ISO 7089", "3", "", "buy"), ("", "8", "79.2", "cut"), ("", "2 mm", "600", "wind"),
+    } <= found  # fmt: skip
+    inserts = [row for row in rows if row["item"].startswith("heat-set insert")]
+    assert [(row["size"], row["quantity"]) for row in inserts] == [("M3", "1")]  # the screw with a nut needs none
+    assert {row["vendor"] for row in rows} <= {"any", ""}
+    time = next(row for row in rows if row["how"] == "print")
+    assert float(time["print time [h]"]) == pytest.approx(3 + 4 / 60, abs=0.05)

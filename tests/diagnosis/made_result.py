@@ -13,6 +13,7 @@ import numpy as np
 
 from fit.simulated_legs import FREE_ANGLE, RELEASES, SPRING, robot
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
+from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.result import Cause, Experiment, Ranked, Where
 from synth.estimation.intervals import Estimate
 from synth.swing.chain import simulate
@@ -114,6 +115,13 @@ def made_result(verdict: Any = "effect", names: tuple[str, ...] | None = None) -
             position=thirds(0.4, 0.35),
             load=thirds(0.33, 0.34),
             time=thirds(0.12, 0.4),
+        ),
+        remainder=Remainder(
+            angle(0.31, 0.05),
+            0.13,
+            3.1,
+            {hip: 0.1, knee: 0.7, ankle: 0.2},
+            {"release": 0.6, "swing": 0.2, "settle": 0.1, "rest": 0.1},
         ),
         as_designed=angle(error(trials, "as_designed"), 0.15),
         before=angle(error(trials, "before"), 0.12),

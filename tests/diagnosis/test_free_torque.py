@@ -9,10 +9,10 @@ import numpy as np
 from diagnosis.swung import TWO
 from peers.mujoco_leg import simulate
 from synth.arrays import Array
+from synth.diagnosis.angle_search import search
 from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.diagnosis.plants.swinging_chain.free_torque import FreeTorque, free_torques
-from synth.diagnosis.search import search
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 
@@ -37,7 +37,7 @@ def found(law: Law | None) -> tuple[FreeTorque, ...]:
         trials.append(Trial(f"{number}.csv", TIME, angles))
     scene, _ = scene_of(TWO, trials, Tolerance(), 0)
     base = search(scene.bench, [], lambda _: None).none.fit
-    return free_torques(TWO, scene.bench, base, scales(TWO, scene.given))
+    return free_torques(TWO, scene.tolerances.leg(TWO, base.unknowns), scene.bench, base, scales(TWO, scene.given))
 
 
 def alike(item: FreeTorque, true: Array, where: Array) -> float:

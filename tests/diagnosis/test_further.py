@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import TWO, causes, off, recorded, with_effects
+from synth.diagnosis.angle_search import as_designed, search
 from synth.diagnosis.angle_trials import angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, compatible, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import leverage, prospects, strengthened
-from synth.diagnosis.search import as_designed, search
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings

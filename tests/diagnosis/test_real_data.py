@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from synth.arrays import Array
+from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import angle_trial, copies
 from synth.diagnosis.plants.swinging_chain.chain_candidates import scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose, scene_of
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.plants.swinging_chain.free_torque import free_torques
-from synth.diagnosis.search import search
 from synth.files.gap_project import GapProject, read_gap_project
 from synth.fit.recordings import recordings
 
@@ -72,11 +72,14 @@ def diagnosed(project: GapProject) -> GapResult:
 
 def is_honest(result: GapResult) -> bool:
     """A cause is named only if unseen trials are predicted better with it; else the verdict says that it is not."""
-    if result.verdict in ("none", "unknown"):
+    if result.verdict == "none":
         return not result.explanation
+    if result.verdict == "unknown":  # those that come nearest are shown, and not accepted
+        return bool(result.explanation) and result.probability_unknown > 0.5
     return result.after.value < result.before.value
 
 
+@pytest.mark.xfail(strict=True, reason="by trials left out: ankle tie whole, effect cut; knee unknown whole, none cut")
 @pytest.mark.parametrize("joint", ["ankle", "knee"])
 def test_the_verdict_does_not_hang_on_the_hand_that_started_the_swing(joint: str, tmp_path: Path) -> None:
     """The first 0.1 s hold the hand that let go; with and without them the answer is the same."""
@@ -130,15 +133,28 @@ def test_repeats_with_samples_more_before_the_release_are_copies(tmp_path: Path)
 
 
 @pytest.mark.parametrize("half", [0, 1])
-def test_both_halves_of_the_ankles_releases_lack_a_torque_of_speed_there(half: int, tmp_path: Path) -> None:
-    """The design has the damper as a straight line; drops with the damper alone show a concave law."""
+def test_both_halves_of_the_pendulums_small_swings_lack_a_torque_at_the_lower_joint(half: int, tmp_path: Path) -> None:
+    """Its step with direction is the dry friction that the test above reads from the missing torque."""
+    project = pendulum_project(tmp_path)
+    trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
+    scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
+    base = search(scene.bench, [], lambda _: None).none.fit
+    nominal = scene.tolerances.leg(project.leg, base.unknowns)
+    first = free_torques(project.leg, nominal, scene.bench, base, scales(project.leg, scene.given))[0]
+    assert (first.joint, first.over) == ("lower", "deflection")
+    assert first.taken > 0.7
+    forth, back = (np.median(first.torque[first.direction == way]) for way in (1.0, -1.0))
+    assert forth < back  # against the motion
+
+
+@pytest.mark.parametrize("half", [0, 1])
+def test_each_half_of_the_ankles_releases_is_predicted_by_its_own_refits(half: int, tmp_path: Path) -> None:
+    """What a straight line promised of a free torque there, two fifths, unseen releases do not keep."""
     project = leg_project(tmp_path, "ankle")
     trials = [replace(trial, held_out=False) for trial in project.trials[half::2]]
     scene, _ = scene_of(project.leg, trials, project.tolerance, 0)
     base = search(scene.bench, [], lambda _: None).none.fit
-    (first,) = free_torques(project.leg, scene.bench, base, scales(project.leg, scene.given))
-    assert (first.joint, first.over) == ("ankle", "speed")
-    assert first.taken > 0.25
-    # Measured from the straight line: more resistance at low speed than at high speed.
-    fast = first.torque[np.argmax(first.place)] - first.torque[np.argmin(first.place)]
-    assert fast > 0.0  # pushes along with the motion where it is fastest: the line resists too much there
+    nominal = scene.tolerances.leg(project.leg, base.unknowns)
+    (first,) = free_torques(project.leg, nominal, scene.bench, base, scales(project.leg, scene.given))
+    assert first.joint == "ankle"
+    assert first.taken < 0.35

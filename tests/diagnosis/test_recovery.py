@@ -11,12 +11,14 @@ import pytest
 
 from diagnosis.swung import ONE, TWO, best, causes, heavier, off, recorded, shifted, with_effects
 from fit.simulated_legs import RELEASES, robot
+from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
-from synth.diagnosis.search import Search, search
 from synth.diagnosis.verdict import CALIBRATED
+from synth.diagnosis.workbench import Fit
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -210,7 +212,7 @@ def test_a_cause_that_no_fit_found_alone_is_ranked_where_it_is_one_of_two(monkey
         "hip": {"quadratic_damping": {"coefficient": 0.04}},
     }
 
-    def without(*given: Any) -> Search:
+    def without(*given: Any) -> Hypotheses[Fit]:
         found = search(*given)
         return replace(found, singles=tuple(s for s in found.singles if s.keys[0] != ("quadratic_damping", "hip")))
 

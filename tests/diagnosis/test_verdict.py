@@ -9,8 +9,8 @@ import pytest
 
 from diagnosis.swung import TWO, recorded
 from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
-from synth.diagnosis.search import Assessed, Search
 from synth.diagnosis.verdict import CALIBRATED, judge, paying, weigh
 from synth.diagnosis.workbench import Fit
 from synth.fit.recordings import recordings
@@ -36,7 +36,7 @@ SINGLES = (assessed(400.0, 2.5, FRICTION), assessed(500.0, 3.0, OFFSET), assesse
 
 
 def test_one_cause_that_leaves_only_noise_is_the_effect() -> None:
-    judged = judge(Search(NONE, (assessed(100.0, 1.01, FRICTION), *SINGLES[1:]), ()))
+    judged = judge(Hypotheses(NONE, (assessed(100.0, 1.01, FRICTION), *SINGLES[1:]), ()))
     assert judged.verdict == "effect"
     assert judged.accepted.keys == (("coulomb_friction", "hip"),)
     assert judged.probability == pytest.approx(1.0 - CALIBRATED.doubt, abs=0.01)
@@ -44,7 +44,7 @@ def test_one_cause_that_leaves_only_noise_is_the_effect() -> None:
 
 
 def test_two_causes_of_which_each_is_certain() -> None:
-    judged = judge(Search(NONE, SINGLES, (assessed(100.0, 1.01, FRICTION, OFFSET),)))
+    judged = judge(Hypotheses(NONE, SINGLES, (assessed(100.0, 1.01, FRICTION, OFFSET),)))
     assert set(judged.accepted.keys) == {("coulomb_friction", "hip"), ("encoder_offset", "knee")}
     odds = {item.keys[0]: probability for item, probability in judged.singles}
     assert odds["coulomb_friction", "hip"] == pytest.approx(1.0 - CALIBRATED.doubt_of_several, abs=1e-3)
@@ -58,7 +58,7 @@ def test_a_second_cause_that_takes_little_away_is_not_taken() -> None:
     much = assessed(300.0, 1.8, FRICTION, OFFSET)
     assert paying([NONE, *SINGLES, little], CALIBRATED.pays) == [NONE, *SINGLES]
     assert paying([NONE, *SINGLES, much], CALIBRATED.pays) == [NONE, *SINGLES, much]
-    assert len(judge(Search(NONE, SINGLES, (little,))).accepted.keys) == 1
+    assert len(judge(Hypotheses(NONE, SINGLES, (little,))).accepted.keys) == 1
 
 
 def test_several_causes_stand_where_fewer_are_not_weighed() -> None:
@@ -70,19 +70,21 @@ def test_a_third_must_pay_beside_the_best_pair() -> None:
     pair = assessed(200.0, 1.5, FRICTION, OFFSET)
     third = assessed(150.0, 1.45, FRICTION, OFFSET, DRAG)
     clear = assessed(100.0, 1.05, FRICTION, OFFSET, DRAG)
-    assert len(judge(Search(NONE, SINGLES, (pair, third))).accepted.keys) == 2
-    assert len(judge(Search(NONE, SINGLES, (pair, clear))).accepted.keys) == 3
+    assert len(judge(Hypotheses(NONE, SINGLES, (pair, third))).accepted.keys) == 2
+    assert len(judge(Hypotheses(NONE, SINGLES, (pair, clear))).accepted.keys) == 3
 
 
 def test_single_causes_none_and_unknown_sum_to_one() -> None:
-    judged = judge(Search(NONE, SINGLES, ()))
+    judged = judge(Hypotheses(NONE, SINGLES, ()))
     assert sum(p for _, p in judged.singles) + judged.none + judged.unknown == pytest.approx(1.0)
     assert judged.unknown > 0.5  # 2.5 of 5 is left: no known cause
     assert judged.verdict == "unknown"
 
 
 def test_more_is_left_the_likelier_an_unknown() -> None:
-    odds = [judge(Search(NONE, (assessed(400.0, r, FRICTION), *SINGLES[1:]), ())).unknown for r in (1.2, 1.6, 2.2, 3.0)]
+    odds = [
+        judge(Hypotheses(NONE, (assessed(400.0, r, FRICTION), *SINGLES[1:]), ())).unknown for r in (1.2, 1.6, 2.2, 3.0)
+    ]
     assert odds[0] == pytest.approx(CALIBRATED.doubt)
     assert odds == sorted(odds)
     assert odds[-1] > 0.7
@@ -90,17 +92,17 @@ def test_more_is_left_the_likelier_an_unknown() -> None:
 
 def test_what_several_causes_leave_is_sooner_an_unknowns() -> None:
     """Two of the library's causes imitate much; where they leave what one may, something else is at work."""
-    alone = judge(Search(NONE, (assessed(300.0, 1.9, FRICTION), *SINGLES[1:]), ()))
-    both = judge(Search(NONE, SINGLES, (assessed(200.0, 1.9, FRICTION, OFFSET),)))
+    alone = judge(Hypotheses(NONE, (assessed(300.0, 1.9, FRICTION), *SINGLES[1:]), ()))
+    both = judge(Hypotheses(NONE, SINGLES, (assessed(200.0, 1.9, FRICTION, OFFSET),)))
     assert alone.unknown < 0.5 < both.unknown
     assert (alone.verdict, both.verdict) == ("effect", "unknown")
 
 
 def test_what_a_good_sensor_still_sees_far_above_its_noise_is_sooner_an_unknowns() -> None:
     """The same share of a gap left: of one of five noise floors, and of one of five hundred."""
-    near = judge(Search(assessed(1000.0, 5.0), (assessed(400.0, 1.9, FRICTION),), ()))
-    far = judge(Search(assessed(1000.0, 500.0), (assessed(400.0, 150.0, FRICTION),), ()))
-    little = judge(Search(assessed(1000.0, 500.0), (assessed(400.0, 15.0, FRICTION),), ()))
+    near = judge(Hypotheses(assessed(1000.0, 5.0), (assessed(400.0, 1.9, FRICTION),), ()))
+    far = judge(Hypotheses(assessed(1000.0, 500.0), (assessed(400.0, 150.0, FRICTION),), ()))
+    little = judge(Hypotheses(assessed(1000.0, 500.0), (assessed(400.0, 15.0, FRICTION),), ()))
     assert near.verdict == "effect"
     assert far.verdict == "unknown"
     assert 0.8 < far.unknown < 0.99
@@ -108,14 +110,14 @@ def test_what_a_good_sensor_still_sees_far_above_its_noise_is_sooner_an_unknowns
 
 
 def test_explanations_as_good_are_tied() -> None:
-    judged = judge(Search(NONE, (assessed(100.0, 1.0, OFFSET), assessed(101.0, 1.0, SCALE), SINGLES[0]), ()))
+    judged = judge(Hypotheses(NONE, (assessed(100.0, 1.0, OFFSET), assessed(101.0, 1.0, SCALE), SINGLES[0]), ()))
     assert judged.verdict == "tie"
     assert [item.keys[0] for item in judged.tied] == [("encoder_scale", "knee")]
 
 
 def test_nothing_is_missing_where_no_cause_earns_its_unknowns() -> None:
     still = assessed(100.0, 1.0)
-    found = Search(still, (assessed(98.0, 1.0, FRICTION), assessed(99.5, 1.0, OFFSET)), ())
+    found = Hypotheses(still, (assessed(98.0, 1.0, FRICTION), assessed(99.5, 1.0, OFFSET)), ())
     judged = judge(found)
     assert judged.verdict == "none"
     assert judged.none > 0.5
@@ -147,7 +149,7 @@ def test_an_unknown_is_as_likely_as_not_at_its_stated_share() -> None:
     c = CALIBRATED
     gap = 4.5
     none = assessed(1000.0, np.sqrt(1.0 + (gap**2 - c.clean**2) / c.left))
-    judged = judge(Search(none, (assessed(10.0, gap, FRICTION),), ()))
+    judged = judge(Hypotheses(none, (assessed(10.0, gap, FRICTION),), ()))
     assert judged.unknown == pytest.approx(1.0 - 0.5 * (1.0 - c.doubt), abs=0.02)
     assert judged.verdict == "unknown"
 
@@ -157,7 +159,7 @@ def test_an_unknown_is_as_likely_as_not_at_its_stated_share() -> None:
 def test_probabilities_are_probabilities(ratio: float, second: float) -> None:
     """With ``none`` and ``unknown`` the single causes never sum to more than 1, whichever hypothesis is heaviest."""
     singles = (assessed(100.0, ratio, FRICTION), assessed(100.0 + second, ratio, OFFSET), SINGLES[2])
-    judged = judge(Search(NONE, singles, (assessed(99.0, ratio, FRICTION, DRAG),)))
+    judged = judge(Hypotheses(NONE, singles, (assessed(99.0, ratio, FRICTION, DRAG),)))
     odds = [p for _, p in judged.singles]
     assert all(0.0 <= p <= 1.0 for p in [*odds, judged.none, judged.unknown])
     if len(judged.accepted.keys) < 2:
@@ -169,5 +171,5 @@ def test_two_alike_are_a_tie_and_far_ones_are_not() -> None:
     near = (assessed(100.0, 1.0, FRICTION), assessed(100.0 + 0.5 * CALIBRATED.temperature, 1.0, DRAG))
     far = (near[0], assessed(100.0 + 9 * CALIBRATED.temperature, 1.0, DRAG))
     assert DRAG.size == FRICTION.size
-    assert judge(Search(NONE, near, ())).verdict == "tie"
-    assert judge(Search(NONE, far, ())).verdict == "effect"
+    assert judge(Hypotheses(NONE, near, ())).verdict == "tie"
+    assert judge(Hypotheses(NONE, far, ())).verdict == "effect"

@@ -77,6 +77,12 @@ def test_a_tolerance_of_zero_for_everything_is_a_leg_known_exactly(folder: Path)
     assert project.defaults == ()
 
 
+def test_noise_of_a_joint_and_the_accuracy_asked_for(folder: Path) -> None:
+    project = read_gap_project(write(folder, GAP + "noise: {knee: 0.02 deg}\naccuracy: 0.3 deg\n"))
+    assert project.noise == {"knee": pytest.approx(math.radians(0.02))}
+    assert project.accuracy == pytest.approx(math.radians(0.3))
+
+
 @pytest.mark.parametrize(
     ("text", "key", "words"),
     [
@@ -88,7 +94,13 @@ def test_a_tolerance_of_zero_for_everything_is_a_leg_known_exactly(folder: Path)
         ("tolerance: {weight: 1 %}\n", "tolerance.weight", "is not a key"),
         ("tolerance: 5 %\n", "tolerance", "mapping"),
         ("seed: -1\n", "seed", "greater"),
-        ("noise: 0.1 deg\n", "noise", "is not a key"),
+        ("noise: 0.1 deg\n", "noise", "no mapping of joints: write noise: {knee: 0.02 deg}"),
+        ("noise: {ankle: 0.1 deg}\n", "noise.ankle", "allowed here: hip, knee"),
+        ("noise: {knee: 0.1 N}\n", "noise.knee.noise", "where an angle is needed"),
+        ("noise: {knee: 0 deg}\n", "noise.knee.noise", "more than 0 deg"),
+        ("accuracy: 0.3\n", "accuracy", "has no unit"),
+        ("accuracy: 0.3 N*m\n", "accuracy", "where an angle is needed"),
+        ("accuracy: -1 deg\n", "accuracy", "at least 0 deg"),
     ],
 )
 def test_bad_tolerances_and_keys(folder: Path, text: str, key: str, words: str) -> None:
@@ -148,8 +160,8 @@ def test_columns_in_another_order_are_the_same_trial(folder: Path) -> None:
 def test_a_joint_may_have_tolerances_of_its_own(folder: Path) -> None:
     project = read_gap_project(write(folder, GAP + "tolerance: {mass: 2 %, knee: {mass: 5 %, free_angle: 3 deg}}\n"))
     widths = project.tolerance.widths(project.leg)
-    np.testing.assert_allclose(widths[:, 0], [0.005, 0.02, 0.01, 0.02, 0.03, 0.05, math.radians(0.5)])
-    np.testing.assert_allclose(widths[:, 1], [0.005, 0.05, 0.01, 0.02, 0.03, 0.05, math.radians(3.0)])
+    np.testing.assert_allclose(widths[:, 0], [0.005, 0.02, 0.01, 0.02, 0.03, 0.05, math.radians(0.5), 0.0, 0.0])
+    np.testing.assert_allclose(widths[:, 1], [0.005, 0.05, 0.01, 0.02, 0.03, 0.05, math.radians(3.0), 0.0, 0.0])
     assert "tolerance.mass" not in [d.key for d in project.defaults]
 
 

@@ -218,7 +218,9 @@ curves = st.lists(sizes, min_size=1, max_size=5, unique=True).map(
     lambda speeds: DamperCurve(tuple(sorted(speeds)), tuple(0.1 * s for s in sorted(speeds)))
 )
 dampers = st.none() | st.builds(Damper, rate=sizes) | st.builds(Damper, curve=curves, part=st.just("6597K21"))
-links = st.builds(Link, st.floats(0.1, 2.0), sizes, st.floats(-0.4, 0.4), sizes)
+links = st.tuples(st.floats(0.1, 2.0), sizes, st.floats(-0.4, 0.4), st.floats(0.01, 4.0)).map(
+    lambda drawn: Link(*drawn[:3], drawn[1] * (drawn[0] * drawn[3]) ** 2)  # the last: of gyration, in lengths
+)
 effects = st.sampled_from(
     [
         {},

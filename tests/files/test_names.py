@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cad.dimensions import _NAME as CAD_NAME
+from cad.parts import file_name
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.leg_file import read_leg
-from synth.files.names import mixed_files, name_fault, same_file, title_fault
-from synth.files.output import output_folder, place, write_csv, write_json, write_text
+from synth.files.names import mixed_files, name_fault, same_file, title_fault, written_name
+from synth.files.output import output_folder, place, stems, write_csv, write_json, write_text
 from synth.files.paths import inside, matching
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -172,3 +173,20 @@ def test_synth_leg_writes_nothing_outside_whatever_its_joints_are_called(
     assert "animal.leg.yaml:7" in told
     assert sorted(path for path in tmp_path.rglob("*")) == before
     assert (outside / "x.csv").read_text() == "mine"
+
+
+@given(st.text(max_size=90))
+def test_files_that_we_write_are_called_by_the_joints_rule(name: str) -> None:
+    """Of any name but one that is empty; twice the same is the same."""
+    written = written_name(name)
+    assert written_name(written) == written
+    assert written == "_" or name_fault(written) is None
+    assert stems([name, name])[0] != stems([name, name])[1]
+    if name_fault(name) is None:
+        assert written == name
+
+
+@pytest.mark.parametrize("name", ["../x", "/tmp/x", "..", ".hidden", "a\\b", ""])
+def test_cad_calls_no_file_by_a_path(name: str) -> None:
+    with pytest.raises(ValueError, match="cannot be called"):
+        file_name(name)

@@ -96,7 +96,7 @@ def test_fit_options_and_prior(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "found", "words"),
     [
-        ("kind: fit\n", ["leg", "trials"], '"leg" is missing'),
+        ("kind: fit\n", ["leg", None], '"leg" is missing'),
         (FIT.replace("[animal/*.csv]", "[]"), ["trials"], "at least 1"),
         (FIT.replace("[animal/*.csv]", "animal/*.csv"), ["trials"], "a list"),
         (FIT.replace("a.leg", "b.leg"), ["leg"], "did you mean a.leg.yaml"),
@@ -113,7 +113,7 @@ def test_fit_options_and_prior(folder: Path) -> None:
         (FIT.replace("animal/a.leg.yaml", "animal/1.csv"), [None], "key: value"),
     ],
 )
-def test_bad_fit_projects(folder: Path, text: str, found: list[str], words: str) -> None:
+def test_bad_fit_projects(folder: Path, text: str, found: list[str | None], words: str) -> None:
     with pytest.raises(UserError) as caught:
         read_fit_project(write(folder, text))
     assert keys(caught.value) == found
@@ -304,3 +304,28 @@ def test_a_pipe_among_catalogues_is_refused_and_not_waited_for(folder: Path) -> 
     os.mkfifo(folder / "parts.csv")
     with pytest.raises(UserError, match="is not a regular file"):
         read_leg_project(write(folder, DESIGN + "select: {catalogs: [parts.csv]}\n"))
+
+
+def test_measured_dampers_are_read_joint_by_joint(folder: Path) -> None:
+    shape = "{bolt_circle: 52 mm, bolts: 3, shaft_side: bore, shaft_form: square, shaft_size: 6 mm}"
+    project = read_leg_project(write(folder, DESIGN + f"cad: {{dampers: {{hip: {shape}}}}}\n"))
+    found = project.cad.dampers["hip"]
+    assert (found.bolts, found.shaft_side, found.shaft_form) == (3, "bore", "square")
+    assert (found.bolt_circle, found.shaft_size) == pytest.approx((0.052, 0.006))
+    assert found.outer_diameter is None
+
+
+@pytest.mark.parametrize(
+    ("cad", "words"),
+    [
+        ("{dampers: {hipp: {bolts: 3}}}", "hipp"),
+        ("{dampers: {hip: {shaft_form: star}}}", "star"),
+        ("{dampers: {hip: {bolt_circle: 52}}}", "52"),
+        ("{damper_shafts: {hip: 6 mm}, dampers: {hip: {shaft_size: 6 mm}}}", "given twice"),
+    ],
+)
+def test_mistakes_in_measured_dampers_are_told(folder: Path, cad: str, words: str) -> None:
+    with pytest.raises(UserError) as caught:
+        read_leg_project(write(folder, DESIGN + f"cad: {cad}\n"))
+    assert words in str(caught.value)
+    assert all((problem.key or "").startswith("cad.dampers") for problem in caught.value.problems)

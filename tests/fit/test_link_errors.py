@@ -15,12 +15,12 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.least_squares import Stage, Weights, solve
+from synth.fit.least_squares import FitStart, Stage, Weights, solve
 from synth.fit.link_errors import LinkErrors, link_errors
 from synth.fit.recordings import recordings
 from synth.fit.starts import first_locals
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
-from synth.swing.tolerances import LINK_QUANTITIES, Tolerances
+from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 
 EXACT = Tolerance(length=0.0, mass=0.0, com=0.0, inertia=0.0)
 MOVED = 0.01
@@ -42,7 +42,7 @@ def sensitivity(leg: Leg, result: FitResult, trials: list, static: tuple[StaticP
     n = len(leg.joints)
     values[n : 2 * n] = leg.to_rotation(np.array([joint.free_angle.value for joint in result.joints.values()]))
     weights = Weights(np.tile([result.clipped_rms[name] for name in leg.joint_names], (len(made), 1)), np.zeros(n))
-    solution = solve(model, made, values, first_locals(made), weights)
+    solution = solve(model, made, FitStart(values, first_locals(made)), weights)
     found = link_errors(model, made, Stage(solution, weights), np.ones((4, n)), static)
     assert found is not None
     return found
@@ -81,9 +81,9 @@ def test_of_a_leg_it_is_what_refits_give_static_points_too() -> None:
     for column in (3, 4, 6, 11):  # masses of hip and knee, com of hip, inertia of ankle
         ends = []
         for sign in (1.0, -1.0):
-            x = np.zeros(7 * 3)
+            x = np.zeros(3 * len(QUANTITIES))
             x[column] = sign * MOVED
-            other = Tolerances(np.ones((7, 3))).leg(given, x)
+            other = Tolerances(np.ones((len(QUANTITIES), 3))).leg(given, x)
             ends.append(estimates(fit_leg(other, recordings(other, trials), options)))
         refitted = (ends[0] - ends[1]) / (2 * MOVED)
         moved = found.considered.sensitivity[:, column].copy()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fit.simulated_legs import DAMPER, SPRING, Rig, bare, recorded, release, releases, robot
-from synth.fit.least_squares import Weights, solve
+from synth.fit.least_squares import FitStart, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import covariance
@@ -72,7 +72,9 @@ def test_intervals_of_an_overdamped_joint_are_not_made_narrow_by_the_integrators
     deviations = []
     for options in ({}, {"tolerance": 1e-10}):
         model, values = model_of(leg, **options)
-        at_truth = solve(model, recordings, values, [local_of(r) for r in recordings], weights, max_iterations=0)
+        at_truth = solve(
+            model, recordings, FitStart(values, [local_of(r) for r in recordings]), weights, max_iterations=0
+        )
         deviations.append(np.sqrt(np.diag(covariance(model, at_truth))))
     np.testing.assert_allclose(deviations[0], deviations[1], rtol=0.02)
     assert deviations[1][0] > 0.05  # the hip's k is hard to tell, which is what went wrong
@@ -124,8 +126,8 @@ def test_weights_at_the_same_point_need_no_simulation() -> None:
     locals_ = [local_of(recording) for recording in trials]
     lanes = [model.sensitivity(r, values, local) for r, local in zip(trials, locals_, strict=True)]
     weights = Weights(np.full((2, 3), 0.1), np.zeros(3))  # so that every residual counts in full
-    anew = solve(model, trials, values, locals_, weights, max_iterations=0)
-    kept = solve(model, trials, values, locals_, weights, max_iterations=0, lanes=lanes)
+    anew = solve(model, trials, FitStart(values, locals_), weights, max_iterations=0)
+    kept = solve(model, trials, FitStart(values, locals_, lanes=lanes), weights, max_iterations=0)
     assert kept.cost == anew.cost
     np.testing.assert_array_equal(kept.information.common, anew.information.common)
     slopes = [model.evaluate(r, values, local).common for r, local in zip(trials, locals_, strict=True)]

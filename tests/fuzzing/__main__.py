@@ -26,6 +26,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--to", type=Path, default=Path("build/fuzz-files"))
     arguments = parser.parse_args()
+    arguments.to = arguments.to.resolve()  # every case runs in a folder of its own
     arguments.to.mkdir(parents=True, exist_ok=True)
     prepared()
     seeds = [arguments.seed * 1_000_000 + k for k in range(arguments.count)]

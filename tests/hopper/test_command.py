@@ -14,10 +14,14 @@ from dataclasses import fields
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from synth.cli import main
 from synth.files import hopper_project as files
+from synth.hopper.study import sweep_problem
+from synth.hopper.sweep import run_sweep
+from synth.parts.catalogs import Catalogue
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
 SMALL = """\
@@ -91,7 +95,9 @@ def test_the_choice_is_told_with_neighbours_models_and_warnings(found: dict) -> 
 def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
     text = SMALL.replace("motors: {", "motors: {gearbox: stop, ")
     (tmp_path / "a.yaml").write_text(text)
-    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
+    assert (
+        main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
+    )  # what is wished for cannot be had
     rows = designs(tmp_path / "out")
     assert all("gearbox" in row["limit"] for row in rows if row["gear_ratio"] == "210.59")
     assert all(row["feasible"] == "no" for row in rows if "gearbox" in row["limit"])
@@ -99,7 +105,9 @@ def test_gearbox_stop_leaves_out_what_would_break(tmp_path: Path) -> None:
 
 def test_too_weak_a_motor_is_said_to_be_and_jumps_nothing(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(SMALL.replace('"N20 HP 6V 1*0:1", "N20 HP 6V 210:1"', '"N20 LP 6V 30:1"'))
-    assert main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 0
+    assert (
+        main(["-q", "hopper", str(tmp_path / "a.yaml"), "--no-cad", "--out", str(tmp_path / "out")]) == 1
+    )  # what is wished for cannot be had
     rows = designs(tmp_path / "out")
     assert all(row["limit"].startswith("too weak") and float(row["clearance [m]"]) == 0.0 for row in rows)
     result = json.loads((tmp_path / "out" / "hopper.json").read_text())
@@ -227,7 +235,7 @@ def test_one_line_is_a_project_and_every_default_is_stated_with_its_reason(tmp_p
                 "contact": files.ContactSection, "motors": files.MotorSection, "lengths": files.LengthsSection,
                 "tolerance": files.ToleranceSection, "parts": files.PartsSection}  # fmt: skip
     wanted = {f"{name}.{item.name}" for name, section in sections.items() for item in fields(section)}
-    assert wanted - set(stated) == {"leg.crouch_lower"}  # in place of crouch, which is stated
+    assert wanted - set(stated) == {"leg.crouch_lower", "laminate.bending"}  # in place of crouch, which is stated
     assert all(stated.values())
     assert {"model", "objectives", "choose", "intervals"} <= set(stated)
 
@@ -252,3 +260,24 @@ def test_a_small_sweep_by_model_c_gives_what_a_gives_and_a_large_one_is_refused(
     (tmp_path / "large.yaml").write_text(LARGE + "model: C\n")
     assert main(["-q", "hopper", str(tmp_path / "large.yaml"), "--out", str(tmp_path / "l")]) == 2
     assert "at most 400" in capsys.readouterr().err
+
+
+def test_the_meaning_of_height_is_a_key_and_old_files_keep_theirs(tmp_path: Path) -> None:
+    found = {}
+    for name, line in (("old", ""), ("total", "height: total\n"), ("both", "height: total\nchoose: clearance\n")):
+        (tmp_path / f"{name}.yaml").write_text(SMALL + line)
+        project = files.read_hopper_project(tmp_path / f"{name}.yaml")
+        problem, _ = sweep_problem(project, Catalogue.load())
+        values = run_sweep(problem).values
+        found[name] = (
+            project.choose,
+            values["relative_height"] * np.array(project.lengths * len(problem.motors)),
+            values,
+        )
+    chosen, height, values = found["old"]
+    assert chosen == "clearance"
+    np.testing.assert_allclose(height, values["clearance"])
+    chosen, height, values = found["total"]
+    assert chosen == "total_height"
+    np.testing.assert_allclose(height, values["total_height"])
+    assert found["both"][0] == "clearance"

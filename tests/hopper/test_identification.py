@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from hopper.experiments import TrueMotor, plate_jump, pull_up, run_up
 from hopper.hoppers import motor
+from synth.arrays import Array
 from synth.cli import main
 from synth.jump.hopper_leg import HopperLeg
 
@@ -75,7 +77,7 @@ def test_a_run_with_exchanged_columns_is_named(
 ) -> None:
     assert main(exchanged(runs, tmp_path, [which])) == 2
     said = capsys.readouterr().err
-    assert said.startswith(f"synth: {which}: the constants of the other runs miss")
+    assert said.startswith(f"synth: {which}: what the other recordings say misses")
     assert len(said.splitlines()) == 1
     assert not (tmp_path / "o").exists()
 
@@ -125,6 +127,59 @@ def test_one_damping_from_pull_ups_of_three_lengths(pulls: tuple[Path, str]) -> 
         assert item["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.15)
 
 
+def damaged(folder: Path, to: Path, name: str, change: Callable[[Array], Array]) -> list[str]:
+    """The command for a copy of a project in which one recording is changed."""
+    to.mkdir()
+    for path in folder.iterdir():
+        if path.is_file():
+            (to / path.name).write_text(path.read_text())
+    header = (to / name).read_text().splitlines()[0]
+    write(to / name, header, change(np.loadtxt(to / name, delimiter=",", skiprows=1)))
+    return ["-q", "hopper", str(to / "project.yaml"), "--out", str(to / "out")]
+
+
+def columns(*order: int) -> Callable[[Array], Array]:
+    return lambda values: values[:, list(order)]
+
+
+def scaled(*factors: float) -> Callable[[Array], Array]:
+    return lambda values: values * np.array(factors)
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (columns(0, 2, 1), "the angle runs from"),
+    (scaled(1e3, 1, 1), "the samples are 1 s apart"),
+    (scaled(10, 1, 1), "what the other recordings say misses"),
+    (scaled(1, 1, -1), "what the other recordings say misses"),
+])  # fmt: skip
+def test_one_odd_pull_up_is_named(
+    pulls: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str], change: Callable[[Array], Array],
+    said: str,
+) -> None:  # fmt: skip
+    folder, text = pulls
+    (folder / "project.yaml").write_text(text)
+    assert main(damaged(folder, tmp_path / "p", "pull_10_0.csv", change)) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("synth: pull_10_0.csv")
+    assert said in error
+    assert len(error.splitlines()) == 1
+    assert not (tmp_path / "p" / "out").exists()
+
+
+def test_pull_ups_that_all_have_the_wrong_sign_are_of_no_leg(
+    pulls: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, text = pulls
+    (folder / "project.yaml").write_text(text)
+    command = damaged(folder, tmp_path / "p", "pull_10_0.csv", scaled(1, 1, -1))
+    for path in sorted((tmp_path / "p").glob("pull_*.csv")):
+        if path.name != "pull_10_0.csv":
+            header = path.read_text().splitlines()[0]
+            write(path, header, scaled(1, 1, -1)(np.loadtxt(path, delimiter=",", skiprows=1)))
+    assert main(command) == 2
+    assert "the leg as designed, whatever its damping, misses" in capsys.readouterr().err
+
+
 def test_the_genetic_search_finds_the_same(pulls: tuple[Path, str]) -> None:
     folder, text = pulls
     found = run(folder, text + "method: genetic\nseed: 3\n", "pull-ups.json")
@@ -132,21 +187,44 @@ def test_the_genetic_search_finds_the_same(pulls: tuple[Path, str]) -> None:
     assert found["joint_damping"]["value"] == pytest.approx(4e-4, rel=0.08)
 
 
-def test_jumps_on_a_plate_tell_the_model_that_made_them(tmp_path: Path) -> None:
-    """Recordings of model D: of the models held against them D fits best, and its rise is the measured one."""
-    (tmp_path / "design.yaml").write_text(DESIGN.replace("none", "upper"))
+@pytest.fixture(scope="module")
+def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("plate")
+    (folder / "design.yaml").write_text(DESIGN.replace("none", "upper"))
     rng = np.random.default_rng(4)
     for number in range(3):
-        write(tmp_path / f"jump_{number}.csv", "time [s],ground force [N],upper link [rad]",
+        write(folder / f"jump_{number}.csv", "time [s],ground force [N],upper link [rad]",
               plate_jump(HopperLeg(), motor(), rng))  # fmt: skip
     text = 'kind: hopper-jumps\ndesign: design.yaml\nmotor: "N20 HP 6V 150:1"\nlength: 120 mm\njumps: [jump_*.csv]\n'
-    found = run(tmp_path, text, "jumps.json")
+    (folder / "project.yaml").write_text(text)
+    return folder
+
+
+def test_jumps_on_a_plate_tell_the_model_that_made_them(plate: Path) -> None:
+    """Recordings of model D: of the models held against them D fits best, and its rise is the measured one."""
+    found = run(plate, (plate / "project.yaml").read_text(), "jumps.json")
     models = found["models"]
     assert min(models, key=lambda name: models[name]["angle_error"]["value"]) == "D"
     assert min(models, key=lambda name: abs(models[name]["over_measured"])) == "D"
     assert abs(models["D"]["over_measured"]) < 0.03
     assert models["D"]["angle_error"]["value"] < 0.2
     assert models["full"]["over_measured"] < -0.1
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (columns(0, 2, 1), "the angle runs from"),
+    (scaled(1e3, 1, 1), "the samples are 1 s apart"),
+    (scaled(2, 1, 1), "what the other recordings say misses"),
+    (scaled(1, 2, 1), "what the other recordings say misses"),
+])  # fmt: skip
+def test_one_odd_plate_jump_is_named(
+    plate: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], change: Callable[[Array], Array], said: str
+) -> None:
+    assert main(damaged(plate, tmp_path / "p", "jump_1.csv", change)) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("synth: jump_1.csv")
+    assert said in error
+    assert len(error.splitlines()) == 1
 
 
 BAD = [

@@ -15,7 +15,7 @@ from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
-from synth.jump.mujoco_model import mujoco_jump
+from synth.jump.mujoco_model import Drop, mujoco_jump
 from synth.jump.outcomes import outcome_of
 
 GROUND = Contact()
@@ -41,7 +41,7 @@ def test_a_sprung_four_bar_dropped_on_the_ground(rate: float, damping: float, du
     """Links on flexures fall 50 mm, land and rebound: height of the hips and of the foot through it all."""
     leg = replace(HopperLeg(), flexures=Flexures(rate=rate, damping=damping), crouch=0.5, extended=0.05)
     model = MODELS["D"]
-    theirs = mujoco_jump(leg, motor(), GROUND, model, height=0.05, duration=duration, powered=False, step=2.5e-5)
+    theirs = mujoco_jump(leg, motor(), GROUND, model, drop=Drop(0.05, duration), step=2.5e-5)
     layout = LAYOUTS["upper"]
     z = lane(leg, motor(), GROUND, model)
     for name in ("linear_torque", "torque_slope", "linear_current", "current_slope"):

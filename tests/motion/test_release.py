@@ -40,6 +40,21 @@ def test_release_at_once_is_found_within_a_few_samples_and_no_hand_is_blamed(noi
     assert all(f.free_from >= f.released for f in found if f.released is not None)
 
 
+@pytest.mark.parametrize(("noise", "rate"), [(0.05, 250.0), (0.6, 250.0), (0.2, 100.0)])
+def test_the_late_end_of_a_release_lies_after_it_and_holds_are_told_from_free_motion(noise: float, rate: float) -> None:
+    generator = np.random.default_rng(7)
+    made = [driven_release(generator, 0.0, noise, rate) for _ in range(25)]
+    found = [find_release(each.time, each.angles, each.leg) for each in made]
+    late = [f.released_by - m.released for f, m in zip(found, made, strict=True) if f.released_by is not None]
+    assert len(late) >= 24
+    assert np.mean(np.array(late) > -1e-3) >= 0.92  # a 95 % interval, of which one in eight samples of 25 holds 22
+    assert np.median(late) < 2.5 / rate
+    assert np.mean([f.still_first for f in found]) > 0.75
+    kept = [np.searchsorted(m.time, m.released) for m in made]
+    free = [find_release(m.time[k:], m.angles[k:], m.leg) for k, m in zip(kept, made, strict=True)]
+    assert not any(f.still_first for f in free)
+
+
 @pytest.mark.parametrize(("fade", "noise"), [(0.15, 0.1), (0.25, 0.2)])
 def test_end_of_a_fading_hand_is_found(fade: float, noise: float) -> None:
     """The last 15 % of a fade are under what counts as foreign by definition: 22 and 38 ms."""
@@ -121,6 +136,9 @@ def test_windows_that_the_lab_picked_by_hand() -> None:
             found = find_release(table[:, 0], np.radians(table[:, 1:]), leg)
             assert found.released is not None
             late[row["file"]] = found.released - float(row["release start [s]"])
+            cut = (table[:, 0] >= float(row["release start [s]"])) & (table[:, 0] <= float(row["release end [s]"]))
+            begins = find_release(table[cut, 0], np.radians(table[cut, 1:]), leg)
+            assert begins.still_first == (row["file"] == "ST2_4.csv")
     assert late.pop("ST2_4.csv") == pytest.approx(0.63, abs=0.03)
     assert len(late) == 29
     assert max(map(abs, late.values())) < 0.03

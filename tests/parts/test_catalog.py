@@ -225,7 +225,10 @@ def test_built_in_check_names_the_flagged_rows_only() -> None:
 def test_folder_holds_what_the_wheel_ships() -> None:
     folder: Path = catalog_folder()
     # Fasteners are dimensions for the drawing and no parts to choose: ``cad.hardware`` reads them.
-    fasteners = {"machine_screws", "plain_washers", "heat_set_inserts"}
+    fasteners = {
+        "machine_screws", "socket_screws", "plain_washers", "heat_set_inserts", "hexagon_nuts",
+        "ball_bearings", "shaft_collars", "shim_rings", "dowel_pins",
+    }  # fmt: skip
     assert {path.stem for path in folder.glob("*.csv")} == set(FAMILIES) | fasteners
 
 

@@ -133,8 +133,8 @@ def test_files_that_are_no_catalogue(tmp_path: Path) -> None:
     os.mkfifo(pipe)
     for path, text in (
         (empty, "is empty"),
-        (binary, "not UTF-8"),
-        (unclosed, "well-formed"),
+        (binary, "holds a zero byte"),
+        (unclosed, "cannot be read as CSV: unexpected end of data"),
         (headers, "no rows"),
         (tmp_path / "missing.csv", "does not exist"),
         (tmp_path, "is a folder"),

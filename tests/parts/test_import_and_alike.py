@@ -37,6 +37,33 @@ def test_a_table_becomes_a_file_a_vendor_in_any_case_and_unit(tmp_path: Path, mo
     assert springs.find_spring("A1").rate == pytest.approx(6.57 * 0.1129848290 / 1.5707963)
 
 
+@pytest.mark.parametrize("coils", ["Body Coils", "BODY COILS (turns)", "body_coils [1]", "No. of coils"])
+def test_a_table_of_one_s_own_may_use_a_vendor_s_words(coils: str, tmp_path: Path) -> None:
+    """A number of coils needs no unit; materials are known in any case."""
+    path = tmp_path / "mine.csv"
+    path.write_text(
+        f"Part Number,Vendor,Material,Wind,Leg Angle (deg),Spring Rate (in-lb/deg),Wire Dia. (in),O.D. (in),{coils}\n"
+        "X1,Acme,Music Wire,RH,120,0.34,0.135,1.16,7.17\n"
+    )
+    row = Catalogue.load([path]).find_spring("X1")
+    assert (row.material, row.body_coils, row.complete) == ("music wire", 7.17, True)
+
+
+def test_a_damper_s_shaft_and_screws_are_columns(tmp_path: Path) -> None:
+    path = tmp_path / "mine.csv"
+    path.write_text(
+        "Part Number,Torque (N*m),Max Speed (RPM),Damping Direction,continuous,Body Diameter (mm),Body Length (mm),"
+        "Bolt Circle Diameter (mm),Number of bolts,Hole Diameter (mm),Shaft Type,Shaft Shape,Shaft Diameter (mm)\n"
+        "D1,0.5,50,dual,yes,42,18,52,3,3.4,hollow,Square,6\n"
+    )
+    row = Catalogue.load([path]).find_damper("D1")
+    assert row.complete
+    assert (row.shaft_side, row.shaft_form, row.bolts) == ("bore", "square", 3.0)
+    assert [row.outer_diameter, row.body_length, row.bolt_circle, row.bolt_diameter, row.shaft_size] == pytest.approx(
+        [0.042, 0.018, 0.052, 0.0034, 0.006]
+    )
+
+
 @pytest.mark.parametrize(
     ("mapping", "table", "said"),
     [

@@ -29,6 +29,8 @@ def half_of(name: str, folder: Path, half: int) -> dict[str, Any]:
         "first": [[cause["effect"], cause["joint"]] for cause in ranked[:3]],
         "probability": ranked[0]["probability"] if ranked else None,
         "shrink": ranked[0]["shrink"]["value"] if ranked else None,
+        "shrink_of_all": found["gap"]["shrink"]["value"],
+        "remainder_times_noise": found["remainder"]["times_noise"],
         "explanation": [[cause["effect"], cause["joint"]] for cause in found["explanation"]],
         "none": found["probability_none"],
         "unknown": found["probability_unknown"],
@@ -52,9 +54,14 @@ def row(name: str, halves: list[dict[str, Any]]) -> str:
             f"{half['as_designed']:6.2f} {half['before']:6.2f} {half['after']:6.2f} {half['noise_floor']:7.4f} deg  "
             f"{half['processor']:5.0f} s  {named}"
         )
-    firsts = [half["first"][0] if half["first"] else None for half in halves]
-    lines.append(f"{'':16s}    the halves {'agree' if firsts[0] == firsts[1] else 'DISAGREE'}")
+    lines.append(f"{'':16s}    the halves {'agree' if said_first(halves[0]) == said_first(halves[1]) else 'DISAGREE'}")
     return "\n".join(lines)
+
+
+def said_first(half: dict[str, Any]) -> list[str] | None:
+    """Effect and joint of the first cause; None where nothing is said to be missing, whatever is listed."""
+    first: list[str] | None = half["first"][0] if half["first"] and half["verdict"] != "none" else None
+    return first
 
 
 def main(words: list[str] | None = None) -> int:
@@ -72,7 +79,7 @@ def main(words: list[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as folder:
             told[name] = [half_of(name, Path(folder), half) for half in (0, 1)]
         print(row(name, told[name]), flush=True)  # noqa: T201
-    agreed = sum(h[0]["first"][:1] == h[1]["first"][:1] for h in told.values())
+    agreed = sum(said_first(h[0]) == said_first(h[1]) for h in told.values())
     print(f"{agreed} of {len(told)} rigs have the same first cause in both halves")  # noqa: T201
     asked.to.mkdir(parents=True, exist_ok=True)
     (asked.to / "rigs.json").write_text(json.dumps(told, indent=1) + "\n")

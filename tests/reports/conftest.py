@@ -196,6 +196,19 @@ def damper_law(joint: str) -> Json:
     }  # fmt: skip
 
 
+def design_link(mass: float) -> Json:
+    """One link of ``design.json``: twice as heavy as assumed, its damper's mass not known."""
+    figures = {"com": quantity(80.0, "mm"), "inertia": quantity(1e-3, "kg*m^2")}
+    return {
+        "includes": "joint",
+        "assumed": {"mass": quantity(mass, "g"), **figures},
+        "drawn": {"mass": quantity(2 * mass, "g"), **figures},
+        "built": {"mass": quantity(2 * mass, "g"), **figures, "com_across": quantity(0.5, "mm")},
+        "offset_torque": quantity(2e-3, "N*m"),
+        "parts": [{"part": "a_damper", "mass": quantity(54.0, "g"), "basis": "assumed: of the drawn envelope"}],
+    }
+
+
 def design_joint(folder: Path, name: str, index: int) -> Json:
     """One joint of ``design.json``: the first's spring cannot be made, the second's is bought, the third's is made."""
     speeds = [0.05 * 800 ** (i / 11) for i in range(12)]
@@ -297,6 +310,8 @@ def make_design(folder: Path, joints: list[str] | None = None, trials: int = 7, 
         },
         "damper_laws": {joints[-1]: damper_law(joints[-1])},
         "joints": {joint: design_joint(folder, joint, i) for i, joint in enumerate(joints)},
+        "links": {joint: design_link(200.0) for joint in joints},
+        "mass_rounds": {"count": 2, "settled": True},
         "response": {
             "wanted_to_built": {"rms": quantity(1.1, DEG), "joints": {joint: quantity(1.0, DEG) for joint in joints}},
             "forecast": forecast(joints, 3.1),

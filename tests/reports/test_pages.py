@@ -43,7 +43,8 @@ def test_leg_page_needs_nothing_outside_itself(leg_folder: LegFolder) -> None:
 def test_the_opening_comes_first_and_settings_last(leg_folder: LegFolder) -> None:
     folder, _ = leg_folder()
     html, page = page_of(write_leg_report(folder))
-    order = "warnings built summary parts sets spring-sheet damper-curves estimates motion checks pictures inputs files"
+    order = "warnings built summary parts sets links spring-sheet damper-curves estimates motion checks pictures"
+    order += " inputs files"
     shown = [name for name in page.ids if not re.fullmatch(r"E\d+|leg3d", name)]
     assert shown == [*order.split(), "equations"]
     assert "Left out" not in page.text
@@ -163,8 +164,8 @@ def _resolves(value: object, key: str) -> bool:
 
 @pytest.mark.parametrize(
     "key",
-    ["name", "versions", "inputs", "defaults", "settings", "stages", "held_out", "damper_laws", "joints", "response",
-     "warnings", "pictures", "files"],
+    ["name", "versions", "inputs", "defaults", "settings", "stages", "held_out", "damper_laws", "joints", "links",
+     "mass_rounds", "response", "warnings", "pictures", "files"],
 )  # fmt: skip
 @pytest.mark.parametrize("absent", ["missing", "null"])
 def test_a_missing_part_leaves_the_rest(leg_folder: LegFolder, key: str, absent: str) -> None:

@@ -152,7 +152,7 @@ def test_the_integrator_without_effects_moves_the_leg_as_the_one_with_all_of_the
 def test_more_memories_than_there_is_room_for_are_refused() -> None:
     chain = compiled_chain(3)
     with pytest.raises(ValueError, match="room for"):
-        chain._rows([("coulomb_friction", 0)] * (MOST_MEMORIES + 1))
+        chain.acting._rows([("coulomb_friction", 0)] * (MOST_MEMORIES + 1))
 
 
 def test_lanes_that_are_alike_give_the_same_bits() -> None:

@@ -83,7 +83,7 @@ def test_the_compiled_chain_takes_the_curve_as_it_is(speed: float) -> None:
     chain = compiled_chain(1)
     workspace = np.repeat(chain.parameters(leg)[:, None], 16, axis=1)
     workspace[chain.layout.row("rate")] = speed
-    chain.extra_torques(workspace.reshape(-1), 1, chain.active(workspace)[1])
+    chain.extra_torques(workspace.reshape(-1), 1, chain.acting.active(workspace)[1])
     chain.right_hand_side(workspace.reshape(-1))
     expected = -torque_at(curve, np.array(speed)) / (2e-3 + 0.5 * 0.1**2)
     np.testing.assert_allclose(workspace[chain.layout.row("acceleration")], expected, rtol=1e-13, atol=1e-13)

@@ -16,6 +16,7 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.registry import loader
 from synth.motion.importers.source import Markers
 
 SIZE_LIMIT = 1_000_000_000  # bytes; the whole file is read into memory
@@ -40,6 +41,12 @@ arrays = {
 _LONGER = [f"LABELS{number}" for number in range(2, 10)]
 
 
+def is_c3d(start: bytes, path: Path) -> bool:
+    """Whether the second byte is C3D's mark and the first points into the file (C3D file format, user guide)."""
+    return len(start) > 512 and start[1:2] == b"\x50" and 2 <= start[0] <= 10
+
+
+@loader("c3d", "C3D", is_c3d, "points", space=True)
 def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
     """Points in space with the file's own rate.
 

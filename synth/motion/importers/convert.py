@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -12,31 +11,16 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
-from synth.motion.importers.c3d import read_c3d
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
-from synth.motion.importers.deeplabcut import is_deeplabcut, read_deeplabcut
-from synth.motion.importers.matlab import read_matlab
-from synth.motion.importers.opensim import read_opensim
-from synth.motion.importers.plain_csv import read_plain_csv
 from synth.motion.importers.points import Tracked, track
-from synth.motion.importers.source import Channels, Markers, Source, listed, other_side, same_name
+from synth.motion.importers.registry import ForeignFormat, formats, recognise
+from synth.motion.importers.source import Channels, Markers, listed, other_side, same_name
 from synth.motion.importers.swaps import exchanged, restored, swap_note
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Joint, Leg
 from synth.units import factor
 
-Format = Literal["auto", "deeplabcut", "opensim", "c3d", "matlab", "csv"]
 Cut = Literal["cut", "free", "keep"]
-READERS: dict[str, Callable[[Path, Mapping, str], Source]] = {
-    "deeplabcut": read_deeplabcut,
-    "opensim": read_opensim,
-    "c3d": read_c3d,
-    "matlab": read_matlab,
-    "csv": read_plain_csv,
-}
-ENDINGS = {".mot": "opensim", ".sto": "opensim", ".c3d": "c3d", ".mat": "matlab", ".csv": "csv", ".tsv": "csv"}
-ENDINGS |= {".txt": "csv"}
-OF_MARKERS = ("deeplabcut", "c3d")
 CLOCKS = ("time", "t", "timestamp")
 
 
@@ -85,35 +69,6 @@ class Imported:
         return replace(self, time=self.time[kept], angles=self.angles[kept], notes=notes, tracked=tracked)
 
 
-def recognise(path: Path, name: str) -> str:
-    """The format of a file by its ending and, of a CSV, by its first line.
-
-    Raises
-    ------
-    UserError : an ending of no format that is read here, with the way out where there is one.
-    """
-    ending = path.suffix.casefold()
-    if ending in (".h5", ".hdf5"):
-        text = "is HDF5; DeepLabCut writes the same as CSV: deeplabcut.analyze_videos_converth5_to_csv(folder)"
-        raise UserError(Problem(text, name))
-    if ending == ".trc":
-        raise UserError(Problem("is a TRC file; OpenSim and the capture software also write C3D", name))
-    if ending in (".xls", ".xlsx", ".ods"):
-        raise UserError(Problem("is a spreadsheet; export it as CSV", name))
-    if ending not in ENDINGS:
-        text = f'of the ending "{ending}" no format is known; known are {listed(ENDINGS)} (or say format: in a project)'
-        raise UserError(Problem(text, name))
-    found = ENDINGS[ending]
-    if found == "csv":
-        try:
-            with path.open("rb") as stream:
-                start = stream.read(200_000)
-        except OSError:
-            start = b""  # the reader says what is wrong
-        return "deeplabcut" if is_deeplabcut(start) else "csv"
-    return found
-
-
 def import_file(
     path: Path,
     leg: Leg,
@@ -136,9 +91,10 @@ def import_file(
     ------
     UserError : the file cannot be read, does not hold what ``mapping`` says, or leaves too little.
     """
-    form = recognise(path, name) if form == "auto" else form
-    _check_mapping(form, mapping, name)
-    source = READERS[form](path, mapping, name)
+    known = recognise(path, name) if form == "auto" else formats()[form]
+    _check_mapping(known, mapping, name)
+    known.require(name)
+    source = known.read(path, mapping, name)
     tracked: Tracked | None = None
     if isinstance(source, Markers):
         tracked = track(source, leg, mapping)
@@ -155,7 +111,7 @@ def import_file(
     if tracked is not None:
         tracked = Tracked(time[kept], tracked.rotation[kept], tracked.points[kept], tracked.scale, tracked.notes)
     began = float(time[0])
-    return Imported(form, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked, began)
+    return Imported(known.name, time[kept], cleaned.angles[kept], len(time), release, tuple(notes), tracked, began)
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
@@ -167,20 +123,20 @@ def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
         raise UserError(Problem(text, name))
 
 
-def _check_mapping(form: str, mapping: Mapping, name: str) -> None:
+def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
     """Refuse keys that a format has no use for: a wish that is ignored is a wrong result."""
-    if form in OF_MARKERS:
+    if form.gives == "points":
         unused = {"joints": bool(mapping.joints), "time": mapping.time is not None}
-        unused |= {"plane": form != "c3d" and mapping.plane is not None}
+        unused |= {"plane": not form.space and mapping.plane is not None}
     else:
         unused = {"points": bool(mapping.points), "plane": mapping.plane is not None, "mirror": mapping.mirror}
         unused |= {"roll": mapping.roll != 0.0}
-    if form != "deeplabcut":
-        unused |= {"likelihood": mapping.likelihood is not None, "individual": mapping.individual is not None}
-    if form == "opensim":
+    special = {"likelihood": mapping.likelihood, "individual": mapping.individual, "topic": mapping.topic}
+    unused |= {key: value is not None for key, value in special.items() if key not in form.keys}
+    if form.own_clock:
         unused |= {"time": mapping.time is not None, "frame_rate": mapping.frame_rate is not None}
     problems = [
-        Problem(f"means nothing for a file of format {form}; leave it out", name, key=key)
+        Problem(f"means nothing for a file of format {form.name}; leave it out", name, key=key)
         for key, given in unused.items()
         if given
     ]
@@ -293,13 +249,13 @@ def _kept(
         if release is not None and release.free_from > time[0]:
             notes.append("nothing was cut, as wished; a trial must start at or after the release")
         return 0, len(time)
-    start = release.free_from if cut == "free" else release.released
+    start = release.free_from if cut == "free" else release.released_by
     if start is None or start <= time[0]:
         return 0, len(time)
     first = int(np.searchsorted(time, start))
     if len(time) - first < SHORTEST:
         notes.append(f"not cut at {start:.3f} s: only {len(time) - first} samples would be left")
         return 0, len(time)
-    what = "the release" if start == release.released else "the end of the foreign torque"
+    what = "the release" if start == release.released_by else "the end of the foreign torque"
     notes.append(f"cut at {what}: {first} of {len(time)} samples, up to {time[first - 1]:.3f} s, left out")
     return first, len(time)

@@ -7,15 +7,17 @@ Neuroscience* 21 (2018) 1281).
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
+from synth.arrays import Array
 from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
+from synth.motion.importers.registry import loader, text_start
 from synth.motion.importers.source import Markers, listed
 
 SIZE_LIMIT = 400_000_000  # bytes: an hour at 200 Hz of 30 points
@@ -23,13 +25,14 @@ LIKELIHOOD = 0.6  # DeepLabCut's own `pcutoff`
 LEVELS = ("scorer", "individuals", "bodyparts", "coords")
 
 
-def is_deeplabcut(start: bytes) -> bool:
+def is_deeplabcut(start: bytes, path: Path) -> bool:
     """Whether a file's first bytes are DeepLabCut's header."""
-    lines = start.decode("utf-8-sig", errors="replace").splitlines()[:4]
+    lines = text_start(start).splitlines()[:4]
     heads = [line.partition(",")[0].strip() for line in lines]
     return heads[:1] == ["scorer"] and "coords" in heads
 
 
+@loader("deeplabcut", "DeepLabCut CSV", is_deeplabcut, "points", keys=frozenset({"likelihood", "individual"}))
 def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
     """Points of one animal, y turned upward, unlikely ones missing.
 
@@ -38,10 +41,7 @@ def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
     UserError : another header, hand-made labels, a cell that is no number, or several animals and none chosen.
     """
     data = read_bytes(path, SIZE_LIMIT, "cut the video")
-    try:
-        rows = [row for row in csv.reader(data.decode("utf-8-sig").splitlines()) if row]
-    except UnicodeDecodeError:
-        raise UserError(Problem("is not UTF-8 text, as DeepLabCut writes it", name)) from None
+    rows = [row for _, row in csv_rows(data, name) if row]
     levels = [row[0].strip() for row in rows[:4] if row[0].strip() in LEVELS]
     if levels not in (list(LEVELS), [level for level in LEVELS if level != "individuals"]):
         text = "does not begin with DeepLabCut's header rows scorer, bodyparts, coords; "
@@ -49,9 +49,20 @@ def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
     if len({len(row) for row in rows[: len(levels)]}) > 1:
         raise UserError(Problem("has header rows of different lengths", name, 1))
     header = {level: [cell.strip() for cell in rows[k][1:]] for k, level in enumerate(levels)}
+    frames, values = _numbers(rows[len(levels) :], len(header["coords"]), len(levels), name)
+    return markers_of(header, frames, values, mapping, name)
+
+
+def markers_of(header: dict[str, list[str]], frames: Array, values: Array, mapping: Mapping, name: str) -> Markers:
+    """Points of one animal out of DeepLabCut's table.
+
+    Parameters
+    ----------
+    header : level -> its word over each column of ``values`` (n, n_column).
+    frames : (n,) the frames' numbers.
+    """
     chosen = _individual(header, mapping.individual, name)
     columns = _columns(header, chosen, name)
-    frames, values = _numbers(rows[len(levels) :], len(header["coords"]), len(levels), name)
     least = LIKELIHOOD if mapping.likelihood is None else mapping.likelihood
     positions = np.full((len(frames), len(columns), 2), np.nan)
     unlikely = 0

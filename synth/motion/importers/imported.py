@@ -12,7 +12,9 @@ import numpy as np
 import synth
 from synth.errors import UserError
 from synth.files.import_project import ForeignFile, ImportProject
-from synth.files.output import place, sha256_file, write_csv, write_json
+from synth.files.leg_file import write_leg
+from synth.files.names import written_name
+from synth.files.output import place, sha256_file, write_csv, write_json, write_text
 from synth.files.validate import gathering, raise_if_any
 from synth.motion.importers.cleaning import SHORTEST
 from synth.motion.importers.convert import Imported, import_file
@@ -21,6 +23,7 @@ from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 TRIALS = "trials"
+FIT, LEG = "fit.yaml", "leg.leg.yaml"  # a project of the trials, which runs as it stands
 LIBRARIES = ("numpy", "scipy")
 DRAWN = 9  # frames whose points are kept for the drawing
 
@@ -83,7 +86,7 @@ def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
 
 
 def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Path) -> None:
-    """Write the trials, each read back as the fit would read it, and ``import.json``."""
+    """Write the trials, each read back as the fit would read it, a project that fits them, and ``import.json``."""
     from synth.files.recording import read_recording
 
     (folder / TRIALS).mkdir()
@@ -98,6 +101,8 @@ def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Pa
             read_recording(path, project.leg, name=f"{trial.source.name} (as {trial.target})")
     if problems:
         raise UserError(problems)
+    write_leg(project.leg, folder / LEG)
+    write_text(folder / FIT, f"kind: fit\nleg: {LEG}\ntrials:\n  - {TRIALS}/*.csv\nfree_angle: auto\n")
     content = {
         "format": "synth/import/1",
         "name": project.name,
@@ -113,9 +118,9 @@ def _targets(files: tuple[ForeignFile, ...]) -> list[str]:
     """A name in the result for each file: its own where that is enough, else with its folders, else its ending too."""
     paths = [Path(file.name) for file in files]
     levels = [
-        [path.stem for path in paths],
-        ["_".join([*path.parts[:-1], path.stem]) for path in paths],
-        ["_".join([*path.parts[:-1], path.stem, path.suffix[1:]]) for path in paths],
+        [written_name(path.stem) for path in paths],
+        [written_name("_".join([*path.parts[:-1], path.stem])) for path in paths],
+        [written_name("_".join([*path.parts[:-1], path.stem, path.suffix[1:]])) for path in paths],
     ]
     names: list[str] = []
     for choices in zip(*levels, strict=True):

@@ -19,6 +19,7 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.registry import loader
 from synth.motion.importers.source import Channels, listed
 
 SIZE_LIMIT = 500_000_000  # bytes; the whole file is read into memory
@@ -49,6 +50,13 @@ arrays[{_KINDS!r}] = numpy.array(list(kinds.values()), dtype=str)
 WAY_OUT = "in MATLAB: s = load('{name}'); save('{stem}_v7.mat', '-struct', 's', '-v7')"
 
 
+def is_matlab(start: bytes, path: Path) -> bool:
+    """Whether a file begins as MATLAB's of version 5 to 7.3 do; older ones have no mark and go by their ending."""
+    marked = start.startswith((b"MATLAB 5.0", b"MATLAB 7.3")) or start[512:].startswith(b"\x89HDF")
+    return marked or (path.suffix.casefold() == ".mat" and b"\0" in start[:20])
+
+
+@loader("matlab", "MATLAB .mat", is_matlab, "channels")
 def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
     """The columns that ``mapping`` names, one after another.
 

@@ -13,12 +13,20 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
+from synth.motion.importers.registry import loader, text_start
 from synth.motion.importers.source import Channels
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 HEADER_LIMIT = 500  # lines
 
 
+def is_opensim(start: bytes, path: Path) -> bool:
+    """Whether the first lines are a header of OpenSim's, be it without its end."""
+    lines = [line.strip().casefold() for line in text_start(start).splitlines()[:HEADER_LIMIT]]
+    return "endheader" in lines or any(line.startswith("indegrees=") for line in lines)
+
+
+@loader("opensim", "OpenSim .mot, .sto", is_opensim, "channels", own_clock=True)
 def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
     """All columns beside the clock, in the unit that the header says.
 

@@ -5,7 +5,7 @@ Comment lines before the header are skipped. A second row that holds units only 
 
 from __future__ import annotations
 
-import csv
+import io
 import re
 from pathlib import Path
 
@@ -13,8 +13,10 @@ import numpy as np
 
 from synth import units
 from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
+from synth.motion.importers.registry import loader, text_start
 from synth.motion.importers.source import Channels
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
@@ -24,6 +26,12 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"})
 
 
+def is_table(start: bytes, path: Path) -> bool:
+    """Whether a file is text: what else it may lack, the reader says."""
+    return bool(text_start(start).strip())
+
+
+@loader("csv", "CSV with a header", is_table, "channels", last=True)
 def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     """All columns with their names and, where the file says them, units.
 
@@ -31,27 +39,29 @@ def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
     ------
     UserError : no rows, no header, rows of another length, or a cell of a wanted column that is no number.
     """
-    text = _text(path, name)
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
-    while lines and lines[0][1].lstrip().startswith(COMMENTS):
-        lines = lines[1:]
-    if len(lines) < 2:
+    lines = list(io.StringIO(_text(path, name), newline=""))
+    above = 0
+    while above < len(lines) and (not lines[above].strip() or lines[above].lstrip().startswith(COMMENTS)):
+        above += 1
+    separator = max(",;\t", key=lines[above].count) if above < len(lines) else ","
+    told = [(above + line, row) for line, row in csv_rows("".join(lines[above:]), name, separator=separator)
+            if len(row) > 1 or any(cell.strip() for cell in row)]  # fmt: skip
+    rows, numbers = [row for _, row in told], [line for line, _ in told]
+    if len(rows) < 2:
         raise UserError(Problem("has no rows below its header", name))
-    separator = max(",;\t", key=lines[0][1].count)
-    rows = list(csv.reader((line for _, line in lines), delimiter=separator))
     titles = [cell.strip() for cell in rows[0]]
     while titles and not titles[-1]:
         titles = titles[:-1]
     if any(_number(title, separator) is not None for title in titles):
-        raise UserError(Problem("begins with numbers; its first line must name the columns", name, lines[0][0]))
+        raise UserError(Problem("begins with numbers; its first line must name the columns", name, numbers[0]))
     names, found_units = zip(*map(_title, titles), strict=True)
     first = 1
     if len(rows) > 2 and all(cell.strip() and _is_unit(cell.strip()) for cell in rows[1][: len(titles)]):
         found_units, first = tuple(cell.strip() for cell in rows[1][: len(titles)]), 2
-    values = _values(rows[first:], [line for line, _ in lines[first:]], titles, separator, name)
+    values = _values(rows[first:], numbers[first:], titles, separator, name)
     repeated = next((each for k, each in enumerate(names) if each in names[:k]), None)
     if repeated is not None:
-        raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name, lines[0][0]))
+        raise UserError(Problem(f'column "{repeated}" is given twice; rename one', name, numbers[0]))
     return Channels(name, tuple(names), tuple(found_units), values)
 
 

@@ -122,15 +122,22 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
             text = "the file's points lie in a picture already; leave `plane` out"
             raise UserError(Problem(text, markers.name, key="plane"))
         return space.copy()
+    if mapping.plane is None and markers.up is not None:
+        notes.append(f"no plane is said: the one that fits best is taken, {markers.up} up (plane: [fit, {markers.up}])")
+        return fitted_plane(space, markers.up, markers, notes)
+    if mapping.plane is not None and mapping.plane[0].strip().casefold() == "fit":
+        return fitted_plane(space, mapping.plane[1], markers, notes)
     if mapping.plane is None:
         moving = np.nanstd(space - np.nanmean(space, axis=0), axis=(0, 1))
         sizes = ", ".join(f"{axis} {size:.3g} {markers.unit}".strip() for axis, size in zip("xyz", moving, strict=True))
         text = "its points lie in space: say which axes are right and up in the plane of motion, for example "
-        text += f"plane: [x, z], or [-y, z] (--plane=x,z). The points move by ({sizes}, SD)"
+        text += f"plane: [x, z], [-y, z] or [fit, z] (--plane=x,z). The points move by ({sizes}, SD)"
         raise UserError(Problem(text, markers.name))
     axes = [_AXIS.fullmatch(axis.strip().casefold()) for axis in mapping.plane]
     if None in axes or len({axis[2] for axis in axes if axis}) < 2:
-        text = f"[{', '.join(mapping.plane)}] is no plane: write two axes of x, y, z, such as [x, z] or [-y, z]"
+        text = (
+            f"[{', '.join(mapping.plane)}] is no plane: write two axes of x, y, z, such as [x, z], [-y, z] or [fit, z]"
+        )
         raise UserError(Problem(text, markers.name, key="plane"))
     picked = [("xyz".index(axis[2]), -1.0 if axis[1] == "-" else 1.0) for axis in axes if axis]
     flat = np.stack([sign * space[..., index] for index, sign in picked], axis=-1)
@@ -142,6 +149,37 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
         plane = ", ".join(mapping.plane)
         notes.append(f"links stand up to {out:.0f} deg out of the plane [{plane}]: is it the right one?")
     return flat
+
+
+def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> Array:
+    """(n, n_point, 2) in the upright plane that fits the points best, whose distance from it is told.
+
+    The plane holds the axis ``up``; its normal is the horizontal direction in which the points vary least about their
+    middle in each frame and over all frames (least squares, smallest eigenvalue of their covariance). To the right is
+    the side on which the nearest axis of space grows.
+    """
+    match = _AXIS.fullmatch(up.strip().casefold())
+    if match is None:
+        raise UserError(Problem(f'"{up}" is no axis: write x, y or z, such as [fit, z]', markers.name, key="plane"))
+    vertical = "xyz".index(match[2])
+    level = [index for index in range(3) if index != vertical]
+    known = space[np.isfinite(space).all(axis=2)][:, level]
+    centred = known - known.mean(axis=0)
+    spread, ways = np.linalg.eigh(centred.T @ centred / len(centred))
+    right = ways[:, 1]
+    right = right * np.sign(right[int(np.argmax(np.abs(right)))])
+    away = centred @ ways[:, 0]
+    limb = float(np.nansum(np.nanmedian(np.linalg.norm(np.diff(space, axis=1), axis=2), axis=0)))
+    off = float(np.sqrt(np.mean(away**2)))
+    where = ", ".join(f"{value:+.3f} {'xyz'[index]}" for value, index in zip(right, level, strict=True))
+    notes.append(
+        f"plane fitted: right is ({where}), {match[0]} up; the points lie {off:.3g} {markers.unit} RMS off it, "
+        f"{off / limb:.1%} of the limb's length, at most {np.abs(away).max():.3g}"
+    )
+    if spread[1] < 4.0 * spread[0]:
+        notes.append("the points spread hardly more along that plane than across it: is the limb's motion in a plane?")
+    sign = -1.0 if match[1] == "-" else 1.0
+    return np.stack([space[..., level] @ right, sign * space[..., vertical]], axis=-1)
 
 
 def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:

@@ -54,7 +54,8 @@ class Markers:
     """Points over time, in a plane (x to the right, z up) or in space (x, y, z as in the file).
 
     ``positions`` (n, n_point, 2 or 3), nan where missing; ``frames`` (n,) the file's own count; ``frame_rate`` Hz or
-    None where the file has no clock; ``unit`` of the positions.
+    None where the file has no clock; ``unit`` of the positions. ``up`` : the axis that is up in space by the format's
+    own habit, with which the plane may be fitted; None: it must be said.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Markers:
     frame_rate: float | None
     unit: str
     notes: tuple[str, ...] = ()
+    up: str | None = None
 
     def find(self, wanted: str) -> int:
         """The index of a point; raises UserError with the points that there are."""

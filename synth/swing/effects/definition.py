@@ -30,7 +30,7 @@ from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape, po
 __all__ = ["Effect", "Parameter", "Prior", "Shape", "positive", "signed", "size", "stiff"]
 
 Way = Literal["torque", "leg", "drive", "reading", "structure"]
-Need = Literal["spring", "no spring", "damper", "torque"]
+Need = Literal["spring", "no spring", "damper", "torque", "servo", "motor"]
 FUNCTIONS: dict[str, str] = {
     "torque": "torque",
     "leg": "change",
@@ -46,6 +46,7 @@ class Effect(PlantEffect):
     """An effect of the swinging chain: how it acts, and what the engine needs to know of it.
 
     ``where`` : acts at a joint or at the base.
+    ``uses_drive`` : its function is given the drive's torque on q, N m, in place of the bearing force.
     ``uses_load`` : the bearing force must be computed for it; ``by_load``: only where one of these strengths is on (no
     name: any). ``bristle`` : the parameter that is the presliding of ``compiled.bristle``, its memory, which the
     integrator keeps in -1..1 and turns over with the joint. ``play`` : the parameter that is the width of a gap, its
@@ -64,6 +65,7 @@ class Effect(PlantEffect):
     memory: bool = False
     bristle: str = ""
     play: str = ""
+    uses_drive: bool = False
     uses_load: bool = False
     by_load: tuple[str, ...] = ()
     linear: bool = False

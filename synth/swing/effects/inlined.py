@@ -14,10 +14,12 @@ from math import asin, sin
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
-inlined: Any = njit(inline="always", fastmath=True, error_model="numpy")
+from synth.compiling.inlining import inlined
+
+__all__ = ["bend_that_holds", "bristle", "held", "inlined", "power", "stribeck_share"]
 
 LEAST_GIVE = 2e-4  # rad, with which a bristle holds at least; less makes a held joint stiff to integrate
 BRISTLE_DAMPING = 0.001  # s; more makes a held joint stiff to integrate, less lets it ring
@@ -51,6 +53,20 @@ def held(memory, change):  # type: ignore[no-untyped-def]
 def bend_that_holds(share):  # type: ignore[no-untyped-def]
     """Bend of a bristle at rest that gives this share (-1..1) of its torque: the inverse of ``held``, 2 sin(asin/3)."""
     return 2.0 * sin(asin(max(-1.0, min(1.0, share))) / 3.0)
+
+
+@inlined
+def stribeck_share(rate, speed, fall):  # type: ignore[no-untyped-def]
+    """Share of a friction that is left at a rate: ``1 - fall + fall exp(-(rate / speed)^2)``.
+
+    The exponential of -s as (1 + s/16)^-16, to 2 %: four products stay vector code.
+    """
+    s = 1.0 + (rate / speed) ** 2 / 16.0
+    s = s * s
+    s = s * s
+    s = s * s
+    s = s * s
+    return 1.0 - fall + fall / s
 
 
 def _reinterpreted(given: Any, made: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from synth.swing.effects.coulomb_friction import GIVE, PRESLIDING
 from synth.swing.effects.definition import Effect, Parameter, Prior, Shape, positive, size
-from synth.swing.effects.inlined import bristle, held, inlined
+from synth.swing.effects.inlined import bristle, held, inlined, stribeck_share
 
 
 @inlined
@@ -22,13 +22,8 @@ def torque(  # type: ignore[no-untyped-def]
     speed,
     presliding,
 ):
-    """The bristle of Coulomb friction with Stribeck's curve for its strength; exp(-s) as (1 + s/16)^-16, to 2 %."""
-    s = 1.0 + (rate / speed) ** 2 / 16.0
-    s = s * s
-    s = s * s
-    s = s * s
-    s = s * s
-    level = friction * (1.0 - fall + fall / s)
+    """The bristle of Coulomb friction with Stribeck's curve for its strength."""
+    level = friction * stribeck_share(rate, speed, fall)
     change = bristle(rate, memory, presliding)
     return -level * held(memory, change), change
 

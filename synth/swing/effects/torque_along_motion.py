@@ -10,6 +10,7 @@ joint at rest does not toss it to and fro.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,79 +20,78 @@ from synth.arrays import Array
 from synth.compiling import code_cache
 from synth.swing.chain import compiled_chain
 from synth.swing.effects.definition import Effect
-from synth.swing.lane_layout import LANES
+from synth.swing.lane_layout import FIRST_LAW, LANES
 
 LONGEST_STEP = 2.5e-4  # s
 GIVEN = -1  # in place of the damper curves' switch: the damper's torque is given
-_INPUTS = ("rotation", "rate", "rest", "spring_rate", "damper_rate", "damper_torque", "bearing_force")
+_INPUTS = ("rotation", "rate", "rest", "spring_rate", "damper_rate", "damper_torque")  # then the force
 
 
-def torque_along(
-    effect: Effect,
-    time: Array,
-    rotation: Array,
-    rate: Array,
-    deflection: Array,
-    spring_rate: Array | float,
-    damper_rate: Array | float,
-    damper_torque: Array | float,
-    force: Array | float,
-    parameters: Array | Sequence[float],
-) -> Array:
-    """Torque on q (N m) that a torque effect would exert along a motion.
+@dataclass(frozen=True, eq=False)
+class AlongMotion:
+    """A motion, and what acts at the joint along it.
 
-    Parameters
-    ----------
-    time : (n_time,) s, increasing.
-    rotation, rate, deflection : (n_time,) or (n_time, n_column) rad and rad/s; ``deflection`` is the rotation less the
-        spring's rest.
-    spring_rate, damper_rate, damper_torque, force : scalars or arrays that broadcast with them: N m/rad, N m s/rad,
-        N m against positive rates (``damper_rate * rate`` without a curve), N in the bearing.
-    parameters : (n_parameter,) or (n_parameter, n_column) in the order of ``effect.parameters``, in the sense of q.
+    ``time`` (n_time,) s, increasing. ``rotation``, ``rate``, ``deflection`` (n_time,) or (n_time, n_column) rad and
+    rad/s; ``deflection`` is the rotation less the spring's rest. Scalars or arrays that broadcast with them:
+    ``spring_rate`` N m/rad, ``damper_rate`` N m s/rad, ``damper_torque`` N m against positive rates (``damper_rate *
+    rate`` without a curve), ``force`` N in the bearing; of an effect that ``uses_drive`` N m of the drive on q.
+    """
 
-    Returns
-    -------
-    Array of the shape of ``rotation``.
+    time: Array
+    rotation: Array
+    rate: Array
+    deflection: Array
+    spring_rate: Array | float
+    damper_rate: Array | float
+    damper_torque: Array | float
+    force: Array | float
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the torque along it."""
+        return np.broadcast_shapes(np.shape(self.rotation), np.shape(self.rate), np.shape(self.deflection))
+
+    def columns(self) -> list[Array]:
+        """(n_time, n_column) of each of ``_INPUTS``, and of the force."""
+        given = (
+            self.rotation, self.rate, np.asarray(self.rotation) - self.deflection, self.spring_rate, self.damper_rate,
+            self.damper_torque, self.force,
+        )  # fmt: skip
+        flat = (np.broadcast_to(np.asarray(value, dtype=float), self.shape) for value in given)
+        return [each.reshape(len(self.time), -1) for each in flat]
+
+
+def torque_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequence[float]) -> Array:
+    """Torque on q (N m), of the motion's shape, that a torque effect would exert along it.
+
+    ``parameters`` : (n_parameter,) or (n_parameter, n_column) in the order of ``effect.parameters``, in the sense of q.
     """
     if effect.way != "torque":
         raise ValueError(f"{effect.name} is no torque")
-    given = (rotation, rate, np.asarray(rotation) - deflection, spring_rate, damper_rate, damper_torque, force)
-    shape = np.broadcast_shapes(np.shape(rotation), np.shape(rate), np.shape(deflection))
-    columns = [np.broadcast_to(np.asarray(value, dtype=float), shape).reshape(len(time), -1) for value in given]
+    columns = motion.columns()
     n_column = columns[0].shape[1]
     values = np.broadcast_to(
         np.asarray(parameters, dtype=float).reshape(len(effect.parameters), -1).T, (n_column, len(effect.parameters))
     )
-    result = np.empty((len(time), n_column))
+    result = np.empty((len(motion.time), n_column))
     for first in range(0, n_column, LANES):
         part = slice(first, first + LANES)
         inputs = np.stack([column[:, part] for column in columns], axis=1)
         width = inputs.shape[2]
         padded = np.pad(inputs, ((0, 0), (0, 0), (0, LANES - width)), mode="edge")
         lanes = np.pad(values[part].T, ((0, 0), (0, LANES - width)), mode="edge")
-        result[:, part] = _along(effect, np.ascontiguousarray(time, dtype=float), padded, lanes)[:, :width]
-    return result.reshape(shape)
+        result[:, part] = _along(effect, np.ascontiguousarray(motion.time, dtype=float), padded, lanes)[:, :width]
+    return result.reshape(motion.shape)
 
 
-def columns_along(
-    effect: Effect,
-    time: Array,
-    rotation: Array,
-    rate: Array,
-    deflection: Array,
-    spring_rate: Array | float,
-    damper_rate: Array | float,
-    damper_torque: Array | float,
-    force: Array | float,
-    parameters: Array | Sequence[float],
-) -> dict[str, Array]:
+def columns_along(effect: Effect, motion: AlongMotion, parameters: Array | Sequence[float]) -> dict[str, Array]:
     """Of an effect that is linear in its strengths, each strength's torque a unit of it along a motion.
 
-    Arguments as of ``torque_along``; the strengths' own values in ``parameters`` do not matter, the others' do.
+    The strengths' own values in ``parameters`` do not matter, the others' do, in the order of ``torque_along``.
 
     Returns
     -------
-    Strength's name -> array of the shape of ``rotation``, N m a unit of the strength: columns of a linear regression.
+    Strength's name -> array of the motion's shape, N m a unit of the strength: columns of a linear regression.
 
     Raises
     ------
@@ -104,9 +104,7 @@ def columns_along(
         unit = np.array(parameters, dtype=float)
         unit[[effect.index(name) for name in effect.strengths]] = 0.0
         unit[effect.index(strength)] = 1.0
-        found[strength] = torque_along(
-            effect, time, rotation, rate, deflection, spring_rate, damper_rate, damper_torque, force, unit
-        )
+        found[strength] = torque_along(effect, motion, unit)
     return found
 
 
@@ -117,9 +115,9 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
     workspace = np.zeros((layout.n_row, LANES))
     for p, values in enumerate(parameters):
         workspace[layout.parameter_rows(effect.name, p)] = values
-    active = np.zeros(1 + len(layout.laws), dtype=np.int64)
+    active = np.zeros(FIRST_LAW + len(layout.laws), dtype=np.int64)
     active[0] = GIVEN
-    active[1 + [law.name for law in layout.laws].index(effect.name)] = 1
+    active[FIRST_LAW + [law.name for law in layout.laws].index(effect.name)] = 1
     memory, change, steps = -1, -1, np.zeros(len(time), dtype=np.int64)
     if effect.memory:
         memory, change = layout.row(f"{effect.name} memory"), layout.row(f"{effect.name} memory rate")
@@ -127,7 +125,8 @@ def _along(effect: Effect, time: Array, inputs: Array, parameters: Array) -> Arr
         workspace[memory] = effect.function("start")(inputs[0, 0] - inputs[0, 2], *parameters)
         if effect.bristle and len(time) > 1:
             workspace[memory] = np.sign(inputs[1, 0] - inputs[0, 0])
-    rows = np.array([layout.row(block) for block in _INPUTS])
+    force = "drive_torque" if effect.uses_drive else "bearing_force"
+    rows = np.array([layout.row(block) for block in (*_INPUTS, force)])
     torque = np.empty((len(time), LANES))
     bound = 1.0 if effect.bristle else 1e300
     gap = layout.parameter_rows(effect.name, effect.index(effect.play)).start if effect.play else -1

@@ -10,7 +10,6 @@ import hashlib
 import keyword
 import math
 import stat
-import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from typing import Any, get_args
 
 import numpy as np
 
+from synth.compiling.modules import module_from_text
 from synth.errors import Problem, UserError
 from synth.swing import effects
 from synth.swing.effects.definition import ARGUMENTS, FUNCTIONS, Effect, Need, Parameter, Prior, Shape
@@ -65,11 +65,8 @@ def load_file(path: str | Path) -> Effect:
     given, path = Path(path), Path(path).resolve()
     text = source_of(path, str(given))
     name = f"synth_user_effect_{hashlib.sha256(text).hexdigest()[:16]}"  # the same text is compiled once
-    module = ModuleType(name)
-    module.__file__ = str(path)
-    sys.modules[name] = module
     try:
-        exec(compile(text, str(path), "exec"), module.__dict__)
+        module = module_from_text(name, text, str(path))
         effect = getattr(module, "EFFECT", None)
         if not isinstance(effect, Effect):
             raise UserError(Problem("holds no EFFECT = Effect(...) (from synth.effects)", file=str(given)))
@@ -94,7 +91,7 @@ def _require_free_name(effect: Effect, path: Path) -> None:
     if effect.name in effects.installed():
         raise WrongEffect("is the name of a built-in effect; choose another")
     if effect.name in effects.from_files:
-        other = sys.modules[effects.from_files[effect.name].module].__file__
+        other = effects.from_files[effect.name].loaded.__file__
         if other != str(path):
             raise WrongEffect(f"is the name of an effect in {other}; choose another")
 

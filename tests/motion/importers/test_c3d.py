@@ -89,7 +89,7 @@ def test_what_is_no_c3d_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.c3d"
     path.write_text("no motion")
     with pytest.raises(UserError, match="is no C3D file"):
-        imported(path)
+        import_file(path, leg(), MAPPING, name=path.name, form="c3d")
     whole = written(tmp_path / "b.c3d", in_space(angles()[1])).read_bytes()
     path.write_bytes(whole[:700])
     with pytest.raises(UserError):

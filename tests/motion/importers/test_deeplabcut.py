@@ -181,5 +181,5 @@ def test_labels_made_by_hand_and_hdf5_are_refused_with_the_way_out(tmp_path: Pat
     with pytest.raises(UserError, match=r'images.csv:4: "labeled-data/v/img0.png" is not a frame\'s number'):
         imported(tmp_path / "images.csv")
     (tmp_path / "a.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
-    with pytest.raises(UserError, match="analyze_videos_converth5_to_csv"):
+    with pytest.raises(UserError, match="HDF5 of another program"):
         imported(tmp_path / "a.h5")

@@ -97,4 +97,4 @@ def test_lengths_units_and_no_mapping_at_all(file: Path, tmp_path: Path) -> None
         imported(tmp_path / "b.mat")
     (tmp_path / "c.mat").write_text("text")
     with pytest.raises(UserError, match=r"is damaged or no MAT file \(.*truncated"):
-        imported(tmp_path / "c.mat")
+        import_file(tmp_path / "c.mat", leg(), MAPPING, name="c.mat", form="matlab")

@@ -9,7 +9,7 @@ from swing.effects.one_joint import INERTIA, RATE, leg
 from swing.effects.test_mirror import GIVEN, TORQUES
 from synth.swing.chain import simulate
 from synth.swing.effects import Effect, effect_named
-from synth.swing.effects.torque_along_motion import columns_along, torque_along
+from synth.swing.effects.torque_along_motion import AlongMotion, columns_along, torque_along
 
 DAMPER = 0.03
 IN_ROTATION = {**GIVEN, "joint_stop": {"upper": 0.2, "lower": -0.3, "stiffness": 20.0, "damping": 0.5}}
@@ -29,7 +29,7 @@ def moved(effect: Effect) -> tuple[np.ndarray, ...]:
 def test_it_is_the_torque_that_moved_the_joint(effect: Effect) -> None:
     time, rotation, rate, missing = moved(effect)
     given = [IN_ROTATION[effect.name].get(p.name, effect.defaults[p.name]) for p in effect.parameters]
-    along = torque_along(effect, time, rotation, rate, rotation, RATE, DAMPER, DAMPER * rate, 0.0, given)
+    along = torque_along(effect, AlongMotion(time, rotation, rate, rotation, RATE, DAMPER, DAMPER * rate, 0.0), given)
     size = np.abs(missing).max()
     assert size > 0.02
     # but for the moments at which it jumps, which differences of rates smear, and over which a bristle turns
@@ -44,11 +44,14 @@ def test_many_columns_are_as_one_by_one() -> None:
     time = np.cumsum(generator.uniform(1e-3, 1e-2, 200))
     phase = generator.uniform(0, 6, 37)
     rotation, rate = np.sin(9 * time[:, None] + phase), 9 * np.cos(9 * time[:, None] + phase)
-    given = np.array([np.linspace(0.1, 1, 37), np.full(37, 0.2), np.full(37, 1.0), np.full(37, 1.5)])
-    together = torque_along(effect, time, rotation, rate, rotation - 0.1, RATE, 0.0, 0.0, 0.0, given)
+    same = (np.full(37, value) for value in (0.2, 1.0, 1.5))
+    given = np.array([np.linspace(0.1, 1, 37), *same])
+    together = torque_along(effect, AlongMotion(time, rotation, rate, rotation - 0.1, RATE, 0.0, 0.0, 0.0), given)
     for k in (0, 15, 16, 36):
         alone = torque_along(
-            effect, time, rotation[:, k], rate[:, k], rotation[:, k] - 0.1, RATE, 0.0, 0.0, 0.0, given[:, k]
+            effect,
+            AlongMotion(time, rotation[:, k], rate[:, k], rotation[:, k] - 0.1, RATE, 0.0, 0.0, 0.0),
+            given[:, k],
         )
         np.testing.assert_allclose(together[:, k], alone, atol=1e-13)
 
@@ -58,7 +61,9 @@ def test_load_friction_takes_the_force_that_it_is_given() -> None:
     time = np.linspace(0, 1, 501)
     rate = np.full(501, 2.0)
     force = 10 + 5 * np.sin(20 * time)
-    torque = torque_along(effect, time, 2 * time, rate, 2 * time - 0.3, RATE, 0.0, 0.0, force, [0.01, 0.0, 2e-4])
+    torque = torque_along(
+        effect, AlongMotion(time, 2 * time, rate, 2 * time - 0.3, RATE, 0.0, 0.0, force), [0.01, 0.0, 2e-4]
+    )
     np.testing.assert_allclose(torque[10:], -0.01 * force[10:], rtol=1e-9)
 
 
@@ -68,16 +73,16 @@ def test_columns_times_strengths_are_the_torque(effect: Effect) -> None:
     rotation, rate = 0.4 * np.sin(7 * time), 2.8 * np.cos(7 * time)
     force = 8 + np.sin(14 * time)
     given = [IN_ROTATION[effect.name].get(p.name, effect.defaults[p.name]) for p in effect.parameters]
-    motion = (effect, time, rotation, rate, rotation - 0.1, RATE, DAMPER, DAMPER * rate, force)
-    columns = columns_along(*motion, given)
+    motion = AlongMotion(time, rotation, rate, rotation - 0.1, RATE, DAMPER, DAMPER * rate, force)
+    columns = columns_along(effect, motion, given)
     assert set(columns) == set(effect.strengths)
     total = sum(given[effect.index(name)] * column for name, column in columns.items())
-    np.testing.assert_allclose(total, torque_along(*motion, given), atol=1e-12)
+    np.testing.assert_allclose(total, torque_along(effect, motion, given), atol=1e-12)
 
 
 def test_what_is_not_linear_has_no_columns() -> None:
     time = np.linspace(0, 1, 11)
     with pytest.raises(ValueError, match="not linear in gap"):
-        columns_along(effect_named("backlash"), time, time, time, time, RATE, 0.0, 0.0, 0.0, [0.1])
+        columns_along(effect_named("backlash"), AlongMotion(time, time, time, time, RATE, 0.0, 0.0, 0.0), [0.1])
     with pytest.raises(ValueError, match="is no torque"):
-        torque_along(effect_named("link_mass"), time, time, time, time, RATE, 0.0, 0.0, 0.0, [0.1])
+        torque_along(effect_named("link_mass"), AlongMotion(time, time, time, time, RATE, 0.0, 0.0, 0.0), [0.1])

@@ -39,6 +39,6 @@ def test_the_bearing_force_is_computed_only_where_friction_grows_with_it(
 ) -> None:
     chain = compiled_chain(1)
     made = leg({"load_friction": {"radius": 0.0, "share": 0.0} | strengths})
-    without, whole = chain.active(chain.parameters(made)[:, None])
+    without, whole = chain.acting.active(chain.parameters(made)[:, None])
     assert whole.any() == bool(strengths)
     assert 1 + bool(np.any(without != whole)) == passes

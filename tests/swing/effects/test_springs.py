@@ -11,7 +11,7 @@ from scipy.special import ellipk
 
 from swing.effects.one_joint import INERTIA, OMEGA, RATE, Array, leg, swing
 from synth.swing.effects import effect_named
-from synth.swing.effects.torque_along_motion import torque_along
+from synth.swing.effects.torque_along_motion import AlongMotion, torque_along
 
 
 @pytest.mark.parametrize("stiffening", [6.0, -3.0])
@@ -76,7 +76,7 @@ def test_the_changeover_is_rounded_over_its_width_about_its_shift() -> None:
     effect = effect_named("one_sided_spring")
     u = np.linspace(-0.5, 0.5, 1001)
     time, none = np.arange(1001.0), np.zeros(1001)
-    torque = torque_along(effect, time, u, none, u, RATE, 0.0, none, 0.0, [1.0, 0.0, 0.1, 0.02])
+    torque = torque_along(effect, AlongMotion(time, u, none, u, RATE, 0.0, none, 0.0), [1.0, 0.0, 0.1, 0.02])
     sharp = RATE * np.maximum(u - 0.1, 0.0)
     far = np.abs(u - 0.1) > 0.2
     np.testing.assert_allclose((torque - sharp)[far], -0.5 * RATE * 0.02, rtol=0.01, atol=0.5 * RATE * 0.02 * 0.06)
@@ -92,7 +92,8 @@ def test_a_slipping_springs_loop_has_its_area() -> None:
     effect = effect_named("spring_hysteresis")
     time = np.linspace(0, 3 * 2 * math.pi, 30001)
     q, w = amplitude * np.sin(time), amplitude * np.cos(time)
-    torque = torque_along(effect, time, q, w, q, RATE, 0.0, 0.0 * w, 0.0, [stiffness, slip, 1e9, 1.0])
+    motion = AlongMotion(time, q, w, q, RATE, 0.0, 0.0 * w, 0.0)
+    torque = torque_along(effect, motion, [stiffness, slip, 1e9, 1.0])
     last = slice(20000, 30001)
     area = -np.trapezoid(torque[last], q[last])
     rest = 2 * amplitude - slip
@@ -105,9 +106,8 @@ def test_a_relaxing_spring_relaxes_in_its_time() -> None:
     stiffness, relaxation = 3.0, 0.4
     time = np.linspace(0, 2, 2001)
     q = np.minimum(time / 0.01, 1.0) * 0.2
-    torque = torque_along(
-        effect, time, q, np.gradient(q, time), q, RATE, 0.0, 0.0, 0.0, [stiffness, 1e9, relaxation, 1.5]
-    )
+    motion = AlongMotion(time, q, np.gradient(q, time), q, RATE, 0.0, 0.0, 0.0)
+    torque = torque_along(effect, motion, [stiffness, 1e9, relaxation, 1.5])
     held = time > 0.05
     # the ramp's own relaxation makes it as if it had begun in its middle
     np.testing.assert_allclose(torque[held], -0.6 * np.exp(-(time[held] - 0.005) / relaxation), rtol=2e-3)

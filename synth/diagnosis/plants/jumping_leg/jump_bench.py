@@ -163,7 +163,7 @@ class JumpBench:
         return costs
 
     def solve_softly(self, fit: JumpFit, best: float = np.inf) -> JumpFit:
-        """First with samples that count little, so that causes and not far-off tolerances explain what is gross.
+        """Start with a low weight of the samples, so that causes and not far-off tolerances explain large residuals.
 
         A push ends at a stop: a few milliseconds off, every sample after is, and the way to the best fit is narrow.
         ``best`` : as for ``solve``.
@@ -181,7 +181,7 @@ class JumpBench:
         return self.solve(replace(current, own=own, residuals=()), best=best)
 
     def solve(self, fit: JumpFit, rounds: int = ROUNDS, best: float = np.inf) -> JumpFit:
-        """The fit gone on with until it gains no more.
+        """Iterate until the cost falls no further.
 
         ``best`` : cost of another hypothesis; one far above it need not be brought to its last decimal.
         """

@@ -1,4 +1,4 @@
-"""Recordings made ready: the stretch that counts, noise, and what each sample weighs."""
+"""Recordings prepared for the fit: the stretch that is used, its noise, and the weight of each sample."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_gap_project import PULL_UP, HopperGapProject, JumpTrial
 from synth.files.hopper_recordings import LEAST_SAMPLES, HopperRecording
 from synth.hopper.motors import motor_of
-from synth.hopper.validate_jumps import MeasuredJump, measure
+from synth.hopper.validate_jumps import MeasuredJump, measure, refuse_out_of_reach
 from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
@@ -133,6 +133,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
     if float(np.ptp(angle)) < LEAST_MOTION:
         text = f"never moves: the upper link turns by no more than {np.degrees(np.ptp(angle)):.2g} deg"
         raise UserError(Problem(text, trial.name, key=ANGLE))
+    refuse_out_of_reach(trial.name, angle, leg)
     if trial.kind == "pull-up":
         _refuse_out_of_reach(trial, leg)
         recorded = _averaged(_off_the_stop(trial, leg))
@@ -152,7 +153,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
 
 
 def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
-    """A pull-up up to where the leg comes near its stop: how it bounces there hangs on little things."""
+    """A pull-up until the leg comes near its stop, where the bounce is sensitive to small errors."""
     near = trial.columns[ANGLE] < leg.extended + STOP_MARGIN
     last = int(np.argmax(near)) if near.any() else len(near)
     if last < LEAST_SAMPLES:
@@ -182,7 +183,7 @@ def _seen(trial: JumpTrial, mass: float, gravity: float) -> MeasuredJump | None:
 def _end_of_push(trial: JumpTrial) -> float:
     """A little after the upper link's fastest moment, which the leg's stop ends; s.
 
-    What comes later hangs on little things: whether a weak jump lifts at all, how a landing rings.
+    Later motion is sensitive to small errors: whether a weak jump lifts at all, how a landing rings.
     """
     time, angle = trial.columns["time"], trial.columns[ANGLE]
     width = max(1, round(0.004 / float(np.median(np.diff(time)))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,7 @@ from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
 from synth.errors import UserError
-from synth.estimation.information import Forecast
+from synth.estimation.information import TrialForecast
 from synth.estimation.normal_equations import ReducedNormal
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
@@ -90,6 +90,12 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """All channels, from the start angle and moment that fit best."""
         return score(self.bench, fit, trials)
 
+    def left_where(self, predicted: Sequence[ScoredJump]) -> tuple[Mapping[str, float], Mapping[str, float]]:
+        """By place and phase, over all channels in what their samples are uncertain by."""
+        lacks = [missing(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
+        found = where(self.scored, predicted, lacks)
+        return found.joint, found.phase
+
     def squares(self, predicted: Sequence[ScoredJump]) -> Array:
         """Squared errors of the upper link's angle."""
         return squares(self.scored, predicted)
@@ -128,7 +134,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         """Jumps under other conditions, other sensors, a lean, a pull-up."""
         return menu(self.project, self.catalogue, self.bench.trials)
 
-    def forecast(self, fit: JumpFit, trial: Jump, covariance: Array) -> Forecast | None:
+    def forecast(self, fit: JumpFit, trial: Jump, covariance: Array) -> TrialForecast | None:
         """What a hypothesis predicts of an imagined trial."""
         return forecast(self.bench, fit, trial, covariance)
 

@@ -1,4 +1,4 @@
-"""Jumps and pull-ups that could be made next, and what a hypothesis predicts of them."""
+"""Candidate next trials, jumps and pull-ups, and their prediction by a hypothesis."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CLAIM, CURRENT, FORCE, LEAST_NOISE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
-from synth.estimation.information import Forecast
+from synth.estimation.information import TrialForecast
 from synth.files.hopper_gap_project import HopperGapProject, JumpTrial
 from synth.hopper.motors import motor_of
 from synth.jump.jump_models import MODELS, columns
@@ -109,7 +109,7 @@ def _pull_up(usual: Jump) -> Jump:
     return replace(usual, trial=trial, time=time, measured={ANGLE: angle}, sigma=sigma, noise=noise, torque=torque)
 
 
-def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> Forecast | None:
+def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; None where the simulation fails.
 
     A motor that no trial had yet has the tolerances of a new one.
@@ -131,4 +131,4 @@ def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> 
     if not np.all(np.isfinite(mean)):
         return None
     root: Array = np.concatenate([slopes[:, :count] @ spread, slopes[:, count:]], axis=1)
-    return Forecast(mean, root, np.zeros((len(mean), 0)))
+    return TrialForecast(mean, root, np.zeros((len(mean), 0)))

@@ -1,4 +1,4 @@
-"""What the sensors would read, for many sets of unknowns at once."""
+"""Predicted sensor readings for many sets of unknowns at once."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class JumpPredictor:
         return made
 
     def predict(self, jump: Jump, hypothesis: Sequence[JumpCandidate], x: Array, own: Array) -> dict[str, Array]:
-        """Channel -> (m, n_lane), those that the trial has; nan where a simulation does not get so far."""
+        """Channel -> (m, n_lane), those that the trial has; nan where a simulation ends earlier."""
         made = self.columns(jump, hypothesis, x, own)
         if jump.torque is not None:
             found = {ANGLE: _pull_up(jump, made, own)}

@@ -1,4 +1,4 @@
-"""How far a hypothesis misses trials that took no part: only each trial's own unknowns are estimated there."""
+"""Prediction error on trials that were not fitted: only each trial's own unknowns are estimated."""
 
 from __future__ import annotations
 

@@ -1,57 +1,90 @@
-"""Every cause in the motor leg's list, alone and in pairs, brought to its best within the tolerances."""
+"""How causes are fitted to jumps, as ``synth.diagnosis.search`` asks for them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from itertools import combinations
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, Key
+from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.jumping_leg.jump_bench import JumpBench, JumpFit
 from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_score import score
+from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 
 LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # times a start's strengths
 SHAPES_LADDER = (1.0, 0.5, 2.0)  # of log-normal ones
-TRIED = 2  # rungs of a shape that are gone on with,
-NEAR = 1.5  # the second where it promises to leave no more than so many times what the first does
-PAIRED, ANCHORS = 5, 2  # single causes of which pairs are made, one of them among the first
-SATISFIED = 1.03  # RMS over the floor below which no second cause is looked for
-
-
-JumpAssessed = Assessed[JumpFit]
-JumpSearch = Hypotheses[JumpFit]
+TRIED = 2  # rungs of a shape that are fitted,
+NEAR = 1.5  # the second only if its predicted cost is at most so many times the first's
+PAIRED = 5  # single causes, of which the anchors' partners are taken
+# Pairs are tried where the RMS is over 1.03 of the floor; a third cause is not sought.
+PLAN = SearchPlan(
+    anchors=2, anchor_pairs=0, worth=-np.inf, satisfied=1.03, well=1.03, least_left=np.inf, pays=np.inf
+)  # fmt: skip
 
 
 def search(
     bench: JumpBench, candidates: Sequence[JumpCandidate], say: Callable[[str], None] = lambda text: None
-) -> JumpSearch:
+) -> Hypotheses[JumpFit]:
     """Find how well each cause, and each promising pair, explains the trials."""
-    say("the nominal leg within its tolerances")
-    designed = as_designed(bench)
-    none = _assess(bench, bench.solve_softly(designed))
-    near = {False: designed, True: none.fit}  # where a search begins; what only a lean shows, at the design's best
-    say(f"{len({c.key for c in candidates})} single causes")
-    best: dict[Key, JumpFit] = {}
-    least = none.cost
-    for candidate in candidates:
-        for start in _starts(bench, candidate, near[candidate.effect.leaning]):
-            fit = bench.solve_softly(start, least)
-            least = min(least, fit.cost)
-            if candidate.key not in best or fit.cost < best[candidate.key].cost:
-                best[candidate.key] = fit
-    singles = sorted((_assess(bench, fit) for fit in best.values()), key=lambda a: a.cost)
-    several: list[JumpAssessed] = []
-    if singles and singles[0].ratio > SATISFIED and none.ratio > SATISFIED:
-        say("pairs of causes")
-        for one, other in combinations(range(min(PAIRED, len(singles))), 2):
-            if one < ANCHORS:
-                several.append(_pair(bench, singles[one].fit, singles[other].fit, least))
-                least = min(least, several[-1].cost)
-    return JumpSearch(none, tuple(singles), tuple(sorted(several, key=lambda a: a.cost)))
+    return CauseSearch(JumpExplorer(bench, candidates), say).run(len({c.key for c in candidates}))
+
+
+@dataclass
+class JumpExplorer:
+    """Fits to jumps; ``least`` : cost of the best so far: fits far above it are not converged fully."""
+
+    bench: JumpBench
+    candidates: Sequence[JumpCandidate]
+    plan: SearchPlan = PLAN
+    least: float = field(default=np.inf, init=False)
+
+    @cached_property
+    def _designed(self) -> JumpFit:
+        return as_designed(self.bench)
+
+    @cached_property
+    def _nominal(self) -> JumpFit:
+        return self.bench.solve_softly(self._designed)
+
+    def none(self) -> JumpFit:
+        """The nominal leg at its best within the tolerances."""
+        self.least = min(self.least, self._nominal.cost)
+        return self._nominal
+
+    def singles(self) -> list[JumpFit]:
+        """Each cause alone. What only a lean shows begins at the design's best, all else at the design."""
+        found = []
+        for candidate in self.candidates:
+            near = self._nominal if candidate.effect.leaning else self._designed
+            for start in _starts(self.bench, candidate, near):
+                found.append(self._brought(start))
+        return best_of_each(found)
+
+    def beside(self, anchors: Sequence[Assessed[JumpFit]], singles: Sequence[Assessed[JumpFit]]) -> list[JumpFit]:
+        """Each anchor with each of the likeliest single causes."""
+        found: dict[frozenset[tuple[str, str]], JumpFit] = {}
+        for anchor in anchors:
+            for other in singles[:PAIRED]:
+                keys = frozenset((*anchor.keys, *other.keys))
+                if len(keys) > len(anchor.keys) and keys not in found:
+                    found[keys] = self._brought(_pair(self.bench, anchor.fit, other.fit))
+        return list(found.values())
+
+    def ratio(self, fit: JumpFit) -> float:
+        """RMS of a fit over the noise floor."""
+        trials = zip(fit.residuals, self.bench.trials, strict=True)
+        total = sum(float(residual @ residual) / jump.weight for residual, jump in trials)
+        return float(np.sqrt(total / max(sum(len(residual) for residual in fit.residuals), 1)))
+
+    def _brought(self, start: JumpFit) -> JumpFit:
+        """The fit from a start."""
+        fit = self.bench.solve_softly(start, self.least)
+        self.least = min(self.least, fit.cost)
+        return fit
 
 
 def as_designed(bench: JumpBench) -> JumpFit:
@@ -62,7 +95,7 @@ def as_designed(bench: JumpBench) -> JumpFit:
 
 
 def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[JumpFit]:
-    """Of a ladder of strengths the rungs that promise to leave least."""
+    """The rungs of a ladder of strengths with the lowest predicted cost."""
     low, high = candidate.bounds()
     log = [p.prior is not None and p.prior.log for p in candidate.effect.parameters]
     shapes = np.array([log[candidate.effect.index(name)] for name in candidate.shape.free])
@@ -78,17 +111,11 @@ def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[J
     return [JumpFit((candidate,), np.concatenate([base.unknowns, rungs[k]]), base.own) for k in chosen]
 
 
-def _pair(bench: JumpBench, one: JumpFit, other: JumpFit, best: float) -> JumpAssessed:
-    """Two causes together, from either's own fit with half of the other's strength."""
+def _pair(bench: JumpBench, one: JumpFit, other: JumpFit) -> JumpFit:
+    """A start of two causes together: the better of either's own fit with half of the other's strength."""
     p = bench.n_tolerance
     fits = []
     for first, second in ((one, other), (other, one)):
         unknowns = np.concatenate([first.unknowns, 0.5 * second.unknowns[p:]])
         fits.append(bench.evaluate(JumpFit((*first.hypothesis, *second.hypothesis), unknowns, first.own)))
-    return _assess(bench, bench.solve_softly(min(fits, key=lambda fit: fit.cost), best))
-
-
-def _assess(bench: JumpBench, fit: JumpFit) -> JumpAssessed:
-    total = sum(float(r @ r) / jump.weight for r, jump in zip(fit.residuals, bench.trials, strict=True))
-    count = sum(len(r) for r in fit.residuals)
-    return JumpAssessed(fit, fit.cost, float(np.sqrt(total / max(count, 1))))
+    return min(fits, key=lambda fit: fit.cost)

@@ -1,4 +1,4 @@
-"""What manufacturing and measuring leave open of a jumping leg, as whitened unknowns on its columns."""
+"""Tolerances of manufacturing and measurement of a jumping leg, as whitened unknowns on its columns."""
 
 from __future__ import annotations
 

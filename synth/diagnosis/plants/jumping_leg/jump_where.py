@@ -1,4 +1,4 @@
-"""Where the gap lies: shares of the squared misses above what samples are uncertain by, and the torque that lacks."""
+"""Where the gap lies: shares of the squared residuals above the samples' uncertainty, and the missing torque."""
 
 from __future__ import annotations
 

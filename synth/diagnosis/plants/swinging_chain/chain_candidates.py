@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
+from synth.drives.servo import Servo
 from synth.estimation.parameters import Parameter
 from synth.motion.smoothing import Mask
 from synth.swing.damper_curves import torque_at
@@ -75,12 +76,12 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> Scales:
     n = len(leg.joints)
     low, high, speed, known = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n), np.zeros(n)
     for trial in trials:
-        smoothed, driven = trial.recording.smoothed, trial.recording.known_torque
+        smoothed, driven = trial.recording.smoothed, trial.recording.known_force(trial.recording.leg or leg)
         for j in trial.free:
             low[j] = min(low[j], float(smoothed.angle[:, j].min()))
             high[j] = max(high[j], float(smoothed.angle[:, j].max()))
             speed[j] = max(speed[j], float(np.percentile(np.abs(smoothed.rate[:, j]), 98)))
-            known[j] = max(known[j], 0.0 if driven is None else float(np.percentile(np.abs(driven[1][:, j]), 98)))
+            known[j] = max(known[j], 0.0 if driven is None else float(np.percentile(np.abs(driven[:, j]), 98)))
     moved = np.isfinite(low)
     low, high = np.where(moved, low, -0.1), np.where(moved, high, 0.1)
     longest = max(float(trial.time[-1]) for trial in trials)
@@ -203,7 +204,7 @@ def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
 
 
 def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
-    """What a joint has on which an effect can act: a spring, a damper, a known torque."""
+    """What a joint has on which an effect can act: a spring, a damper, a known torque, a servo, its motor."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}
     if damper is not None and (damper.curve is not None or (damper.rate or 0.0) > 0.0):
@@ -211,6 +212,10 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
     known = [trial.recording.known_torque for trial in trials if joint in trial.free]
     if any(torque is not None and np.any(torque[1][:, joint] != 0.0) for torque in known):
         found.add("torque")
+    drive = leg.joints[joint].drive
+    if isinstance(drive, Servo):
+        found |= {"servo"} if drive.gain else set()
+        found |= {"motor"} if drive.motor is not None else set()
     return found
 
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
+from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.hypotheses import Hypotheses
+from synth.diagnosis.hypotheses import Hypotheses, Unseen
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -21,18 +22,19 @@ from synth.diagnosis.plants.swinging_chain.chain_figures import squares, trial_g
 from synth.diagnosis.plants.swinging_chain.chain_menu import forecast, menu
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, GapResult
-from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque, where
+from synth.diagnosis.plants.swinging_chain.chain_where import left_where, missing_torque, where
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
+from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.score import score
-from synth.diagnosis.search import search
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
+from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts
 from synth.diagnosis.workbench import Fit, Workbench
 from synth.errors import UserError
-from synth.estimation.information import Forecast
+from synth.estimation.information import TrialForecast
 from synth.estimation.intervals import Estimate
 from synth.estimation.linearisation import LinearisedNormal
 from synth.files.tolerance import Tolerance
@@ -60,6 +62,7 @@ class Scene:
     coarse: tuple[Coarse, ...]
     usual: Array  # (n,) rad, noise without coarse counts
     seed: int
+    accuracy: float = 0.0  # rad, a gap below it does not matter
 
     @property
     def scored(self) -> tuple[AngleTrial, ...]:
@@ -73,6 +76,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
         self.scene, self.bench, self.warnings, self.seed = scene, scene.bench, warnings, scene.seed
         self.scored, self.held_out, self.n_tolerance = scene.scored, bool(scene.held), scene.bench.n_tolerance
+        self.accuracy = scene.accuracy
         self._free: tuple[FreeTorque, ...] | None = None
         names = scene.leg.joint_names
         self.direct_causes = tuple(
@@ -83,7 +87,9 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
     def search(self, say: Callable[[str], None]) -> Hypotheses[Fit]:
         """Every effect at every place where it could show, alone and with others."""
         leg, given = self.scene.leg, self.scene.given
-        return search(self.bench, candidates(leg, given, scales(leg, given)), say)
+        found = search(self.bench, candidates(leg, given, scales(leg, given)), say)
+        say("trials left out")
+        return with_unseen(self.bench, found)
 
     def designed(self) -> Fit:
         """The nominal leg to the letter."""
@@ -106,6 +112,15 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         """As channels with coarse counts would read them."""
         both = zip(self.scored, predicted, strict=True)
         return tuple(rounded(trial, prediction, self.scene.coarse) for trial, prediction in both)
+
+    def left_where(self, predicted: Sequence[Array]) -> tuple[dict[str, float], dict[str, float]]:
+        """By joint and phase, in squared degrees above the noise."""
+        return left_where(self.scene.leg, self.scored, predicted, self.scene.usual)
+
+    def freely(self, found: Hypotheses[Fit]) -> Unseen | None:
+        """What the free torque that helps most leaves."""
+        torques = self.free_torques(found.none.fit)
+        return torques[0].unseen if torques else None
 
     def squares(self, predicted: Sequence[Array]) -> Array:
         """Squared errors of the rotations."""
@@ -131,7 +146,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
 
     def doubts(self, found: Hypotheses[Fit], judged: Judged[Fit]) -> tuple[str, ...]:
         """Recordings that the verdict hangs on."""
-        return hangs_on(self.bench, found, judged).warnings()
+        return hangs_on(self.bench, found, judged, self.calibration, self.freely(found)).warnings()
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
         """How the sentence speaks of the errors."""
@@ -151,13 +166,15 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         effect = effect_named(cause.effect)
         values = parameters_text(cause)
         phrase = effect.phrase or f"shows {effect.meaning}"
-        return f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
+        plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
+        return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
 
     def free_torques(self, nominal: Fit) -> tuple[FreeTorque, ...]:
         """Torques of free shape beside the nominal leg at its best, taken once."""
         if self._free is None:
-            sizes = scales(self.scene.leg, self.scene.given)
-            self._free = free_torques(self.scene.leg, self.bench, nominal, sizes)
+            leg, sizes = self.scene.leg, scales(self.scene.leg, self.scene.given)
+            at_best = self.scene.tolerances.leg(leg, nominal.unknowns)
+            self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[Fit, Array]) -> str:
@@ -172,7 +189,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         """Releases, locked joints, added masses, tilts and torques."""
         return menu(self.scene.leg, self.bench, self.scene.given)
 
-    def forecast(self, fit: Fit, trial: AngleTrial, covariance: Array) -> Forecast | None:
+    def forecast(self, fit: Fit, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
         """What a hypothesis predicts of an imagined trial."""
         return forecast(self.bench, fit, trial, covariance)
 
@@ -195,6 +212,8 @@ def diagnose(
     tolerance: Tolerance,
     *,
     seed: int = 0,
+    noise: Mapping[str, float] | None = None,
+    accuracy: float = 0.0,
     progress: Callable[[str], None] | None = None,
 ) -> GapResult:
     """Say what the built leg does that the nominal one does not.
@@ -204,13 +223,16 @@ def diagnose(
     leg : as designed; every joint has a spring (its rate may be zero).
     trials : what the built leg did; those held out take no part but in scoring.
     tolerance : one standard deviation of what manufacturing and measuring leave open.
+    noise : joint -> RMS that its sensor is known to scatter by, rad; estimated from the readings where it is not given.
+    accuracy : rad; a gap below it does not matter.
     progress : told what is being done.
 
     Raises
     ------
     UserError : every trial is held out, or a trial cannot be used.
     """
-    scene, warnings = scene_of(leg, trials, tolerance, seed)
+    scene, warnings = scene_of(leg, trials, tolerance, seed, noise)
+    scene = replace(scene, accuracy=accuracy)
     plant = SwingingChain(scene, warnings)
     findings = any_plant.diagnose(plant, progress or (lambda text: None))
     stages, errors, judged = findings.stages, findings.stages.errors, findings.judged
@@ -237,8 +259,10 @@ def diagnose(
     )
 
 
-def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int) -> tuple[Scene, tuple[str, ...]]:
-    """Trials prepared, copies struck out, noise and counts estimated."""
+def scene_of(
+    leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int, noise: Mapping[str, float] | None = None
+) -> tuple[Scene, tuple[str, ...]]:
+    """Trials prepared, copies struck out, noise and counts estimated; ``noise`` : what is known of a joint's, rad."""
     made = recordings(leg, trials, ())
     warnings = list(thinned_sentences(made))
     twice = copies(made, [trial.held_out for trial in trials])
@@ -252,6 +276,8 @@ def scene_of(leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int)
     if not given:
         raise UserError("every trial is held out; at least one must be there to learn from")
     found = sensor([trial.recording for trial in given])
+    for joint, known in (noise or {}).items():
+        found.noise[leg.joint_names.index(joint)] = known
     coarse = coarse_counts(found)
     tolerances = Tolerances.of(leg, tolerance)
     predictor = Predictor(leg, tolerances)

@@ -9,8 +9,9 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.plant import MenuItem
+from synth.diagnosis.plants.swinging_chain.command_menu import command_menu, has_servo
 from synth.diagnosis.workbench import Fit, Workbench
-from synth.estimation.information import Forecast
+from synth.estimation.information import TrialForecast
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
@@ -23,7 +24,12 @@ TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
 def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
-    """Releases of other sizes and sides, joints locked, a mass at the tip, the base tilted, a slow ramp of torque."""
+    """Releases of other sizes and sides, joints locked, a mass at the tip, the base tilted, a slow ramp of torque.
+
+    Of a leg that is driven by servos: commands to follow.
+    """
+    if has_servo(leg, trials):
+        return command_menu(leg, bench, trials)
     usual = [trial for trial in trials if not trial.recording.conditions.locked] or list(trials)
     starts = np.array([trial.recording.smoothed.angle[0] for trial in usual])
     ends = np.array([trial.recording.smoothed.angle[-1] for trial in usual])
@@ -101,7 +107,7 @@ def _imagined(
     return AngleTrial(recording, time, held, counts, held_out=False)
 
 
-def forecast(bench: Workbench, fit: Fit, trial: AngleTrial, covariance: Array) -> Forecast | None:
+def forecast(bench: Workbench, fit: Fit, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; its initial state is free. None where it diverges."""
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
     count = len(fit.unknowns)
@@ -109,4 +115,4 @@ def forecast(bench: Workbench, fit: Fit, trial: AngleTrial, covariance: Array) -
     if not (np.all(np.isfinite(prediction)) and np.all(np.isfinite(slopes))):
         return None
     mean = (prediction / bench.sigma(trial))[trial.counts]
-    return Forecast(mean, slopes[:, :count] @ np.linalg.cholesky(covariance), slopes[:, count:])
+    return TrialForecast(mean, slopes[:, :count] @ np.linalg.cholesky(covariance), slopes[:, count:])

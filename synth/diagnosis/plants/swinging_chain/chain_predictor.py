@@ -117,12 +117,16 @@ class Predictor:
             wide = np.zeros((len(known[0]), legs.n))
             wide[:, own] = known[1]
             known = (known[0], wide)
+        signals = trial.recording.signals
+        if signals is not None and legs.n > n:
+            signals = signals.widened(legs.n, own)
         out = chain.run(
             workspace,
             trial.time,
             self.tolerance,
             rates=bool(readings),
             known_torque=known,
+            signals=signals,
             max_steps=STEPS,
             unit=trial.time_unit,
         )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.diagnosis.hypotheses import Unseen
 from synth.diagnosis.result import Diagnosis
 from synth.estimation.intervals import Estimate
 from synth.swing.leg_model import Leg
@@ -52,7 +53,8 @@ class FreeTorque:
     ``over`` : what its hats depend on. ``place`` (k,) their middles, rad from the free angle or rad/s, in the measured
     angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 where they are over speed; ``torque`` (k,) N m in that
     sense, ``low`` and ``high`` its 90 % interval by leaving out one trial after the other (jackknife).
-    ``taken`` : share of the error's RMS above the noise that it takes away on trials that took no part.
+    ``taken`` : share of the error's RMS above the noise that it takes away on trials that took no part; ``unseen`` :
+    what it leaves there.
     """
 
     joint: str
@@ -63,6 +65,7 @@ class FreeTorque:
     low: Array
     high: Array
     taken: float
+    unseen: Unseen
 
     def as_json(self) -> dict[str, Any]:
         """One entry of ``free_torque`` in ``gap.json``."""

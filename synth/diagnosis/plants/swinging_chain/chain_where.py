@@ -13,7 +13,6 @@ from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.result import PHASES, THIRDS, Where, shares
 from synth.motion.smoothing import Smoothed, odd_points, smooth
 from synth.swing.damper_curves import torque_at
-from synth.swing.known_torque import averaged
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
@@ -50,8 +49,9 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
     found = coefficients(leg, conditions.tip)
     momentum, force = momentum_and_force(found, smoothed.angle, smoothed.rate, leg.tilt + conditions.tilt)
     known = force + _joint_torques(leg, smoothed.angle, smoothed.rate)
-    if trial.recording.known_torque is not None:
-        known = known + averaged(trial.recording.known_torque, smoothed.time)
+    driven = trial.recording.known_force(leg)
+    if driven is not None:
+        known = known + driven
     view = np.lib.stride_tricks.sliding_window_view
     starts = np.arange(0, count - support, max(1, support // 4))
     starts = starts[~view(smoothed.gap, support + 1)[starts].any(axis=1)]
@@ -149,6 +149,21 @@ def where(
     joint = {name: blamed.get(name, 0.0) + rest * by_torque[name] for name in leg.joint_names}
     total = sum(joint.values())
     return Where({name: value / total for name, value in joint.items()}, **by_name)
+
+
+def left_where(
+    leg: Leg, trials: Sequence[AngleTrial], predictions: Sequence[Array], noise: Array
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Shares of each joint, and of each phase, in the squared error above the noise that predictions leave."""
+    joints, by_phase = np.zeros(len(leg.joints)), np.zeros(len(PHASES))
+    for trial, prediction in zip(trials, predictions, strict=True):
+        excess = np.where(trial.counts, (prediction - trial.measured) ** 2 - noise**2, 0.0)
+        excess = np.nan_to_num(excess)
+        joints += excess.sum(axis=0)
+        np.add.at(by_phase, phases(trial, noise), excess.sum(axis=1))
+    free = {j for trial in trials for j in trial.free}
+    names = [name for j, name in enumerate(leg.joint_names) if j in free]
+    return shares(names, joints[sorted(free)]), shares(PHASES, by_phase)
 
 
 _LABELS: dict[str, tuple[str, ...]] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +11,13 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
 from synth.diagnosis.prediction_error import shrink_of_best
+from synth.diagnosis.result import COMMAND_FILE
 from synth.diagnosis.write import STAGES, basis_json, rms
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg
 from synth.files.output import place, stems, write_csv, write_json
 from synth.files.page_outline import outline_json
+from synth.swing.chain import Conditions
 from synth.swing.effects import effect_named
 from synth.units import quantity
 
@@ -40,8 +42,16 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
             (folder / "alone").mkdir(exist_ok=True)
             write_csv(place(folder / "alone", f"{name}.csv"), alone_columns(trial, joints))
     write_leg(result.diagnosed, folder / "diagnosed.leg.yaml")
+    write_leg(project.leg, folder / "designed.leg.yaml")
+    if result.next_experiment is not None and result.next_experiment.command is not None:
+        write_csv(folder / COMMAND_FILE, command_columns(*result.next_experiment.command))
     write_json(folder / "gap.json", gap_json(result, project, names))
     write_json(folder / "page.json", outline_json(result.leg))
+
+
+def command_columns(time: Array, command: Mapping[str, Array]) -> dict[str, Array]:
+    """Time, and a driven joint the angle that it is to be commanded, deg: a file that can be played as it is."""
+    return {"time [s]": time, **{f"{name} command [deg]": np.degrees(angle) for name, angle in command.items()}}
 
 
 def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
@@ -88,7 +98,8 @@ def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> di
         **document,
         "gap": gap,
         "trials": [
-            _trial(trial, name, result.leg.joint_names) for trial, name in zip(result.trials, names, strict=True)
+            {**_trial(trial, name, result.leg.joint_names), **_conditions(project, trial.name)}
+            for trial, name in zip(result.trials, names, strict=True)
         ],
         **basis_json(result, project, effect_named, ANGLES, inputs),
     }
@@ -104,6 +115,16 @@ def _by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, An
             if value is not None:
                 found.setdefault(name, {})[stage] = quantity(value, "deg")
     return found
+
+
+def _conditions(project: GapProject, name: str) -> dict[str, Any]:
+    """What was done to the leg in the trial of that name."""
+    names = project.leg.joint_names
+    trial = next((trial for trial in project.trials if trial.name == name), None)
+    if trial is None:
+        return {}
+    locked = tuple(names.index(joint) for joint in trial.locked)
+    return Conditions(locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at).as_json(names)
 
 
 def _trial(trial: TrialGap, name: str, joints: Sequence[str]) -> dict[str, Any]:

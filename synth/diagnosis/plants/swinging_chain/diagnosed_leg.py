@@ -70,6 +70,7 @@ def _changed(leg: Leg, candidate: Candidate, x: Array) -> Leg:
             damper = replace(damper, rate=rate)
         elif damper is not None and damper.curve is not None and rate != 0.0:
             damper = replace(damper, curve=with_rate(damper.curve, rate))
-        own = float(legs.armature[j, 0])
+        rotor = joint.drive.motor.armature if joint.drive is not None and joint.drive.motor is not None else 0.0
+        own = float(legs.armature[j, 0]) - rotor
         joints.append(replace(joint, link=link, spring=spring, damper=damper, armature=own))
     return replace(leg, joints=tuple(joints), tilt=float(np.asarray(legs.tilt)[0]))

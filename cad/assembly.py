@@ -1,0 +1,160 @@
+"""How a joint is put together: the order with its parts, and the picture of them pulled apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cad.joint import BuiltJoint
+from cad.parts import BuiltPart, Mesh
+
+FEELER = 0.05  # mm, of the feeler gauge under a collar: half of the axial play that is allowed
+SPREAD = 0.75  # of the joint's width, by which the parts of one step stand apart from those of the next
+BELOW = 1.5  # of the joint's width, by which what lies between the ears is drawn below them
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step: what is done, with which parts (their names), and where they stand when pulled apart.
+
+    ``along`` and ``below``: shifts along the hinge axis (canonical) and away from the upper link, in joint widths.
+    """
+
+    text: str
+    parts: tuple[str, ...]
+    along: float
+    below: float
+
+
+def assembly(joint: BuiltJoint) -> tuple[Step, ...]:
+    """The steps in their order; together they hold every part of the joint once."""
+    names = {part.name: part for part in joint.parts}
+    prefix = next(iter(names)).removesuffix("upper")
+    left = dict(names)
+
+    def take(*endings: str) -> tuple[str, ...]:
+        found = tuple(name for name in names if name.removeprefix(prefix).startswith(endings) and name in left)
+        for name in found:
+            del left[name]
+        return found
+
+    hardware, pair = joint.dimensions.hardware, len(joint.springs) == 2
+    bearing, feeler = hardware.bearing.sold_as, f"{FEELER:g} mm"
+    encoder = joint.dimensions.encoder
+    fixings = [*take("upper_socket", "lower_socket")]
+    planned = [
+        (f"press the bearings ({bearing}) into both ears of the upper half from between them, flush to 0.2 mm below; "
+         "a drop of retaining compound holds them", ("bearing",), 0.0, 0.6),
+        ("screw the damper's bracket to ear A from between the ears", ("damper_bracket", "bracket_screw"), -1.0, 0.0),
+        ("lay the spring into the lower half's pocket and clamp its lower arm under the cap"
+         + (", the second one on the other side" if pair else ""),
+         ("spring", "lower_cap", "lower_screw"), 0.5, 1.7),
+        ("clamp the spring's upper arm under the cap of the seat plate" + (", of both plates" if pair else ""),
+         ("seat", "upper_cap", "upper_screw"), 1.1, 1.0),
+        ("slip collar and thrust washer of ear A on the shaft" + _on_shaft(joint),
+         ("collar_a", "thrust_washer_a", "damper_adapter", "damper_insert", "damper_pin"), -1.8, 1.2),
+        ("set lower half, spring and seat plate between the ears and push the shaft through from ear A's side",
+         ("lower", "shaft"), 0.0, 1.7),
+        (f"push the pin ({hardware.pin:g} mm) through the hole in the lower half's rim and the shaft",
+         ("pin",), 0.0, 1.0),
+        (f"slip thrust washer and collar on at ear B; clamp both collars with a feeler of {feeler} under one, that of "
+         "ear A through the hole in the bracket", ("collar_b", "thrust_washer_b"), 1.8, 0.0),
+        ("turn the seat to 0 on its scale and tighten its screws through the slots of the ear",
+         ("seat_screw",), 1.3, 0.0),
+        ("put the damper on and screw it to the bracket" + _at_damper(joint),
+         ("damper", "damper_screw", "damper_output_pin", "damper_set_screw"), -2.2, 0.0),
+    ]  # fmt: skip
+    if encoder is not None:
+        text = "lay the angle sensor into its seat, the magnet into the shaft's end, and screw the seat to ear B"
+        planned.append((text, ("encoder",), 2.4, 0.0))
+    steps = []
+    # Longer endings first: a bracket's screw is no bracket.
+    wanted = {ending for _, endings, _, _ in planned for ending in endings}
+    owner = {name: max((e for e in wanted if _named(name, prefix, e)), key=len, default="") for name in left}
+    for text, endings, along, below in planned:
+        steps.append(Step(text, tuple(n for n, ending in owner.items() if ending in endings), along, below))
+    steps.append(Step("push the tubes into their sockets and put the screws through, with their nuts",
+                      tuple(fixings), 0.0, 0.0))  # fmt: skip
+    upper = Step("set the heat-set inserts into the holes of all printed parts with a soldering iron",
+                 tuple(n for n, ending in owner.items() if not ending), 0.0, 0.0)  # fmt: skip
+    return (upper, *steps)
+
+
+def _named(name: str, prefix: str, ending: str) -> bool:
+    """Whether a part belongs to what an ``ending`` names: itself, numbered, or of the second spring."""
+    rest = name.removeprefix(prefix)
+    if rest == ending:
+        return True
+    if not rest.startswith(f"{ending}_"):
+        return False
+    number = rest.removeprefix(f"{ending}_").replace("_", "")
+    return number.isdigit() or number in ("a", "b") or ending == "encoder"
+
+
+def _on_shaft(joint: BuiltJoint) -> str:
+    if any(part.family == "damper_adapter" for part in joint.parts):
+        return ", and pin the damper's adapter on its end"
+    if any(part.family == "damper_insert" for part in joint.parts):
+        return ", and pin the damper's insert on its end"
+    return ""
+
+
+def _at_damper(joint: BuiltJoint) -> str:
+    names = [part.name for part in joint.parts]
+    if any(name.endswith("damper_set_screw") for name in names):
+        return "; tighten the set screw on its shaft's flat through the hole in the bracket"
+    if any(name.endswith("damper_output_pin") for name in names):
+        return "; drill its shaft and push the pin in through the hole in the bracket"
+    return ""
+
+
+def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
+    """Every part pulled apart, with the number of its step; the joint at its free angle, upper link up."""
+    upper = joint.part("upper").mesh.vertices
+    width = float(upper[:, 2].max() - upper[:, 2].min())
+    flip = joint.layout.flips[1]
+    angle = joint.dimensions.free_angle
+    parts = {part.name: part for part in joint.parts}
+    found = []
+    for number, step in enumerate(assembly(joint), start=1):
+        for name in step.parts:
+            part = parts[name]
+            along, below = _apart(part, name, step)
+            shift = (0.0, -BELOW * width * below, SPREAD * width * along * flip)
+            found.append((part, joint.mesh_at(part, angle).turned(0.0, shift), number))
+    return found
+
+
+def _apart(part: BuiltPart, name: str, step: Step) -> tuple[float, float]:
+    """Shifts of a part in joint widths: its step's, and of what would hide in the part it goes into a little more."""
+    along, below = step.along, step.below
+    if part.family == "bearing":
+        along += 0.35 if name.endswith("_a") else -0.35
+    elif part.family == "screw" and "damper_screw" in name:
+        along -= 0.5
+    elif part.family == "screw" and "bracket_screw" in name:
+        along += 1.6
+    elif part.family == "spring":
+        along += 0.3
+    elif part.family == "encoder":
+        along += 0.4
+    elif part.family == "shaft":
+        along, below = along - 0.2, below + 0.7
+    elif part.family in ("damper_adapter", "damper_insert", "pin") and "damper" in name:
+        along -= 0.6
+    elif part.family == "collar":
+        along += -0.25 if name.endswith("_a") else 0.25
+    return along, below
+
+
+def numbers_at(items: Sequence[tuple[BuiltPart, Mesh, int]]) -> list[tuple[str, tuple[float, float, float]]]:
+    """Where each step's number stands in the picture: on the middle of its largest part, mm."""
+    found: dict[int, tuple[float, Mesh]] = {}
+    for _, mesh, number in items:
+        if number not in found or abs(mesh.volume) > found[number][0]:
+            found[number] = (abs(mesh.volume), mesh)
+    places = []
+    for number, (_, mesh) in sorted(found.items()):
+        x, y, z = ((mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2).tolist()
+        places.append((str(number), (x, y, z)))
+    return places

@@ -1,0 +1,113 @@
+"""Standard parts of a joint as solids: bearings, thrust washers, collars, the tongue's pin, screws and nuts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from cad import arm_shaft, spring_seat
+from cad.arm_shaft import loose
+from cad.damper_side import pin_part, shaft_end
+from cad.dimensions import JointDimensions
+from cad.encoder_seat import seat_height
+from cad.hardware import SOLID
+from cad.hinge import cross_screw, cylinder, pocket_depth, socket_screw_at
+from cad.layout import JointLayout
+from cad.parts import DENSITIES, Drawn, Group
+from cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
+from cad.shaft_line import lay_shaft
+
+
+def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+    """Everything standard but the seats' screws and what belongs to the damper's shaft."""
+    line = lay_shaft(dimensions, layout, shaft_end(dimensions, layout).bottom)
+    return [
+        *_bearings(dimensions, layout),
+        *_on_the_shaft(dimensions, layout),
+        pin_part("pin", line.pin, line.pin_height, line.pin_angle),
+        *_fixings("bracket_screw", bracket_screws(dimensions, layout)),
+        *_fixings("damper_screw", damper_screws(dimensions, layout)),
+        *(_encoder(dimensions, layout) if dimensions.encoder is not None else []),
+        *_socket_screws(dimensions, layout),
+    ]
+
+
+def _bearings(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+    bearing, deep = dimensions.hardware.bearing, pocket_depth(dimensions)
+    bore = loose(bearing.bore)
+    volume = arm_shaft.ring_volume(bearing.outer_diameter, bore, bearing.width)
+    mass = bearing.mass if bearing.mass is not None else SOLID * DENSITIES["shaft"] * 1e-3 * volume
+    made = f"buy: {bearing.standard} - {bearing.designation} ball bearing, {bearing.bore:g} x "
+    made += f"{bearing.outer_diameter:g} x {bearing.width:g} mm, two shields (sold as {bearing.sold_as})"
+    found = []
+    for which, bottom in (("a", -layout.gap_a - deep), ("b", layout.gap_b + deep - bearing.width)):
+        solid = arm_shaft.build_ring(bearing.outer_diameter, bore, bottom, bottom + bearing.width)
+        found.append(Drawn(f"bearing_{which}", "bearing", "upper", solid, volume, False, made, mass))
+    return found
+
+
+def _on_the_shaft(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+    """Thrust washers and collars."""
+    washer, collar = dimensions.hardware.washer, dimensions.hardware.collar
+    line = lay_shaft(dimensions, layout, shaft_end(dimensions, layout).bottom)
+    thin, wide = washer.thickness, collar.width
+    thrust = f"buy: {washer.standard} - {washer.bore:g} x {washer.outer_diameter:g} x {thin:g} shim ring, steel"
+    ring = f"buy: {collar.standard} - {collar.bore:g} shaft collar, steel, with set screw M{collar.set_screw:g}"
+    found = []
+    for which, at_washer, at_collar in zip("ab", line.washers(thin), line.collars(thin, wide), strict=True):
+        for suffix, family, outer, bore, bottom, height, made in (
+            ("thrust_washer", "washer", washer.outer_diameter, loose(washer.bore), at_washer, thin, thrust),
+            ("collar", "collar", collar.outer_diameter, loose(collar.bore), at_collar, wide, ring),
+        ):
+            solid = arm_shaft.build_ring(outer, bore, bottom, bottom + height)
+            volume = arm_shaft.ring_volume(outer, bore, height)
+            found.append(Drawn(f"{suffix}_{which}", family, "lower", solid, volume, False, made))
+    return found
+
+
+def _encoder(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+    return _fixings("encoder_screw", encoder_screws(dimensions, layout, seat_height(dimensions)))
+
+
+def _fixings(suffix: str, places: Sequence[Place]) -> list[Drawn]:
+    """Screws of the upper half that end in inserts."""
+    found = []
+    for index, place in enumerate(places, start=1):
+        screw = place.screw
+        solid = spring_seat.build_screw(screw, place.length, place.face, place.way, place.at)
+        made = f"buy: {screw.standard} - M{screw.size:g} x {place.length:g}, steel"
+        volume = spring_seat.screw_volume(screw, place.length)
+        found.append(Drawn(f"{suffix}_{index}", "screw", "upper", solid, volume, False, made))
+    return found
+
+
+def _socket_screws(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
+    """The screw and nut through each tube and its socket."""
+    ends: list[tuple[Group, float, int]] = [("lower", layout.lower_bottom, -1)]
+    if dimensions.mount is None:
+        ends.insert(0, ("upper", layout.upper_bottom, 1))
+    through, found = cross_screw(layout), []
+    for group, start, way in ends:
+        at = (0.0, socket_screw_at(layout, start, way))
+        screw = through.screw
+        body = spring_seat.build_screw(screw, through.length, through.flat, 1, at)
+        made = f"buy: {screw.standard} - M{screw.size:g} x {through.length:g}, steel; with nut"
+        volume = spring_seat.screw_volume(screw, through.length)
+        found.append(Drawn(f"{group}_socket_screw", "screw", group, body, volume, False, made))
+        nut = _nut(through, at)
+        made = f"buy: {through.nut.standard} - M{through.nut.size:g} hexagon nut, steel"
+        found.append(Drawn(f"{group}_socket_nut", "nut", group, nut, _nut_volume(through), False, made))
+    return found
+
+
+def _nut(through: SocketScrew, at: tuple[float, float]) -> Any:
+    nut = through.nut
+    low = -through.flat - nut.height
+    body = arm_shaft.build_section("hex", nut.across_flats, 0.0, low, -through.flat).translate((*at, 0))
+    return body.cut(cylinder(loose(nut.size) / 2, low - 1, -through.flat + 1, at)).Solids()[0]
+
+
+def _nut_volume(through: SocketScrew) -> float:
+    nut = through.nut
+    return (arm_shaft.section_area("hex", nut.across_flats) - math.pi / 4 * loose(nut.size) ** 2) * nut.height

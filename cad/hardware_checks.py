@@ -1,0 +1,136 @@
+"""Gates on bought parts: the pin that drives the shaft, play along the hinge, screws. Each asks the solids."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+
+from cad.dimensions import JointDimensions
+from cad.hardware import insert_of
+from cad.joint import BuiltJoint
+from cad.parts import BuiltPart
+from cad.results import CheckResult, at_least, at_most
+from cad.screw_places import ENGAGED
+from cad.travel import OVERLAP_LIMIT, Bodies, manifold
+
+PIN_TURNED = 10.0  # deg, by which the tongue's pin is turned to see whether it holds
+MOST_AXIAL = 1.0  # mm, of axial play that is looked for
+AXIAL_STEP = 1e-3  # mm, to which it is bisected
+AXIAL_LIMIT = 0.1  # mm
+ROUNDED = 0.02  # mm, of meshes
+INSERTED = re.compile(r" - M([0-9.]+) x ")  # of a screw as it is bought
+
+
+def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
+    """The pin turns tongue and shaft together, and nothing keys the shaft to the upper half.
+
+    Turned by a few degrees the pin must run into either, as solids; the shaft turned must meet no upper part.
+    """
+    dimensions, pin = joint.dimensions, joint.part("pin")
+    turned_pin = manifold(pin.mesh).rotate((0.0, 0.0, PIN_TURNED))
+    results = []
+    for suffix in ("lower", "shaft"):
+        shared = float((turned_pin ^ manifold(joint.part(suffix).mesh)).volume())
+        text = f"overlap of the pin with {joint.part(suffix).name} when turned by {PIN_TURNED:g} deg"
+        results.append(at_least("keyed", pin.name, shared, _keyed_least(dimensions, suffix, pin), "mm^3", text))
+    shaft = manifold(joint.part("shaft").mesh).rotate((0.0, 0.0, 90.0))
+    free = max(
+        float((shaft ^ manifold(part.mesh)).volume())
+        for part in joint.parts
+        if part.group == "upper" and part.family != "damper"
+    )
+    text = "overlap with the upper half when turned a quarter"
+    return [*results, at_most("free", joint.part("shaft").name, free, OVERLAP_LIMIT, "mm^3", text)]
+
+
+def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> float:
+    """Half of what a pin turned in its hole shares with what is beside it, mm^3.
+
+    At the radius r it is moved aside by r sin(turn), and sweeps that times its diameter a length, to either side.
+    """
+    shaft, length = dimensions.shaft_diameter / 2, max(pin.size) / 2
+    size = dimensions.hardware.pin
+    inner, outer = (0.0, shaft) if suffix == "shaft" else (shaft, length)
+    aside = math.sin(math.radians(PIN_TURNED))
+    return 0.5 * 2 * min(aside * (outer**2 - inner**2) / 2, size * (outer - inner)) * size * 0.5
+
+
+def check_axial_play(bodies: Bodies) -> list[CheckResult]:
+    """How far the shaft and what is on it shift along the hinge before a thrust washer meets an ear, as solids."""
+    joint = bodies.joint
+    moving = bodies.halves["lower"]
+    turn = joint.turn("lower", joint.dimensions.rest_angle)
+    lower = moving.rotate((0.0, 0.0, turn))
+    found = []
+    for way in (-1.0, 1.0):
+        free, met = 0.0, MOST_AXIAL
+        while met - free > AXIAL_STEP:
+            middle = (free + met) / 2
+            shared = float((bodies.halves["upper"] ^ lower.translate((0.0, 0.0, way * middle))).volume())
+            free, met = (middle, met) if shared <= OVERLAP_LIMIT else (free, middle)
+        found.append(free)
+    text = f"the shaft shifts by {found[0]:.3f} and {found[1]:.3f} mm along the hinge; collars are clamped to set it"
+    return [at_most("axial play", joint.part("shaft").name, sum(found), AXIAL_LIMIT, "mm", text)]
+
+
+def check_screws(joint: BuiltJoint) -> list[CheckResult]:
+    """Every screw in an insert engages at least 1.5 diameters and ends inside what holds it, found by rays."""
+    results = []
+    for part in joint.parts:
+        size = INSERTED.search(part.made)
+        if part.family != "screw" or size is None or "nut" in part.made or "set screw" in part.made:
+            continue
+        nominal = float(size[1])
+        engaged, spare = _engagement(joint, part, nominal)
+        text = f"in print beside its insert; its end {spare:+.2f} mm inside the far face"
+        least = ENGAGED * nominal - ROUNDED
+        results.append(at_least("screw engagement", part.name, engaged, least, "mm", text))
+        results.append(at_least("screw ends inside", part.name, spare, -ROUNDED, "mm", text))
+    return results
+
+
+def _engagement(joint: BuiltJoint, screw: BuiltPart, size: float) -> tuple[float, float]:
+    """Length (mm) of a screw in the print round its insert, and how far its end is from the print's far face.
+
+    Rays beside the insert's hole, along the screw, against each printed part of its half; the part that holds the
+    screw's end is meant.
+    """
+    mesh = screw.mesh.vertices
+    radial = np.hypot(*(mesh[:, :2] - mesh[:, :2].mean(axis=0)).T)
+    shank = mesh[radial < size / 2 + 0.1]
+    ends = (float(shank[:, 2].min()), float(shank[:, 2].max()))
+    head = float(mesh[radial > size / 2 + 0.1][:, 2].mean())
+    tip, under = (ends[0], ends[1]) if head > sum(ends) / 2 else (ends[1], ends[0])
+    x, y = mesh[:, :2].mean(axis=0)
+    beside = insert_of(size).hole / 2 + 0.3
+    best = (-math.inf, -math.inf)
+    for part in joint.parts:
+        if not part.printed or part.group != screw.group:
+            continue
+        solid, walls = manifold(part.mesh), []
+        for k in range(8):
+            angle = math.pi * k / 4
+            at = (x + beside * math.cos(angle), y + beside * math.sin(angle))
+            walls += [_wall_at(solid, at, tip, under)]
+        known = [wall for wall in walls if wall is not None]
+        if len(known) >= 6:
+            engaged = min(held for held, _ in known)
+            spare = min(left for _, left in known)
+            best = max(best, (engaged, spare))
+    return best
+
+
+def _wall_at(solid: Any, at: tuple[float, float], tip: float, under: float) -> tuple[float, float] | None:
+    """Of the print that a line beside a screw runs through at its end: length along the screw, and beyond the end."""
+    way = 1.0 if under > tip else -1.0
+    far = 1000.0 * way
+    inside = tip + 0.5 * way
+    hits = solid.ray_cast((*at, inside), (*at, inside + far))
+    back = solid.ray_cast((*at, inside), (*at, inside - far))
+    if not hits or not back or hits[0].normal[2] * way < 0.0 or back[0].normal[2] * way > 0.0:
+        return None
+    near, beyond = float(hits[0].position[2]), float(back[0].position[2])
+    return abs(near - tip) if abs(near - tip) < abs(under - tip) else abs(under - tip), (tip - beyond) * way

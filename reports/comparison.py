@@ -1,0 +1,25 @@
+"""The page of a comparison: legs and recordings side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reports import page
+from reports.openings.comparison import comparison_opening
+from reports.reading import read_result
+from reports.section import Section
+from reports.sections import compared
+
+SECTIONS: tuple[Section, ...] = (compared.RESPONSES, compared.PARAMETERS, compared.DIFFERENCES, compared.ORIGINS)
+
+
+def write_comparison_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``compare.json`` and ``responses/*.csv``.
+
+    Raises
+    ------
+    ReportError
+        If ``compare.json`` is missing or no comparison.
+    """
+    result = read_result(folder, "compare.json", "compare")
+    return page.write_page(result, "Side by side", SECTIONS, comparison_opening(result))

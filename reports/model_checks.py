@@ -1,0 +1,96 @@
+"""The page of a model's checks: what is expected, what was found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from reports import page
+from reports.opening import Cell, Figures, Opening
+from reports.quantities import number, text, unit_text
+from reports.reading import Json, Result, read_result
+from reports.section import AbsentResult, Section, mapping, sequence
+
+MOST_ROWS = 6  # in the opening: those nearest to their limits; the section has all
+
+
+def write_checks_report(folder: Path) -> Path:
+    """Write ``report.html`` from ``check.json``.
+
+    Raises
+    ------
+    ReportError
+        If ``check.json`` is missing or no result of checks.
+    """
+    result = read_result(folder, "check.json", "check")
+    return page.write_page(result, "Checks of the model", SECTIONS, checks_opening(result))
+
+
+def checks_opening(result: Result) -> Opening:
+    """How many hold, and those that come nearest to their limits."""
+    checks = _checks(result.content)
+    failed = [check for check in checks if not check.get("passed")]
+    left_out = sequence(result.content, "left_out")
+    if not checks:
+        verdict, good = "Nothing could be checked.", None
+    elif failed:
+        verdict, good = f"{len(failed)} of {len(checks)} checks of the model fail.", False
+    else:
+        verdict, good = f"The model holds in all {len(checks)} checks.", True
+    trust = f"{len(left_out)} could not be done: {'; '.join(map(str, left_out))}." if left_out else ""
+    nearest = sorted(checks, key=_share, reverse=True)[:MOST_ROWS]
+    rows = [
+        [Cell(str(check.get("name")), str(check.get("where"))), Cell(_long(check.get("expected"))),
+         Cell(_long(check.get("found"))), Cell(_off(check), f"limit {_off(check, 'limit')}")]
+        for check in nearest
+    ]  # fmt: skip
+    steps = (
+        ["Look at the first failing check: a wrong model shows in a pendulum before it shows in a jump."]
+        if failed
+        else []
+    )
+    note = (
+        f"The {len(nearest)} of {len(checks)} that come nearest to their limits." if len(nearest) < len(checks) else ""
+    )
+    figures = Figures(("Check", "Expected", "Found", "Apart"), rows, note) if rows else None
+    return Opening(verdict, trust, steps, figures=figures, good=good)
+
+
+def _checks(document: Json) -> list[Json]:
+    return [dict(check) for check in sequence(document, "checks") if isinstance(check, dict)]
+
+
+def _share(check: Json) -> float:
+    """How much of its limit a check uses up."""
+    off, limit = mapping(check, "off").get("value"), mapping(check, "limit").get("value")
+    return float(off) / float(limit) if isinstance(off, (int, float)) and limit else float("inf")
+
+
+def _long(item: object) -> str:
+    """Seven digits: most agree that far."""
+    value = mapping(item).get("value")
+    if not isinstance(value, (int, float)):
+        return "not found"
+    unit = unit_text(str(mapping(item).get("unit")))
+    return f"{number(value, 7)}{unit if unit in ('°', '') else f' {unit}'}"
+
+
+def _off(check: Json, key: str = "off") -> str:
+    item = check.get(key)
+    return text({**mapping(item), "value": float(f"{mapping(item).get('value'):.2g}")}) if mapping(item) else "–"
+
+
+def _all(result: Result) -> dict[str, Any] | AbsentResult:
+    """Every check."""
+    rows = [
+        {"name": check.get("name"), "where": check.get("where"), "expected": _long(check.get("expected")),
+         "found": _long(check.get("found")), "off": _off(check), "limit": _off(check, "limit"),
+         "passed": bool(check.get("passed")), "source": check.get("source")}
+        for check in _checks(result.content)
+    ]  # fmt: skip
+    if not rows:
+        return AbsentResult("check.json holds no check")
+    return {"rows": rows, "left_out": sequence(result.content, "left_out"), "inputs": mapping(result.content, "inputs")}
+
+
+SECTIONS: tuple[Section, ...] = (Section("model-checks", "Every check", _all),)

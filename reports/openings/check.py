@@ -1,0 +1,52 @@
+"""A check's page opens with whether the recordings can be used, and what to mend first."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from reports.opening import Cell, Figures, Opening
+from reports.quantities import brief
+from reports.reading import Result
+from reports.section import sequence
+
+MOST_STEPS = 3  # what to do first; the section has all
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes that people ask for first
+
+
+def check_opening(result: Result) -> Opening:
+    """The sentence, what to do about the worst findings, and the smallest sizes that show."""
+    document = result.content
+    findings = [item for item in sequence(document, "findings") if isinstance(item, Mapping)]
+    worst = [item for item in findings if item.get("level") != "note" and item.get("remedy")]
+    steps = [f"{item.get('recording') or item.get('joint') or 'All'}: {item.get('remedy')}." for item in worst]
+    trust = "Nothing was fitted: this is what the recordings hold, and how each cause would show in them."
+    return Opening(
+        str(document.get("sentence") or ""),
+        trust,
+        steps[:MOST_STEPS],
+        figures=_figures(result),
+        good=bool(document.get("usable")),
+    )
+
+
+def _figures(result: Result) -> Figures | None:
+    causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
+    joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") not in ("base", "all")))
+    shown = {(c.get("effect"), c.get("joint")): c.get("visible_from") for c in causes}
+    rows = []
+    for effect in ASKED:
+        cells = [Cell(size_text(shown.get((effect, joint)))) for joint in joints]
+        if any((effect, joint) in shown for joint in joints):
+            rows.append([Cell(effect.replace("_", " ")), *cells])
+    if not rows:
+        return None
+    share = result.content.get("remainder_assumed")
+    note = f"Smallest that these trials show, with {100 * float(share or 0):g} % of the motion left unexplained."
+    return Figures(("Cause", *joints), rows, note)
+
+
+def size_text(visible: object) -> str:
+    """The first strength of a cause, or a dash."""
+    if not isinstance(visible, Mapping) or not visible:
+        return "–"
+    return brief(next(iter(visible.values())))

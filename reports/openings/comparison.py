@@ -1,0 +1,128 @@
+"""A comparison's page opens with who moves nearest to the reference, the motion that shows it, and a row a side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
+from reports.opening import Cell, Figures, Opening, listed
+from reports.quantities import brief, interval_text, text
+from reports.reading import Json, Result, value_of
+from reports.section import mapping, sequence
+from reports.sections import compared
+
+MOST_JOINTS = 4  # whose columns a screen holds
+SHORT = (("rise_time", "rise"), ("damping_ratio", "ζ"), ("damped_frequency", "ω"))
+
+
+def comparison_opening(result: Result) -> Opening:
+    """Verdict, one start's motions overlaid, and a row of figures a side."""
+    document = result.content
+    figure = compared.telling_figure(result)
+    return Opening(
+        _verdict(document),
+        _trust(document),
+        _steps(document),
+        figure[0] if figure else Markup(""),
+        figure[1] if figure else "",
+        _figures(document),
+        wide=True,
+    )
+
+
+def _sides(document: Json) -> list[Json]:
+    return [dict(side) for side in sequence(document, "sides") if isinstance(side, Mapping)]
+
+
+def _verdict(document: Json) -> str:
+    """The others by how far they move from the reference."""
+    reference = document.get("reference")
+    family = [side for side in _sides(document) if side.get("pace") and side.get("kind") == "model"]
+    if len(family) > 1:
+        return _family_verdict(family)
+    known = [(value_of(mapping(side, "off_reference").get("overall")), side) for side in _sides(document)]
+    ranked = sorted(((value, side) for value, side in known if value is not None), key=lambda item: item[0])
+    if not ranked:
+        return (
+            f"{listed([str(side.get('name')) for side in _sides(document)])} share no start, so only figures compare."
+        )
+    words = [f"{side.get('name')} {brief(mapping(side, 'off_reference').get('overall'))}" for _, side in ranked]
+    if len(words) == 1:
+        return (
+            f"From the same start {ranked[0][1].get('name')} moves {words[0].rsplit(' ', 1)[1]} (RMS) off {reference}."
+        )
+    return f"Nearest to {reference} moves {words[0]} off (RMS), then {listed(words[1:])}."
+
+
+def _family_verdict(family: list[Json]) -> str:
+    """How rate and damping ratio of the joint that changes most go through a family of time scales."""
+    first, last = family[0], family[-1]
+    names = list(mapping(first, "alone"))
+    known = []
+    for name in names:
+        a, b = (value_of(mapping(side, "alone", name).get("damping_ratio")) for side in (first, last))
+        if a and b:
+            known.append((max(a, b) / min(a, b), name, (a, b)))
+    words = f"One motion at {len(family)} paces, from {first.get('name')} to {last.get('name')}"
+    if not known:
+        return f"{words}."
+    _, name, pair = max(known)
+    rates = [brief(mapping(side, "joints", name).get("spring_rate")) for side in (first, last)]
+    return (
+        f"{words}: the {name}'s spring goes from {rates[0]} to {rates[1]}, its damping ratio alone from "
+        f"{pair[0]:.2g} to {pair[1]:.2g}."
+    )
+
+
+def _trust(document: Json) -> str:
+    starts = len(sequence(document, "starts"))
+    whose = str(document.get("starts_of"))
+    from_where = {"standard": "a standard release", "given": "the given start"}.get(
+        whose, f"the recorded starts of {whose}"
+    )
+    bases = {str(mapping(side, "off_reference").get("basis")) for side in _sides(document) if side.get("off_reference")}
+    how = {
+        frozenset({"measured"}): "all differences are between recordings",
+        frozenset({"predicted"}): "each difference has at least one leg that was moved by its model",
+    }.get(frozenset(bases), "differences between two recordings are measured, all others predicted")
+    count = f"{starts} starts" if starts != 1 else "one start"
+    return f"Over {count} ({from_where}); {how}." if bases else f"Over {count}: {from_where}."
+
+
+def _steps(document: Json) -> list[str]:
+    kinds = {str(side.get("kind")) for side in _sides(document)}
+    if any(side.get("pace") for side in _sides(document)):
+        return ["Choose a pace, write it under `scale:` of the project, and run `synth leg`."]
+    if kinds == {"model"}:
+        return ["Record one of these legs from such a start and name the recording too: then a difference is measured."]
+    return ["Where a built leg differs from its design, ask `synth gap` why."]
+
+
+def _figures(document: Json) -> Figures:
+    joints = [str(name) for name in sequence(document, "joints")][:MOST_JOINTS]
+    rows = []
+    for side in _sides(document):
+        off = mapping(side, "off_reference")
+        shown = "reference" if side.get("name") == document.get("reference") else brief(off.get("overall"))
+        row = [Cell(str(side.get("name")), str(side.get("kind"))), Cell(shown, str(off.get("basis") or ""))]
+        for name in joints:
+            row.append(_joint_cell(mapping(side, "joints", name), mapping(side, "characteristics", name)))
+        rows.append(row)
+    heads = ("Side", "Off reference, RMS", *joints)
+    note = "Of each joint: spring rate k, damper rate b, free angle; of recordings, what they show (medians)."
+    return Figures(heads, rows, note)
+
+
+def _joint_cell(joint: Json, shown: Json) -> Cell:
+    if not joint:
+        words = [f"{label} {brief(shown[key])}" for key, label in
+                 SHORT if shown.get(key)]  # fmt: skip
+        return Cell("–" if not words else words[0], ", ".join(words[1:]))
+    rate = f"k {text(joint['spring_rate'])}" if joint.get("spring_rate") else "no spring"
+    damper = (
+        f"b {text(joint['damper_rate'])}" if joint.get("damper_rate") else str(joint.get("damper_law") or "no damper")
+    )
+    free = f", free {text(joint['free_angle'])}" if joint.get("free_angle") else ""
+    known = interval_text(joint.get("spring_rate"))
+    return Cell(rate, f"{f'{known}; ' if known else ''}{damper}{free}")

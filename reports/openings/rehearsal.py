@@ -1,0 +1,45 @@
+"""A rehearsal's page opens with how often planted causes are named, and the smallest that are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from reports.opening import Cell, Figures, Opening
+from reports.quantities import brief
+from reports.reading import Result
+from reports.section import sequence
+
+ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes that people ask for first
+
+
+def rehearsal_opening(result: Result) -> Opening:
+    """The sentence, and the sizes of what people ask for first."""
+    document = result.content
+    share = 100.0 * float(document.get("background_share") or 0.0)
+    trust = (
+        f"{document.get('cases')} cases in simulations of this leg with these trials, this noise and these tolerances, "
+        f"small causes beside the main one that leave {share:g} % of the motion ({brief(document.get('background'))}), "
+        "by an engine and forms that the diagnosis does not share; each diagnosed where the answer cannot be read."
+    )
+    return Opening(str(document.get("sentence") or ""), trust, figures=_figures(result))
+
+
+def _figures(result: Result) -> Figures | None:
+    causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
+    joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") != "base"))
+    found = {(c.get("effect"), c.get("joint")): c for c in causes}
+    rows = []
+    for effect in ASKED:
+        cells = [visible_cell(found.get((effect, joint))) for joint in joints]
+        if any((effect, joint) in found for joint in joints):
+            rows.append([Cell(effect.replace("_", " ")), *cells])
+    return Figures(("Smallest that was named", *joints), rows) if rows else None
+
+
+def visible_cell(cause: object) -> Cell:
+    """Size, and the gap that it makes."""
+    if not isinstance(cause, Mapping) or not cause.get("cases"):
+        return Cell("–")
+    if cause.get("visible_from") is None:
+        return Cell("never")
+    return Cell(brief(cause["visible_from"]), f"gap {brief(cause.get('visible_gap'))}")

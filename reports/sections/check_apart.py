@@ -1,0 +1,46 @@
+"""What passes for what: groups of causes, the trial that would part them, and the angles between all responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.figures.grid import GridCell, grid_figure
+from reports.quantities import number
+from reports.reading import Result
+from reports.section import AbsentResult, Section, sequence
+
+CELL = 11.0  # px
+
+
+def name_of(cause: Mapping[str, Any]) -> str:
+    """Effect and place in words."""
+    return f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}"
+
+
+def content(result: Result) -> dict[str, Any] | AbsentResult:
+    """Groups with their remedies, and the grid."""
+    causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
+    sines = sequence(result.content, "sines")
+    if not causes:
+        return AbsentResult("a fault has to be mended first")
+    names = [name_of(cause) for cause in causes]
+    rows = [f"{name}  {index}" for index, name in enumerate(names, start=1)]
+    heads = [str(index) for index in range(1, len(names) + 1)]
+    cells = [
+        [GridCell(0.0 if r == c else 1.0 - float(sines[r][c])) for c in range(len(names))] for r in range(len(names))
+    ]
+    groups = []
+    for group in sequence(result.content, "not_told_apart"):
+        members = [name_of(cause) for cause in sequence(group, "causes")]
+        groups.append({"names": members, "remedy": group.get("remedy"), "times": _times(group.get("sine"))})
+    return {"groups": groups, "figure": grid_figure("How far causes pass for each other", rows, heads, cells, CELL)}
+
+
+def _times(sine: object) -> str:
+    """How many times larger than what first shows a cause must be to be told from its likest."""
+    value = float(sine) if isinstance(sine, (int, float)) else 0.0
+    return f"{number(1.0 / value, 2)}" if value > 0.02 else "more than 50"
+
+
+SECTION = Section("apart", "What passes for what", content, "check-apart")

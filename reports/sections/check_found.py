@@ -1,0 +1,24 @@
+"""What is wrong with recordings, channels and clocks, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.reading import Result
+from reports.section import Section, sequence
+
+
+def content(result: Result) -> dict[str, Any]:
+    """Findings, worst first; channels, recordings, ranges and lags as tables."""
+    document = result.content
+    return {
+        "findings": [item for item in sequence(document, "findings") if isinstance(item, Mapping)],
+        "channels": sequence(document, "channels"),
+        "recordings": sequence(document, "recordings"),
+        "coverage": sequence(document, "coverage"),
+        "lags": sequence(document, "lags"),
+    }
+
+
+SECTION = Section("found", "Recordings, channels, clocks", content, "check-found")

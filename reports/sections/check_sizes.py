@@ -1,0 +1,39 @@
+"""From what size on each cause would show, and what it would be taken for below a larger one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.openings.check import size_text
+from reports.quantities import number
+from reports.reading import Result
+from reports.section import AbsentResult, Section, mapping, sequence
+from reports.sections.check_apart import name_of
+
+MOST = 2  # rivals a row
+
+
+def content(result: Result) -> dict[str, Any] | AbsentResult:
+    """A row a cause."""
+    causes = [item for item in sequence(result.content, "causes") if isinstance(item, Mapping)]
+    if not causes:
+        return AbsentResult("a fault has to be mended first")
+    rows = []
+    for cause in causes:
+        rivals = []
+        for rival in sequence(cause, "looks_like")[:MOST]:
+            angle = mapping(rival, "angle").get("value")
+            rivals.append({"name": name_of(rival), "angle": number(angle, 2), "from": _from(rival)})
+        rows.append({"name": name_of(cause), "size": size_text(cause.get("visible_from")), "rivals": rivals})
+    return {"rows": rows}
+
+
+def _from(rival: Mapping[str, Any]) -> str:
+    parts = rival.get("told_apart_from")
+    if parts == {}:
+        return "by where it sits"
+    return "at no size" if parts is None else f"from {size_text(parts)}"
+
+
+SECTION = Section("sizes", "The smallest that shows", content, "check-sizes")

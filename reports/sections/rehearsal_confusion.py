@@ -1,0 +1,37 @@
+"""The confusion picture: what each planted cause was said to be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.figures.grid import GridCell, grid_figure
+from reports.reading import Result
+from reports.section import AbsentResult, Section, mapping, sequence
+
+CELL = 15.0  # px
+VERDICTS = ("none", "unknown", "failed")  # that name nothing
+
+
+def content(result: Result) -> dict[str, Any] | AbsentResult:
+    """Rows are planted, columns said; verdicts that name nothing come last."""
+    rows = [row for row in sequence(result.content, "confusion") if isinstance(row, Mapping) and row.get("cases")]
+    if not rows:
+        return AbsentResult("no large cause was planted")
+    planted = [f"{row['effect']} ({row['joint']})" for row in rows]
+    said = {name for row in rows for name in mapping(row, "said")}
+    others = sorted(said - {*planted, *VERDICTS})
+    columns = [*planted, *others, *(name for name in VERDICTS if name in said)]
+    columns = [name for name in columns if name in said]
+    cells = [[_cell(row, name, true) for name in columns] for row, true in zip(rows, planted, strict=True)]
+    names = [name.replace("_", " ") for name in columns]
+    figure = grid_figure("Planted and said", [p.replace("_", " ") for p in planted], names, cells, CELL)
+    return {"figure": figure, "rung": sequence(result.content, "rungs")[2]}
+
+
+def _cell(row: Mapping[str, Any], name: str, true: str) -> GridCell:
+    count = mapping(row, "said").get(name, 0)
+    return GridCell(count / row["cases"], str(count) if count else "", framed=name == true)
+
+
+SECTION = Section("confusion", "What was taken for what", content, "rehearsal-confusion")

@@ -1,0 +1,39 @@
+"""The smallest of each cause that these trials show, and what it is taken for below and above."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from reports.openings.rehearsal import visible_cell
+from reports.reading import Result
+from reports.section import Section, mapping, sequence
+
+
+def content(result: Result) -> dict[str, Any]:
+    """A row a cause at a joint; what came of nothing and of what no library holds."""
+    rows = []
+    for cause in sequence(result.content, "causes"):
+        if not isinstance(cause, Mapping):
+            continue
+        cell = visible_cell(cause)
+        taken = ", ".join(f"{name.replace('_', ' ')} ×{count}" for name, count in mapping(cause, "taken_for").items())
+        rows.append(
+            {
+                "name": f"{str(cause.get('effect')).replace('_', ' ')}, {cause.get('joint')}",
+                "size": cell.text,
+                "gap": cell.small,
+                "of": mapping(cause, "visible_from").get("of", ""),
+                "named": f"{cause.get('named')} of {cause.get('cases')}",
+                "large": f"{cause.get('large_named')} of {cause.get('large')}",
+                "taken": taken,
+            }
+        )
+    return {
+        "rows": rows,
+        "nothing": mapping(result.content, "nothing_planted"),
+        "strange": mapping(result.content, "not_in_the_library"),
+    }
+
+
+SECTION = Section("smallest", "The smallest that was named", content, "rehearsal-sizes")

@@ -1,0 +1,238 @@
+"""``synth.design``: from wanted motion to a leg of parts that can be bought, wound and printed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from synth.api.report import Cell, Panel, Report, Stage, silent
+from synth.design.leg_design import LegDesign, design_leg
+from synth.errors import UserError
+from synth.files.leg_project import LegProject, read_leg_project
+from synth.files.plain_value import Remade, digest_of
+from synth.files.project_options import CadOptions
+from synth.files.stage_cache import StageCache, key_of
+from synth.fit.wanted_motion import with_wanted_leg
+from synth.parts.catalogs import Catalogue
+from synth.parts.resolver import resolver
+from synth.swing.chain import Chain, compiled_chain
+from synth.swing.leg_model import Leg
+
+if TYPE_CHECKING:
+    from synth.design.part_masses import PartMass
+
+
+@dataclass(frozen=True, eq=False)
+class Design(Report):
+    """A designed leg: ``design`` has all of it, see ``LegDesign``. ``solids`` : whether its joints are drawn."""
+
+    design: LegDesign
+    solids: bool = True
+
+    @property
+    def project(self) -> LegProject:
+        """What was asked for."""
+        return self.design.project
+
+    @property
+    def leg(self) -> Leg:
+        """The leg with the chosen parts."""
+        return self.design.built
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to know before ordering."""
+        return tuple(text if joint is None else f"{joint}: {text}" for joint, text in self.design.warnings)
+
+    @property
+    def headline(self) -> str:
+        """How far the built leg's motion is from the wanted one."""
+        off = math.degrees(float(np.sqrt(np.mean(self.design.errors**2))))
+        return f"{self.project.name}: {off:.2f} deg RMS off the wanted motion with parts as stated"
+
+    def columns(self) -> dict[str, list[Cell]]:
+        """A row a joint: what was wanted, the chosen spring and damper, the error."""
+        found = self.design
+        wanted = [joint.spring for joint in found.target.leg.joints]
+        return {
+            "joint": list(found.built.joint_names),
+            "wanted spring rate [N*m/rad]": [None if spring is None else spring.rate for spring in wanted],
+            "spring": [option.label for option in found.springs.chosen],
+            "spring rate [N*m/rad]": [option.rate for option in found.springs.chosen],
+            "damper": [option.label for option in found.dampers.chosen],
+            "arm offset [deg]": [math.degrees(found.arm_offset(j)) for j in range(len(found.built.joints))],
+            "RMS [deg]": [math.degrees(float(error)) for error in found.errors],
+        }
+
+    def panels(self) -> Sequence[Panel]:
+        """A panel a release: wanted and built angles."""
+        found, panels = self.design, []
+        for release, wanted, built in zip(
+            found.wanted.releases, found.wanted.motions, found.built_motions, strict=True
+        ):
+            curves = {}
+            for j, name in enumerate(found.built.joint_names):
+                for word, motion in (("wanted", wanted), ("built", built)):
+                    curves[f"{name} {word}"] = (release.time, np.degrees(found.built.to_measured(motion)[:, j]))
+            panels.append(Panel("wanted and built", "time [s]", "angle [deg]", curves))
+        return panels
+
+    def write(self, folder: Path) -> None:
+        """All files of ``synth leg``, solids among them.
+
+        Raises
+        ------
+        UserError
+            Where the joints cannot be drawn or fail a check; with nothing written.
+        """
+        failure = self.write_with(folder)
+        if failure is not None:
+            raise failure
+
+    def write_with(
+        self,
+        folder: Path,
+        *,
+        pictures: bool = True,
+        cache: StageCache | None = None,
+        report: Path | None = None,
+        stage: Stage = silent,
+    ) -> UserError | None:
+        """Write the files; where the solids fail a check, the error to end with once the folder is whole.
+
+        ``report`` : where the page will lie, for the message.
+        """
+        from synth.design.bearing_friction import bearing_friction, told, with_friction
+        from synth.design.bom import write_bom
+        from synth.design.drawn_springs import as_drawn, seats_set
+        from synth.design.mass_loop import weighed
+        from synth.design.robot_files import write_robots
+        from synth.design.solid_files import NOT_DRAWN, draw_solids, not_weighed, require_drawn, with_settings
+        from synth.design.write_design import write_files
+
+        design, extra = self.design, dict(NOT_DRAWN)
+        masses: tuple[PartMass, ...] = ()
+        if not self.solids:
+            design = not_weighed(design)
+        else:
+            with stage("drawing, checking and writing the joints"):
+                extra, masses = draw_solids(design, folder, cache or StageCache(on=False), pictures=pictures)
+                design = weighed(design, masses)
+                friction = bearing_friction(design)
+                design = as_drawn(with_friction(design, friction), extra["solids"]["joints"])
+                extra = told(extra, friction)
+        design, settings = seats_set(design)
+        extra = with_settings(extra, design, settings)
+        with stage("writing the design"):
+            write_files(design, folder)
+            lost = write_robots(design, masses, folder)
+        with stage("writing the report"):
+            write_bom(design, extra["solids"]["parts"], folder / "bom.csv")
+            _report(design, folder, extra, lost)
+        try:
+            require_drawn(extra["solids"], design.project.path, report or folder / "report.html")
+        except UserError as error:
+            return error
+        return None
+
+
+def read_design(path: str | Path) -> tuple[LegProject, Catalogue]:
+    """Read a project of kind ``leg-design`` with its legs and trials, and the catalogues that it chooses from.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, its legs, trials and curves.
+    """
+    project = read_leg_project(path, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
+    return with_wanted_leg(project), Catalogue.load(project.catalogs)
+
+
+def design(
+    what: str | Path | LegProject,
+    catalogue: Catalogue | None = None,
+    *,
+    solids: bool = True,
+    cache: StageCache | None = None,
+    stage: Stage = silent,
+    compiling: Callable[[int], object] | None = None,
+) -> Design:
+    """Fit, scale and choose: a leg of parts that moves as wanted.
+
+    Parameters
+    ----------
+    what
+        a project file, or a project that was read.
+    catalogue
+        what to choose from; without it the built-in tables and those that the project names.
+    solids
+        draw the joints and go by what their parts weigh; False leaves them out.
+    cache
+        where an earlier design of the same input is kept, but for what concerns the printer's bed and the springs in
+        hand alone; without it nothing is.
+    stage, compiling
+        told what goes on, and the number of links before their equations are needed.
+
+    Raises
+    ------
+    UserError
+        For trials that cannot be used, or dimensions from which no joint can be drawn; ``CannotBeHad`` where no part
+        meets the constraints.
+    """
+    from synth.design.solid_files import on_bed
+
+    project = what if isinstance(what, LegProject) else read_design(what)[0]
+    catalogue = catalogue or Catalogue.load(project.catalogs)
+    cache = cache or StageCache(on=False)
+    bed, anywhere = project.cad.bed, CadOptions().bed
+    stated = tuple(default for default in project.defaults if default.key != "cad.bed")
+    rest = replace(project, cad=replace(project.cad, bed=anywhere), defaults=stated, inputs=(), measured_springs={})
+    read = inputs_of(replace(project, inputs=project.inputs[1:]))
+    key = key_of("design", digest_of(rest), digest_of(catalogue), read, solids)
+    chains = {Chain: Remade(lambda chain: chain.layout.n, compiled_chain)}  # without its machine code
+    kept = cache.value(key, LegDesign, chains)
+    if kept is not None:
+        return Design(on_bed(replace(kept, project=project), bed), solids)
+    if compiling is not None:
+        compiling(len(project.target.joints))
+    made = _made(project, catalogue, solids, stage)
+    cache.keep_value(key, made, chains)
+    return Design(made, solids)
+
+
+def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage) -> LegDesign:
+    import cad
+    from synth.design.mass_loop import design_with_masses
+    from synth.design.solid_files import not_drawable
+
+    try:
+        return (design_with_masses if solids else design_leg)(project, catalogue, stage)
+    except cad.DimensionError as error:
+        raise not_drawable(error, project) from None
+
+
+def inputs_of(project: LegProject) -> list[tuple[str, str]]:
+    """Name and hash of every file that the project reads."""
+    trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
+    files = [(item.name, item.sha256) for item in project.inputs]
+    return [*files, *((trial.name, trial.sha256) for trial in trials)]
+
+
+def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
+    """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
+    from reports import write_leg_report
+    from synth.design.page_data import page_json
+    from synth.design.write_design import design_json
+    from synth.files.output import write_json
+
+    write_json(folder / "page.json", page_json(design))
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    content = design_json(design, files, folder, extra)
+    content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]
+    write_json(folder / "design.json", content)
+    write_leg_report(folder)

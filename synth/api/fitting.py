@@ -1,0 +1,176 @@
+"""``synth.fit``: springs, dampers and free angles of a leg from its recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from synth.api.report import Cell, Panel, Report, Stage, silent
+from synth.batch.one_fit import Ready, fit_project, ready, write_fit
+from synth.estimation.intervals import Estimate
+from synth.files.fit_words import FreeAngle
+from synth.files.leg_file import PartResolver
+from synth.files.project_options import FitOptions, RatePrior, Release
+from synth.files.projects import FitProject, read_fit_project
+from synth.files.tolerance import Tolerance
+from synth.files.trial_list import Trial
+from synth.fit.fit_result import FitResult, JointFit
+from synth.parts.resolver import resolver
+from synth.swing.leg_model import Leg
+
+IN_CODE = Path("a leg made in code")  # where a mistake lies that no file holds
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """What a project file may say beside leg and trials; the defaults are those of the file.
+
+    ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts what a hand still drives at first,
+    ``recorded`` fits all. ``prior`` None: values in the leg are starting points at most.
+    """
+
+    options: FitOptions = field(default_factory=FitOptions)
+    free_angle: FreeAngle = "auto"
+    release: Release = "free"
+    tolerance: Tolerance | None = None
+    prior: RatePrior | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(Report):
+    """A fitted leg.
+
+    ``project`` : what was fitted. ``result`` : all that was found, see ``FitResult``.
+    """
+
+    project: FitProject
+    result: FitResult
+
+    @property
+    def leg(self) -> Leg:
+        """The leg with the springs and dampers that were found."""
+        return self.result.leg
+
+    @property
+    def joints(self) -> Mapping[str, JointFit]:
+        """Joint -> its estimates, each with ``value`` and 90 % interval ``low``, ``high`` in SI and radians."""
+        return self.result.joints
+
+    @property
+    def rms(self) -> Mapping[str, float]:
+        """Joint -> root mean square of its angle error over all counted samples, rad."""
+        return self.result.rms
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is in doubt, and what these trials cannot tell."""
+        return (*self.result.warnings, *self.result.not_separable)
+
+    @property
+    def headline(self) -> str:
+        """Joints, trials and the error that is left."""
+        worst = max(self.rms, key=lambda name: self.rms[name])
+        count = len(self.result.trials)
+        off = f"at most {np.degrees(self.rms[worst]):.2g} deg RMS off ({worst})"
+        return f"{self.project.name}: {len(self.joints)} joints fitted to {count} trials, {off}"
+
+    def columns(self) -> dict[str, list[Cell]]:
+        """A row a joint: estimates with their 90 % intervals, and the RMS error."""
+        table: dict[str, list[Cell]] = {"joint": list(self.joints)}
+        for name, key, unit, factor in (
+            ("spring rate", "spring_rate", "N*m/rad", 1.0),
+            ("damper rate", "damper_rate", "N*m*s/rad", 1.0),
+            ("free angle", "free_angle", "deg", 180.0 / np.pi),
+        ):
+            found: list[Estimate | None] = [getattr(joint, key) for joint in self.joints.values()]
+            for end, word in (("value", ""), ("low", " low"), ("high", " high")):
+                ends = [None if item is None else getattr(item, end) for item in found]
+                table[f"{name}{word} [{unit}]"] = [None if value is None else value * factor for value in ends]
+        table["RMS [deg]"] = [float(np.degrees(self.rms[name])) for name in self.joints]
+        return table
+
+    def panels(self) -> Sequence[Panel]:
+        """A panel a trial: measured and fitted angles."""
+        found = []
+        for trial in self.result.trials:
+            curves = {}
+            for j, name in enumerate(self.leg.joint_names):
+                curves[f"{name} measured"] = (trial.time, np.degrees(trial.measured[:, j]))
+                curves[f"{name} fitted"] = (trial.time, np.degrees(trial.fitted[:, j]))
+            dots = frozenset(name for name in curves if name.endswith(" measured"))
+            found.append(Panel(trial.name, "time [s]", "angle [deg]", curves, dots))
+        return found
+
+    def write(self, folder: Path) -> None:
+        """``fit.json``, the fitted leg, responses and a report."""
+        write_fit(self.result, folder)
+
+
+def read_fit(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
+    """Read a project of kind ``fit`` with its leg and trials; parts are looked up in the built-in catalogues.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, the leg and the trials.
+    """
+    return read_fit_project(path, resolve_part=resolve_part or resolver())
+
+
+def fit(
+    what: str | Path | FitProject | Leg,
+    trials: Sequence[Trial] = (),
+    settings: FitSettings | None = None,
+    *,
+    stage: Stage = silent,
+) -> Fit:
+    """Find springs, dampers and free angles of a leg from its trials.
+
+    Parameters
+    ----------
+    what
+        a project file, a project that was read, or a leg with its ``trials``.
+    settings
+        how to fit ``trials``; a project has its own.
+    stage
+        told what goes on.
+
+    Raises
+    ------
+    UserError
+        For trials that cannot be used, a method that does not fit the rest, or where no motion comes near the trials.
+    """
+    if isinstance(what, Leg):
+        chosen = settings or FitSettings()
+        project = FitProject(
+            IN_CODE,
+            what.name,
+            what,
+            tuple(trials),
+            chosen.free_angle,
+            chosen.options,
+            chosen.prior,
+            (),
+            (),
+            tolerance=chosen.tolerance or Tolerance(),
+            release=chosen.release,
+        )
+    else:
+        project = what if isinstance(what, FitProject) else read_fit(what)
+        if settings is not None:
+            project = replace(project, fit=settings.options, free_angle=settings.free_angle, release=settings.release)
+    return fitted(checked(project), stage=stage)
+
+
+def checked(project: FitProject) -> Ready:
+    """Check everything that can be checked before the fit; ``needs_effects`` of the answer tells what it compiles."""
+    return ready(project)
+
+
+def fitted(given: Ready, *, stage: Stage = silent) -> Fit:
+    """Fit a checked project."""
+    with stage("fitting"):
+        return Fit(given.project, fit_project(given))

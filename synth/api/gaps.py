@@ -1,0 +1,276 @@
+"""``synth.gap``: why the built leg moves otherwise than the designed one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from synth.api.fitting import IN_CODE
+from synth.api.report import Cell, Panel, Report, Stage, silent
+from synth.arrays import Array
+from synth.diagnosis.plants.jumping_leg.jump_data import prepared
+from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
+from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
+from synth.diagnosis.result import Diagnosis, Ranked
+from synth.errors import UserError
+from synth.files.gap_project import GapProject, with_rates
+from synth.files.gap_project import read_gap_project as _read_gap_project
+from synth.files.hopper_gap_project import HopperGapProject, is_hopper_gap, read_hopper_gap_project
+from synth.files.output import sha256_file
+from synth.files.simulator_files import write_simulator_files
+from synth.files.tolerance import Tolerance
+from synth.files.trial_list import Trial
+from synth.parts.catalogs import Catalogue
+from synth.parts.resolver import resolver
+from synth.swing.effects.users_own import load_file
+from synth.swing.leg_model import Leg
+
+
+class _Diagnosed(Report):
+    """What the diagnoses of swinging and of jumping legs share."""
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """The result itself."""
+        raise NotImplementedError
+
+    @property
+    def verdict(self) -> str:
+        """``effect``, ``none``, ``tie`` or ``unknown``."""
+        return self.diagnosis.verdict
+
+    @property
+    def ranked(self) -> tuple[Ranked, ...]:
+        """Single causes, the likeliest first."""
+        return self.diagnosis.ranked
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the data themselves leave in doubt."""
+        return self.diagnosis.warnings
+
+    @property
+    def headline(self) -> str:
+        """The verdict as a sentence."""
+        return self.diagnosis.sentence
+
+    def columns(self) -> dict[str, list[Cell]]:
+        """A row a cause, then ``none`` and ``unknown``: probability, and by which share it shrinks the gap alone."""
+        found = self.diagnosis
+        shrinks = [item.shrink for item in found.ranked]
+        return {
+            "cause": [*(item.cause.effect for item in found.ranked), "none", "unknown"],
+            "joint": [*(item.cause.joint for item in found.ranked), None, None],
+            "probability": [
+                *(item.probability for item in found.ranked),
+                found.probability_none,
+                found.probability_unknown,
+            ],
+            "shrink": [*(item.value for item in shrinks), None, None],
+            "shrink low": [*(item.low for item in shrinks), None, None],
+            "shrink high": [*(item.high for item in shrinks), None, None],
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Gap(_Diagnosed):
+    """Why a swinging leg moves otherwise.
+
+    ``project`` : what was asked. ``result`` : all that was found, see ``GapResult``.
+    """
+
+    project: GapProject
+    result: GapResult
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """The result itself."""
+        return self.result
+
+    @property
+    def diagnosed(self) -> Leg:
+        """The nominal leg with the explanation in."""
+        return self.result.diagnosed
+
+    def panels(self) -> Sequence[Panel]:
+        """A panel a scored trial and joint: measured angle, nominal leg at its best, with the explanation."""
+        found = []
+        for trial in self.result.trials:
+            for j, name in enumerate(self.project.leg.joint_names if trial.scored else ()):
+                curves = {
+                    "measured": (trial.time, np.degrees(trial.measured[:, j])),
+                    "before": (trial.time, np.degrees(trial.before[:, j])),
+                    "after": (trial.time, np.degrees(trial.after[:, j])),
+                }
+                label = f"{name} [deg]"
+                found.append(Panel(f"{trial.name}, {name}", "time [s]", label, curves, frozenset({"measured"})))
+        return found
+
+    def write(self, folder: Path) -> None:
+        """``gap.json``, predictions, the diagnosed leg, the same for simulators, and a report."""
+        from reports import write_gap_report
+        from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
+
+        write_gap(self.result, self.project, folder)
+        write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed")
+        write_gap_report(folder)
+
+    def _fastest(self) -> Array:
+        """(n,) rad/s, each joint's largest speed in the trials; at least what moves it by a degree in a second."""
+        speeds = [np.nanmax(np.abs(trial.speed), axis=0, initial=0.0) for trial in self.result.trials]
+        return np.asarray(np.maximum(np.max(speeds, axis=0), np.radians(1.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class JumpGap(_Diagnosed):
+    """Why a jumping leg jumps otherwise."""
+
+    project: HopperGapProject
+    result: JumpGapResult
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """The result itself."""
+        return self.result
+
+    def panels(self) -> Sequence[Panel]:
+        """How high each scored trial rises, measured and told."""
+        rises = self.result.gaps.rises
+        number = np.arange(1.0, len(rises) + 1.0)
+        curves = {}
+        for name in ("measured", "as_designed", "before", "after"):
+            values = [getattr(rise, name) for rise in rises]
+            if any(value is not None for value in values):
+                heights = np.array([np.nan if value is None else 1e3 * value for value in values])
+                curves[name.replace("_", " ")] = (number, heights)
+        return [Panel("rise of the centre of mass", "trial", "rise [mm]", curves, frozenset(curves))] if curves else []
+
+    def write(self, folder: Path) -> None:
+        """``gap.json``, predictions and a report."""
+        from reports.hopper import write_jump_gap_report
+        from synth.diagnosis.plants.jumping_leg.jump_write import write_gap
+
+        write_gap(self.result, self.project, folder)
+        write_jump_gap_report(folder)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedGap:
+    """A project whose trials were looked at. ``effects`` : files of the user's own effects, which take part."""
+
+    project: GapProject
+    warnings: tuple[str, ...]
+    effects: tuple[str, ...] = ()
+
+
+def read_gap(path: str | Path, *, effects: Sequence[str] = ()) -> GapProject:
+    """Read a project of kind ``gap`` of a swinging leg.
+
+    ``effects`` : files of your own effects; they are run.
+
+    Raises
+    ------
+    UserError
+        With every mistake of the project, the leg and the trials.
+    """
+    for file in effects:
+        load_file(file)
+    return _read_gap_project(path, resolve_part=resolver())
+
+
+def looked_at(project: GapProject, *, effects: Sequence[str] = ()) -> CheckedGap:
+    """The project with what its trials leave in doubt; ``effects`` : files of your own that take part."""
+    return CheckedGap(project, tuple(check_trials(project.leg, project.trials)), tuple(effects))
+
+
+def gap(
+    what: str | Path | CheckedGap | Leg,
+    trials: Sequence[Trial] = (),
+    *,
+    tolerance: Tolerance | None = None,
+    seed: int = 0,
+    stage: Stage = silent,
+) -> Gap:
+    """Find why a built leg swings otherwise than designed.
+
+    Parameters
+    ----------
+    what
+        a project file, a project that was read, or the leg as designed with the ``trials`` of the built one.
+    tolerance, seed
+        for ``trials``; a project has its own.
+    stage
+        told what goes on.
+
+    Raises
+    ------
+    UserError
+        For a project or trials that cannot be used.
+    """
+    if isinstance(what, Leg):
+        leg, defaults = with_rates(what)
+        project = GapProject(IN_CODE, leg.name, leg, tuple(trials), tolerance or Tolerance(), seed, defaults, ())
+        checked = looked_at(project)
+    elif isinstance(what, CheckedGap):
+        checked = what
+    else:
+        if is_hopper_gap(what):
+            raise UserError(f"{what} is of a jumping leg: synth.jump_gap reads it")
+        checked = looked_at(read_gap(what))
+    project = checked.project
+    with stage("diagnosing"), ExitStack() as within:
+
+        def say(text: str) -> None:
+            within.close()
+            within.enter_context(stage(text))
+
+        result = diagnose(
+            project.leg,
+            project.trials,
+            project.tolerance,
+            seed=project.seed,
+            noise=project.noise,
+            accuracy=project.accuracy,
+            progress=say,
+        )
+    said = tuple(dict.fromkeys((*checked.warnings, *result.warnings)))
+    return Gap(project, replace(result, warnings=said, inputs=_inputs(checked)))
+
+
+def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[str, ...]]:
+    """Read a project of kind ``gap`` of a jumping leg, its catalogue, and what its recordings leave in doubt."""
+    project = read_hopper_gap_project(path)
+    catalogue = Catalogue.load(project.design.catalogs)
+    return project, catalogue, tuple(prepared(project, catalogue)[1])
+
+
+def jump_gap(
+    what: str | Path | HopperGapProject, catalogue: Catalogue | None = None, *, stage: Stage = silent
+) -> JumpGap:
+    """Find why a built leg jumps otherwise than designed, from a project file or one that was read."""
+    project = what if isinstance(what, HopperGapProject) else read_hopper_gap_project(what)
+    with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
+        from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose as diagnose_jumps
+        from synth.jump.jump_runs import compiled_jump
+
+        compiled_jump(project.design.leg.bending)
+    with stage("diagnosing"), ExitStack() as within:
+
+        def say(text: str) -> None:
+            within.close()
+            within.enter_context(stage(text))
+
+        return JumpGap(project, diagnose_jumps(project, catalogue or Catalogue.load(project.design.catalogs), say))
+
+
+def _inputs(checked: CheckedGap) -> Mapping[str, str]:
+    """Every file that the diagnosis rests on, with its SHA-256: project, leg, effects of the user's, recordings."""
+    found = {item.name: item.sha256 for item in checked.project.inputs}
+    found |= {Path(file).name: sha256_file(file) for file in checked.effects}
+    return found | {trial.name: trial.sha256 for trial in checked.project.trials}

@@ -1,0 +1,129 @@
+"""What every result can do: be a table, be drawn, be shown in a notebook, be saved."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.errors import UserError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from synth.arrays import Array
+
+Cell = str | float | int | bool | None
+# Names a stage of the work while its block runs; the command line shows its seconds.
+Stage = Callable[[str], AbstractContextManager[None]]
+
+
+def silent(text: str) -> AbstractContextManager[None]:
+    """A stage of which nobody is told."""
+    return nullcontext()
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Curves over one axis: name -> (x, y), each (m,), in the units that the labels name. ``dots``: names of points."""
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: Mapping[str, tuple[Array, Array]]
+    dots: frozenset[str] = frozenset()
+
+
+class Report(ABC):
+    """A result with its table, its figure and its files.
+
+    What a subclass is asked for: ``headline``, ``columns``, ``panels`` and ``write``.
+    """
+
+    @property
+    @abstractmethod
+    def headline(self) -> str:
+        """The result in one sentence."""
+
+    @abstractmethod
+    def columns(self) -> dict[str, list[Cell]]:
+        """The result's table: header, with its unit in brackets, -> cells."""
+
+    @abstractmethod
+    def panels(self) -> Sequence[Panel]:
+        """What to draw; the first is the most telling."""
+
+    @abstractmethod
+    def write(self, folder: Path) -> None:
+        """Write the files of the result into an empty folder, as the command does."""
+
+    def to_frame(self) -> DataFrame:
+        """The table as a pandas DataFrame; headers have units.
+
+        Raises
+        ------
+        UserError
+            Where pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise UserError("to_frame needs pandas: pip install limb-synth[notebook]") from None
+        return pandas.DataFrame(self.columns())
+
+    def plot(self, which: int = 0) -> Figure:
+        """One of the panels as a matplotlib figure, which the caller shows or saves.
+
+        Raises
+        ------
+        UserError
+            Where matplotlib is not installed, or there is no such panel.
+        """
+        try:
+            from matplotlib.figure import Figure
+        except ImportError:
+            raise UserError("plot needs matplotlib: pip install limb-synth[notebook]") from None
+        panels = self.panels()
+        if not 0 <= which < len(panels):
+            raise UserError(f"there is no panel {which}: this result has {len(panels)}, counted from 0")
+        panel = panels[which]
+        figure = Figure(figsize=(7.0, 3.5), layout="constrained")
+        axes = figure.add_subplot()
+        for name, (x, y) in panel.curves.items():
+            axes.plot(x, y, "." if name in panel.dots else "-", label=name, markersize=3)
+        axes.set(title=panel.title, xlabel=panel.x_label, ylabel=panel.y_label)
+        axes.grid(alpha=0.3)
+        if panel.curves:
+            axes.legend(fontsize="small")
+        return figure
+
+    def save(self, folder: str | Path) -> Path:
+        """Write what the command writes into a folder, whole or not at all, and return the folder.
+
+        Raises
+        ------
+        UserError
+            If the folder holds what no earlier run wrote, or cannot be written.
+        """
+        from synth.files.output import output_folder
+
+        with output_folder(folder) as made:
+            self.write(made)
+        return Path(folder)
+
+    def _repr_html_(self) -> str:
+        """Headline, table and a small figure, for notebooks."""
+        from reports.notebook import notebook_html
+
+        panels = self.panels()
+        drawn: dict[str, Any] | None = None
+        if panels:
+            first = panels[0]
+            curves = {name: (x.tolist(), y.tolist()) for name, (x, y) in first.curves.items()}
+            labels = {"title": first.title, "x_label": first.x_label, "y_label": first.y_label}
+            drawn = {**labels, "curves": curves, "dots": first.dots}
+        return notebook_html(self.headline, self.columns(), drawn)

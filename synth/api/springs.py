@@ -1,0 +1,170 @@
+"""``synth.spring``: the torsion spring to wind for a rate and a travel, or a given one checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.api.report import Cell, Panel, Report
+from synth.files.shown_units import METRIC, ShownUnits
+from synth.parts.catalogs import Catalogue
+from synth.spring.design import SpringResult, SpringWish, design_spring
+from synth.spring.evaluate import check_spring
+from synth.spring.spring_files import write_spring
+from synth.spring.spring_result import SpringDesign
+from synth.units import parse, quantity
+
+
+@dataclass(frozen=True, eq=False)
+class SpringAnswer(Report):
+    """The spring to wind, or the nearest that can be made.
+
+    ``wish`` : what was asked for. ``best`` : the spring, None where there is none. ``others`` : the next best, or
+    what is nearest to the wish. ``in_the_way`` : why there is none. ``content`` : ``spring.json``. ``found`` : all that
+    the search found, None where a given spring was checked.
+    """
+
+    wish: SpringWish
+    best: SpringDesign | None
+    others: tuple[SpringDesign, ...]
+    in_the_way: tuple[str, ...]
+    content: Mapping[str, Any]
+    found: SpringResult | None = None
+    shown: ShownUnits = METRIC
+
+    @property
+    def headline(self) -> str:
+        """What to wind, or that it cannot be had."""
+        if self.best is None:
+            return f"No single spring gives {self.wish.rate:.4g} N*m/rad within the limits"
+        best = self.best
+        return (
+            f"{best.body_coils:.4g} coils of {best.wire_diameter * 1e3:.4g} mm {best.material}, mean diameter "
+            f"{best.mean_diameter * 1e3:.2f} mm: {best.rate:.4g} N*m/rad"
+        )
+
+    @property
+    def springs(self) -> tuple[SpringDesign, ...]:
+        """The best and the others."""
+        return (*(() if self.best is None else (self.best,)), *self.others)
+
+    def columns(self) -> dict[str, list[Cell]]:
+        """A row a spring, the best first."""
+        rows = self.springs
+        return {
+            "material": [s.material for s in rows],
+            "count": [s.count for s in rows],
+            "wire diameter [mm]": [s.wire_diameter * 1e3 for s in rows],
+            "mean diameter [mm]": [s.mean_diameter * 1e3 for s in rows],
+            "body coils": [s.body_coils for s in rows],
+            "rate [N*m/rad]": [s.rate for s in rows],
+            "travel [deg]": [math.degrees(s.travel) for s in rows],
+            "stress [MPa]": [s.stress / 1e6 for s in rows],
+            "allowed stress [MPa]": [s.allowed_stress / 1e6 for s in rows],
+            "mass [g]": [s.mass * 1e3 for s in rows],
+            "feasible": [s.feasible for s in rows],
+        }
+
+    def panels(self) -> Sequence[Panel]:
+        """Stress in the wire over the angle from rest, up to the travel; all give the same torque."""
+        curves = {}
+        for number, spring in enumerate(self.springs):
+            angle = np.array([0.0, spring.travel])
+            name = f"{number + 1}: {spring.wire_diameter * 1e3:.4g} mm"
+            curves[name] = (np.degrees(angle), spring.stress / 1e6 * angle / spring.travel)
+        return [Panel("stress in the wire", "angle from rest [deg]", "stress [MPa]", curves)] if curves else []
+
+    def write(self, folder: Path) -> None:
+        """``spring.json``, and where there is a spring its solid, winding sheet and request for quotation."""
+        write_spring(self.best, self.content, folder, self.shown)
+
+
+def spring(
+    rate: str | float,
+    travel: str | float,
+    *,
+    wish: Mapping[str, Any] | None = None,
+    catalogue: Catalogue | None = None,
+) -> SpringAnswer:
+    """The torsion spring to wind.
+
+    Parameters
+    ----------
+    rate
+        torque per angle: text with a unit, or N m/rad.
+    travel
+        largest angle from rest that winds the coil up: text with a unit, or rad.
+    wish
+        further fields of ``SpringWish``, in SI and radians: ``included_angle``, ``material``, ``limits``, ...
+    catalogue
+        of wire; without it the built-in one.
+
+    Raises
+    ------
+    UserError
+        For a quantity that cannot be read or a material that is not known. That no spring can be made is an answer.
+    """
+    wanted = SpringWish(
+        rate=parse(rate, "N*m/rad") if isinstance(rate, str) else float(rate),
+        travel=parse(travel, "rad") if isinstance(travel, str) else float(travel),
+        **(wish or {}),
+    )
+    return to_wind(wanted, catalogue or Catalogue.load())
+
+
+def to_wind(wish: SpringWish, catalogue: Catalogue, shown: ShownUnits = METRIC) -> SpringAnswer:
+    """The spring for a wish that is already made out."""
+    result = design_spring(wish, catalogue)
+    content = result.as_json()
+    content["wanted"] |= kept_to(wish)
+    others = result.alternatives if result.best is not None else tuple(item.design for item in result.nearest)
+    return SpringAnswer(wish, result.best, tuple(others), tuple(result.binding), content, result, shown)
+
+
+def given(
+    wish: SpringWish,
+    sizes: tuple[float, float, float],
+    catalogue: Catalogue,
+    *,
+    included_angle: float | None = None,
+    stated_rate: float | None = None,
+    shown: ShownUnits = METRIC,
+) -> SpringAnswer:
+    """A spring of wire diameter m, mean diameter m and body coils, checked; ``stated_rate`` N m/rad as measured."""
+    material = catalogue.find_material(wish.material)
+    made = check_spring(material, *sizes, wish.task, included_angle=included_angle, stated_rate=stated_rate)
+    broken = tuple(violation.text for violation in made.violations)
+    content = {
+        "format": "synth/spring/1",
+        "wanted": {
+            "travel": quantity(wish.travel, "deg"),
+            "opening_travel": quantity(wish.opening_travel, "deg"),
+            "leg_convention": wish.convention,
+            "material": wish.material,
+            **kept_to(wish),
+        },
+        "checked": made.as_json(),
+        "make": made.as_json() if made.feasible else None,
+        "alternatives": [],
+        "binding": list(broken),
+        "nearest": [],
+    }
+    return SpringAnswer(wish, made, (), broken, content, None, shown)
+
+
+def kept_to(wish: SpringWish) -> dict[str, Any]:
+    """Legs and limits that were asked for, with their units."""
+    limits = wish.limits
+    lengths = {name: getattr(limits, name) for name in ("arbor_diameter", "max_outer_diameter", "max_body_length")}
+    return {
+        "leg_lengths": [quantity(length, "mm") for length in wish.leg_lengths],
+        **{name: quantity(value, "mm") for name, value in lengths.items() if value is not None},
+        "safety": quantity(limits.safety, "1"),
+        **({} if limits.cycles is None else {"cycles": quantity(limits.cycles, "1")}),
+        **({} if limits.cycles is None else {"fatigue_safety": quantity(limits.fatigue_safety, "1")}),
+    }

@@ -1,0 +1,160 @@
+"""``synth compare``: fits, designs, gaps, legs and recordings side by side.
+
+Each of the arguments is a result folder (of `synth fit`, `leg` or `gap`), a project file, a leg file, a recording or a
+folder of recordings, written PATH or NAME=PATH. A result has several sides: of a design `animal`, `wanted` and `built`,
+of a gap `recorded`, `designed` and `explained`, of a fit `recorded` and `fitted`; PATH#built,wanted takes some of them.
+All legs are moved from the same starts: those of the first recordings among the arguments, or what --start says.
+
+  synth compare old=old/gap.yaml new=new/result#built,wanted,animal --out side_by_side
+  synth compare family=leg-design.yaml --time-scales 1,1.5,2,3 --out family
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.errors import UserError
+
+if TYPE_CHECKING:
+    from synth.commands.progress import Progress
+    from synth.comparison.side import ComparedMotion, Side
+    from synth.comparison.source import Source
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "sources", nargs="+", metavar="SOURCE", help="NAME=PATH#VIEW; the name and the view may be left out"
+    )
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
+    parser.add_argument(
+        "--reference", metavar="SIDE", help="the side to hold the others against; default the first recorded"
+    )
+    parser.add_argument(
+        "--start", metavar="START", help="a recording's file, or angles at rest: 'hip=60 deg, knee=100 deg'"
+    )
+    parser.add_argument("--stretch", action="append", default=[], metavar="SIDE=FACTOR", help="slow a side's motion")
+    parser.add_argument("--leg", metavar="FILE", help="the leg of recordings that come without one")
+    parser.add_argument("--time-scales", metavar="LIST", help="of a leg-design project: its wanted leg at 1,1.5,2,...")
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Open, move, compare, write ``compare.json``, ``compare.csv``, ``responses/`` and the page."""
+    from synth.api.comparisons import compared, open_compared
+    from synth.commands.answers import tell
+    from synth.comparison.source import read_source
+    from synth.files.leg_file import read_leg
+    from synth.files.output import output_folder
+    from synth.parts.resolver import resolver
+
+    with progress.stage("reading"):
+        sources = [read_source(written) for written in arguments.sources]
+        scales = _scales(arguments.time_scales, sources)
+        stretch = dict(_stretch(written) for written in arguments.stretch)
+        leg = None if arguments.leg is None else read_leg(arguments.leg, resolve_part=resolver())
+    with progress.stage("opening what is compared"):
+        sides = open_compared(sources, leg=leg, time_scales=scales)
+        starts = _starts(arguments.start, sides)
+    with output_folder(arguments.out) as folder:
+        progress.compiling(len(sides[0].leg.joints), effects=any(_needs_effects(side) for side in sides))
+        found = compared(
+            sides, sources, reference=arguments.reference, stretch=stretch, starts=starts, stage=progress.stage
+        )
+        with progress.stage("writing"):
+            found.write(folder)
+    tell(progress, Path(arguments.out) / "compare.json", compare_text)
+    progress.say(f"table: {Path(arguments.out) / 'compare.csv'}")
+    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
+    return 0
+
+
+def compare_text(content: Mapping[str, Any]) -> str:
+    """A row a side: how far it moves from the reference, and each joint's rates and free angle."""
+    from synth.commands.table_text import table_text
+
+    joints = content["joints"]
+    rows = [["side", "off reference [deg]", "", *(f"{name} k, b, free angle" for name in joints)]]
+    for side in content["sides"]:
+        off = side.get("off_reference", {})
+        overall = off.get("overall", {}).get("value")
+        shown = "reference" if side["name"] == content["reference"] else "-" if overall is None else f"{overall:.2f}"
+        rows.append([side["name"], shown, off.get("basis", ""), *(_rates(side["joints"].get(name)) for name in joints)])
+    return table_text(rows)
+
+
+def _rates(joint: Mapping[str, Any] | None) -> str:
+    if not joint:
+        return "-"
+    known = [joint.get(key) for key in ("spring_rate", "damper_rate", "free_angle")]
+    words = [f"{item['value']:.3g}" if item else "-" for item in known]
+    if known[1] is None and joint.get("damper_law"):
+        words[1] = "curve"
+    return ", ".join(words)
+
+
+def _needs_effects(side: Side) -> bool:
+    """Whether more acts than springs, linear dampers and gravity."""
+    return bool(side.leg.effects) or any(j.effects or (j.damper and j.damper.curve) for j in side.leg.joints)
+
+
+def _scales(written: str | None, sources: list[Source]) -> tuple[float, ...]:
+    if written is None:
+        return ()
+    if not any(source.kind == "leg-design project" for source in sources):
+        raise UserError("--time-scales is for a leg-design project, and none is among the arguments")
+    scales = []
+    for text in written.split(","):
+        try:
+            scale = float(text)
+        except ValueError:
+            raise UserError(f'--time-scales: "{text.strip()}" is no number; write them like 1,1.5,2,3') from None
+        if not 1e-3 <= scale <= 1e3:
+            raise UserError(f"--time-scales: {text.strip()} is not allowed: a factor between 0.001 and 1000")
+        scales.append(scale)
+    return tuple(dict.fromkeys(scales))
+
+
+def _stretch(written: str) -> tuple[str, float]:
+    name, _, text = written.rpartition("=")
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = 0.0
+    if not name or not 1e-3 <= factor <= 1e3:
+        raise UserError(f"--stretch {written} is not allowed: write SIDE=FACTOR, the factor between 0.001 and 1000")
+    return name, factor
+
+
+def _starts(written: str | None, sides: list[Side]) -> list[ComparedMotion]:
+    """The start that the user gives: a recording's, or angles at rest."""
+    from synth import units
+    from synth.comparison.overlay import STANDARD_TIME
+    from synth.comparison.recorded import from_trials, standard_release
+    from synth.files.trial_list import read_trials
+    from synth.files.validate import near
+
+    if written is None:
+        return []
+    leg = sides[0].leg
+    if written.endswith(".csv"):
+        path = Path(written)
+        return list(from_trials(leg, read_trials([path.name], path.parent, leg)))
+    angles: dict[str, float] = {}
+    for item in written.split(","):
+        name, equals, text = (part.strip() for part in item.partition("="))
+        if not equals or name not in leg.joint_names:
+            raise UserError(f'--start: "{item.strip()}" names no joint{near(name, leg.joint_names)}; write hip=60 deg')
+        angles[name] = units.parse(text, "rad")
+    missing = [name for name in leg.joint_names if name not in angles]
+    if missing:
+        raise UserError(f"--start: give {', '.join(missing)} too, as in hip=60 deg")
+    import numpy as np
+
+    pose = leg.to_rotation(np.array([angles[name] for name in leg.joint_names]))
+    from dataclasses import replace
+
+    found = standard_release(leg, pose, STANDARD_TIME)
+    return [replace(found, name="given start", start=pose)]

@@ -1,0 +1,121 @@
+"""``synth gap --rehearse``: causes planted in the user's own leg and trials, and diagnosed unseen."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.commands.table_text import table_text
+from synth.errors import Problem, UserError
+
+if TYPE_CHECKING:
+    from synth.commands.progress import Progress
+    from synth.files.gap_project import GapProject
+    from synth.rehearsal.outcome import Outcome
+
+Json = Mapping[str, Any]
+MOST_WRONG = 8  # confusions on the screen; JSON and page have all
+
+
+def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
+    """Rehearse; write ``rehearsal.json`` and a page. What an earlier or interrupted run has done is taken as it is."""
+    from reports import write_rehearsal_report
+    from synth.batch.folder import Kept
+    from synth.batch.task_outcome import versions
+    from synth.files.output import output_folder, sha256_file, write_json
+    from synth.rehearsal.rehearse import WORDS, Rehearsal, default_count
+    from synth.rehearsal.result import RehearsalResult
+    from synth.rehearsal.users_rig import users_rig
+
+    rig = users_rig(project)
+    identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}
+    effects = tuple(str(Path(file).resolve()) for file in arguments.effect)
+    identity |= {file: sha256_file(file) for file in effects}
+    identity |= {"project": project.path.name, "seed": str(project.seed)} | versions()
+    count = arguments.count or default_count(rig, project.seed)
+    earlier = _earlier(Path(arguments.out), identity)
+    progress.compiling(len(project.leg.joints))
+    with output_folder(arguments.out) as folder:
+        kept = Kept(Path(arguments.out), "rehearsal", WORDS)
+        known = len(earlier)
+        if kept.was_there or known:
+            progress.say("going on with what is done already and rests on the same files")
+        for text in rig.left_out:
+            progress.say(f"note: {text}")
+        workers = arguments.workers or os.cpu_count() or 1
+        work = Rehearsal(project.path.resolve(), rig, project.seed, count, workers, identity, effects)
+        with progress.stage(f"rehearsing {count} cases"):
+            work.run(kept, earlier, progress.say)
+        result = RehearsalResult(project.name, rig, project.seed, tuple(work.outcomes), identity)
+        write_json(folder / "rehearsal.json", result.as_json())
+        write_rehearsal_report(folder)
+    kept.remove()
+    content = json.loads((Path(arguments.out) / "rehearsal.json").read_text(encoding="utf-8"))
+    if progress.as_json:
+        progress.document(json.dumps(content))
+    else:
+        progress.result(rehearsal_text(content))
+    progress.say(f"rehearsal: {Path(arguments.out) / 'rehearsal.json'}")
+    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
+    return 0
+
+
+def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, Outcome]:
+    """Cases of a finished rehearsal in the folder that is to be written, if they rest on the same files."""
+    from synth.files.result_values import read_result
+    from synth.rehearsal.outcome import Outcome
+
+    file = out / "rehearsal.json"
+    if not file.is_file():
+        return {}
+    content = read_result(file, "rehearsal", ("plants", "identity"))
+    if content["identity"] != dict(identity):
+        return {}
+    try:
+        found = [Outcome.from_json(item) for item in content["plants"]]
+    except (KeyError, TypeError, IndexError):
+        raise UserError(Problem("is no rehearsal of this program; name another folder", str(file))) from None
+    return {outcome.task.name: outcome for outcome in found}
+
+
+def rehearsal_text(content: Json) -> str:
+    """The answer, the smallest sizes that were named, and what was taken for what."""
+    parts = [str(content["sentence"]), "", "smallest that was named:", _sizes(content["causes"])]
+    wrong = _wrong(content["causes"])
+    if wrong:
+        parts += ["", "taken for something else though large:", *wrong]
+    return "\n".join(parts)
+
+
+def _sizes(causes: Sequence[Json]) -> str:
+    """A row an effect, a column a joint."""
+    joints = list(dict.fromkeys(cause["joint"] for cause in causes))
+    found = {(cause["effect"], cause["joint"]): cause for cause in causes}
+    rows = [["", *joints]]
+    for effect in dict.fromkeys(cause["effect"] for cause in causes):
+        rows.append([effect.replace("_", " "), *(_size(found.get((effect, joint))) for joint in joints)])
+    return table_text(rows)
+
+
+def _size(cause: Json | None) -> str:
+    """The size; ``never``, or ``-`` where it was not or cannot be planted."""
+    if cause is None or not cause["cases"]:
+        return "-"
+    size = cause["visible_from"]
+    return "never" if size is None else f"{size['value']:.2g} {size['unit']}"
+
+
+def _wrong(causes: Sequence[Json]) -> list[str]:
+    pairs = [
+        (count, f"{cause['effect'].replace('_', ' ')} ({cause['joint']})", name.replace("_", " "))
+        for cause in causes
+        for name, count in cause["taken_for"].items()
+    ]
+    pairs.sort(key=lambda item: -item[0])
+    lines = [f"- {true}: {name}" + (f", {count} times" if count > 1 else "") for count, true, name in pairs]
+    more = len(lines) - MOST_WRONG
+    return lines[:MOST_WRONG] + ([f"and {more} more"] if more > 0 else [])

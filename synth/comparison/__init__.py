@@ -1,0 +1,1 @@
+"""Legs side by side: parameters, parts, characteristics, and their motion from the same start."""

@@ -1,0 +1,234 @@
+"""Put sides beside each other: the result, its JSON and its table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+import synth
+from synth.arrays import Array
+from synth.comparison.overlay import Difference, Overlay, chosen_starts, differences, overlaid
+from synth.comparison.shown_characteristics import UNITS, JointAlone, Spread, alone, shown
+from synth.comparison.side import MODEL, ComparedMotion, Side
+from synth.errors import UserError
+from synth.files.validate import near
+from synth.swing.leg_model import Leg
+from synth.units import quantity
+
+FORMAT = "synth/compare/1"
+FEWEST, MOST = 2, 8  # sides; a picture with more curves cannot be read
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Sides beside each other, angles in the first side's measured sense.
+
+    ``starts_of``: whose starts were taken; ``reference``: the side that the others are held against;
+    ``characteristics``, ``alone``: a side each.
+    """
+
+    sides: tuple[Side, ...]
+    reference: int
+    starts_of: str
+    overlays: tuple[Overlay, ...]
+    differences: tuple[Difference, ...]
+    characteristics: tuple[Mapping[str, Mapping[str, Spread]], ...]
+    alone: tuple[Mapping[str, JointAlone], ...]
+    inputs: Mapping[str, str]
+
+    @property
+    def leg(self) -> Leg:
+        """Whose zeros and signs the angles are told in."""
+        return self.sides[0].leg
+
+    def off_reference(self, place: int) -> Difference | None:
+        """How far a side moves from the reference; None for the reference itself."""
+        for found in self.differences:
+            if {found.a, found.b} == {place, self.reference} and place != self.reference:
+                return found
+        return None
+
+    def as_json(self) -> dict[str, Any]:
+        """The content of ``compare.json``."""
+        return {
+            "format": FORMAT,
+            "joints": list(self.leg.joint_names),
+            "reference": self.sides[self.reference].name,
+            "starts_of": self.starts_of,
+            "sides": [self._side_json(place) for place in range(len(self.sides))],
+            "starts": [self._start_json(overlay) for overlay in self.overlays],
+            "differences": [self._difference_json(found) for found in self.differences],
+            "warnings": [{"text": text} for text in warnings(self)],
+            "inputs": dict(self.inputs),
+            "versions": {"synth": synth.__version__},
+        }
+
+    def _side_json(self, place: int) -> dict[str, Any]:
+        side, off = self.sides[place], self.off_reference(place)
+        written = {
+            "name": side.name,
+            "source": side.source,
+            "kind": side.kind,
+            "leg": side.leg.name,
+            "recordings": len(side.motions),
+            "joints": {name: joint.as_json() for name, joint in side.joints.items()},
+            "characteristics": {
+                name: {key: spread.as_json(UNITS[key]) for key, spread in found.items()}
+                for name, found in self.characteristics[place].items()
+            },
+            "alone": {name: found.as_json() for name, found in self.alone[place].items()},
+            "stated": [{"what": figure.what, "value": dict(figure.value)} for figure in side.stated],
+        }
+        if side.pace != 1.0 or any(other.pace != 1.0 for other in self.sides):
+            written["pace"] = quantity(side.pace, "1")
+        if side.stretch != 1.0:
+            written["slowed"] = quantity(side.stretch, "1")
+        if off is not None:
+            written["off_reference"] = self._difference_json(off)
+        return written
+
+    def _start_json(self, overlay: Overlay) -> dict[str, Any]:
+        start, leg = overlay.start, self.leg
+        angles, rates = leg.to_measured(start.start), leg.sign * start.rate
+        return {
+            "name": start.name,
+            "angle": {n: quantity(float(v), "deg") for n, v in zip(leg.joint_names, angles, strict=True)},
+            "rate": {n: quantity(float(v), "deg/s") for n, v in zip(leg.joint_names, rates, strict=True)},
+            **start.conditions.as_json(leg.joint_names),
+            "recordings": {
+                side.name: {"file": motion.recording, "starts_away": quantity(motion.away, "deg")}
+                for side, motion in zip(self.sides, overlay.motions, strict=True)
+                if motion is not None and motion.recording
+            },
+            "left_out": {side.name: why for side, why in zip(self.sides, overlay.why, strict=True) if why},
+        }
+
+    def _difference_json(self, found: Difference) -> dict[str, Any]:
+        names = self.leg.joint_names
+        return {
+            "of": self.sides[found.b].name,
+            "from": self.sides[found.a].name,
+            "basis": found.basis,
+            "starts": found.starts,
+            "rms": {n: quantity(float(v), "deg") for n, v in zip(names, found.rms, strict=True) if np.isfinite(v)},
+            **({"overall": quantity(found.overall, "deg")} if np.isfinite(found.overall) else {}),
+        }
+
+
+def compare(
+    sides: Sequence[Side],
+    *,
+    reference: str | None = None,
+    stretch: Mapping[str, float] | None = None,
+    starts: Sequence[ComparedMotion] = (),
+    inputs: Mapping[str, str] | None = None,
+) -> Comparison:
+    """Put sides beside each other.
+
+    Parameters
+    ----------
+    reference
+        the side that the others are held against; None: the first recorded one, else the first.
+    stretch
+        side -> factor by which its motion is slowed: an animal's to a larger robot's pace.
+    starts
+        from which all legs are moved; none: see ``chosen_starts``.
+
+    Raises
+    ------
+    UserError : fewer than two sides or more than eight, or a name that is no side.
+    """
+    if not FEWEST <= len(sides) <= MOST:
+        text = f"{len(sides)} sides are asked for; {FEWEST} to {MOST} can be compared"
+        raise UserError(f"{text} (PATH#VIEW takes one view of a result)")
+    names = [side.name for side in sides]
+    for name in [*(stretch or {}), *([reference] if reference is not None else [])]:
+        if name not in names:
+            raise UserError(f'"{name}" is no side{near(name, names)}')
+    found = tuple(replace(side, stretch=(stretch or {}).get(side.name, 1.0)) for side in sides)
+    place = names.index(reference) if reference is not None else _first_recorded(found)
+    starts_of, taken = chosen_starts(found, starts)
+    overlays = overlaid(found, taken)
+    return Comparison(
+        found,
+        place,
+        starts_of,
+        overlays,
+        differences(found, overlays),
+        tuple(shown(side, index, overlays) for index, side in enumerate(found)),
+        tuple(alone(side.leg) if side.kind == MODEL else {} for side in found),
+        inputs or {},
+    )
+
+
+def warnings(found: Comparison) -> list[str]:
+    """What limits the comparison."""
+    said = []
+    for place, side in enumerate(found.sides):
+        off = found.off_reference(place)
+        if off is not None and off.starts < len(found.overlays):
+            missing = len(found.overlays) - off.starts
+            reasons = {o.why[place] or o.why[found.reference] for o in found.overlays}
+            why = next((reason for reason in sorted(reasons) if reason), "")
+            text = f"{side.name} and {found.sides[found.reference].name} share {off.starts} of {len(found.overlays)} "
+            said.append(f"{text}starts; {missing} are left out: {why}")
+        away = [m.away for o in found.overlays if (m := o.motions[place]) is not None and m.recording]
+        if away and max(away) > np.radians(1.0):
+            text = f"{side.name}: its recordings start up to {np.degrees(max(away)):.1f} deg from the common start; "
+            said.append(f"{text}their difference holds that too")
+        if side.leg.effects and side.kind == MODEL:
+            said.append(f"{side.name}: effects of its base act too: {', '.join(side.leg.effects)}")
+    return said
+
+
+def _first_recorded(sides: Sequence[Side]) -> int:
+    return next((place for place, side in enumerate(sides) if side.motions), 0)
+
+
+def response_columns(found: Comparison, overlay: Overlay) -> dict[str, Array]:
+    """One start's motions as a table, degrees in the first side's measured sense; empty where a side has none."""
+    leg, columns = found.leg, {"time [s]": overlay.start.time}
+    for j, name in enumerate(leg.joint_names):
+        for side, motion in zip(found.sides, overlay.motions, strict=True):
+            if motion is not None:
+                columns[f"{name} {side.name} [deg]"] = np.degrees(leg.to_measured(motion.rotation)[:, j])
+    return columns
+
+
+TABLE = ("side", "joint", "quantity", "unit", "value", "low", "high", "basis")
+
+
+def table_columns(found: Comparison) -> dict[str, list[Any]]:
+    """The one table: a row a side, joint and quantity; ``low`` and ``high`` are what ``basis`` says."""
+    rows: list[tuple[Any, ...]] = []
+    document = found.as_json()
+    for side in document["sides"]:
+        for joint, values in side["joints"].items():
+            rows += [_row(side, joint, key, value, "90 % interval" if value.get("interval90") else "stated")
+                     for key, value in values.items() if isinstance(value, dict)]  # fmt: skip
+            rows += [(side["name"], joint, key, "", value, None, None, "stated")
+                     for key, value in values.items() if isinstance(value, str)]  # fmt: skip
+        for joint, values in side["alone"].items():
+            rows += [_row(side, joint, f"alone_{key}", value, "linear, other joints held")
+                     for key, value in values.items()]  # fmt: skip
+        for joint, values in side["characteristics"].items():
+            rows += [(side["name"], joint, key, value["unit"], value["value"], value["least"], value["most"],
+                      f"median and ends of {value['motions']} motions") for key, value in values.items()]  # fmt: skip
+        off = side.get("off_reference")
+        if off:
+            basis = f"{off['basis']}, {off['starts']} starts"
+            rows += [_row(side, joint, "rms_off_reference", value, basis) for joint, value in off["rms"].items()]
+            if "overall" in off:
+                rows.append(_row(side, "all", "rms_off_reference", off["overall"], basis))
+        rows += [
+            _row(side, "", figure["what"], figure["value"], "as its own result states") for figure in side["stated"]
+        ]
+    return {title: list(column) for title, column in zip(TABLE, zip(*rows, strict=True), strict=True)}
+
+
+def _row(side: Mapping[str, Any], joint: str, key: str, value: Mapping[str, Any], basis: str) -> tuple[Any, ...]:
+    low, high = value.get("interval90") or (None, None)
+    return side["name"], joint, key, value["unit"], value["value"], low, high, basis

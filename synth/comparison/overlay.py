@@ -1,0 +1,145 @@
+"""Every side's motion from the same starts, and how far apart the motions are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.comparison.recorded import standard_release
+from synth.comparison.side import MODEL, ComparedMotion, Side, nearest
+from synth.errors import UserError
+from synth.swing.chain import Conditions, simulate
+from synth.swing.mechanics import rest_pose
+
+MOST_STARTS = 12  # more add pages, not knowledge
+NEAR = np.radians(10.0)  # at any joint: half of a common amplitude; a recording farther off shows another motion
+STANDARD_TIME = 2.0  # s, over which a limb of this size comes to rest
+
+
+@dataclass(frozen=True)
+class OverlaidMotion:
+    """One side's motion from a start.
+
+    ``rotation`` (m, n) rad at the start's times, nan where it says nothing; ``recording`` and ``away`` (rad, of the
+    joint farthest off): which recording it is and how far from the start that begins; empty and 0 for a leg that was
+    moved.
+    """
+
+    rotation: Array
+    recording: str = ""
+    away: float = 0.0
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """All sides from one start; ``motions`` in the sides' order, None where a side has none, and ``why`` not."""
+
+    start: ComparedMotion
+    motions: tuple[OverlaidMotion | None, ...]
+    why: tuple[str, ...]
+
+
+def chosen_starts(sides: Sequence[Side], given: Sequence[ComparedMotion] = ()) -> tuple[str, list[ComparedMotion]]:
+    """Whose starts are taken, and the starts: those given, else the first recorded side's, else a standard release."""
+    if given:
+        return "given", list(given)
+    for side in sides:
+        if side.motions:
+            motions = list(side.slowed)
+            every = -(-len(motions) // MOST_STARTS)
+            return side.name, motions[::every]
+    leg = sides[0].leg
+    try:
+        pose = rest_pose(leg)
+    except ArithmeticError as error:
+        text = f"{sides[0].name}: {error}; state the start: --start 'hip=60 deg, knee=100 deg'"
+        raise UserError(text) from None
+    return "standard", [standard_release(leg, pose, STANDARD_TIME)]
+
+
+def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[Overlay, ...]:
+    """Each side from each start: legs are moved, of recordings the one that begins nearest is taken."""
+    found = []
+    for start in starts:
+        pairs = [_moved(side, start) if side.kind == MODEL else _recorded(side, start) for side in sides]
+        found.append(Overlay(start, tuple(motion for motion, _ in pairs), tuple(why for _, why in pairs)))
+    return tuple(found)
+
+
+def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
+    """The leg from the start, under the recording's conditions."""
+    rate = start.rate * side.stretch / side.pace
+    conditions: Conditions = start.conditions
+    try:
+        rotation = simulate(side.leg, start.start, rate, start.time / side.stretch, conditions)
+    except ArithmeticError as error:
+        return None, str(error)
+    return OverlaidMotion(rotation), ""
+
+
+def _recorded(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
+    """The recording that begins nearest to the start, at the start's times."""
+    found = nearest(side.slowed, start)
+    if found is None:
+        return None, "no recording with the same joints locked"
+    motion, away = found
+    if away > NEAR:
+        return None, f"the nearest recording, {motion.name}, starts {np.degrees(away):.0f} deg away"
+    if motion is start or (motion.name == start.name and away == 0.0):
+        return OverlaidMotion(motion.rotation, motion.name), ""
+    out = np.full((len(start.time), motion.rotation.shape[1]), np.nan)
+    for j in range(out.shape[1]):
+        good = np.isfinite(motion.rotation[:, j])
+        if good.sum() > 1:
+            seen = np.interp(start.time, motion.time[good], motion.rotation[good, j])
+            out[:, j] = np.where(start.time <= motion.time[good][-1], seen, np.nan)
+    return OverlaidMotion(out, motion.name, away), ""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far side ``b`` moves from side ``a``: ``rms`` (n,) rad, nan where nothing tells; over ``starts`` starts.
+
+    ``basis``: ``measured`` where both are recordings, ``predicted`` where one is a leg that was moved.
+    """
+
+    a: int
+    b: int
+    rms: Array
+    overall: float
+    starts: int
+    basis: str
+
+
+def differences(sides: Sequence[Side], overlays: Sequence[Overlay]) -> tuple[Difference, ...]:
+    """Between all pairs of sides, over the starts that both have."""
+    found = []
+    for a in range(len(sides)):
+        for b in range(a + 1, len(sides)):
+            off, count = [], 0
+            for overlay in overlays:
+                one, other = overlay.motions[a], overlay.motions[b]
+                if one is None or other is None:
+                    continue
+                count += 1
+                difference = other.rotation - one.rotation
+                difference[:, list(overlay.start.conditions.locked)] = np.nan
+                off.append(difference)
+            basis = "predicted" if MODEL in (sides[a].kind, sides[b].kind) else "measured"
+            rms, overall = _rms(np.concatenate(off)) if off else (np.full(len(sides[a].leg.joints), np.nan), np.nan)
+            found.append(Difference(a, b, rms, overall, count, basis))
+    return tuple(found)
+
+
+def _rms(off: Array) -> tuple[Array, float]:
+    """(n,) rad by joint, and over all joints alike."""
+    known = np.isfinite(off)
+    count = known.sum(axis=0)
+    square = np.where(known, off, 0.0) ** 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rms = np.sqrt(square.sum(axis=0) / count)
+    seen = rms[np.isfinite(rms)]
+    return rms, float(np.sqrt(np.mean(seen**2))) if len(seen) else float("nan")

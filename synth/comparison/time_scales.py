@@ -1,0 +1,84 @@
+"""A family of legs: what one leg-design project wants at several time scales, from springy to overdamped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import degrees
+
+import numpy as np
+
+from synth.comparison.side import MODEL, RECORDED, ComparedMotion, Side, StatedFigure, joints_of
+from synth.comparison.source import Source
+from synth.design.stages import fit_options, read_motion
+from synth.design.target_effects import target_of
+from synth.files.projects import read_leg_project
+from synth.fit.fit_result import FitResult
+from synth.fit.methods import fit_by
+from synth.fit.recordings import Recording
+from synth.fit.wanted_motion import with_wanted_leg
+from synth.parts.catalogs import Catalogue
+from synth.parts.resolver import resolver
+from synth.swing.leg_model import Leg
+
+
+def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
+    """The animal in the robot's time, and the robot's links fitted to its motion at each scale.
+
+    Without ``scales`` the project's own. What a hand or a muscle drives at first is cut as ``synth leg`` does.
+
+    Raises
+    ------
+    UserError : the project or its trials cannot be used.
+    """
+    project = read_leg_project(source.path, open_catalogue=lambda paths: resolver(Catalogue.load(paths)))
+    project = with_wanted_leg(project)
+    options, motion, into = fit_options(project), read_motion(project), target_of(project.target)
+    found = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
+    motion = motion.cut(found.cut)
+    own = project.time_scale
+    common = own if own in scales or not scales else scales[0]  # the animal is shown at this one
+    sides: list[Side] = []
+    wanted: list[Side] = []
+    for scale in scales or (own,):
+        recordings = [recording.stretched(scale) for recording in motion.fitted]
+        fitted = fit_by(into.ideal, recordings, options, project.fit)
+        if scale == common and "animal" in source.views:
+            sides.append(_animal(source, fitted, recordings))
+        side = _wanted(source, fitted, scale, scale / common)
+        wanted.append(replace(side, name=f"{source.label} x{scale:g}") if scales else side)
+    return [*sides, *wanted] if "wanted" in source.views else sides
+
+
+def _wanted(source: Source, fitted: FitResult, scale: float, pace: float) -> Side:
+    known = {name: joint.as_json() for name, joint in fitted.joints.items()}
+    stated = tuple(
+        StatedFigure(f"{name}: off the animal's motion {scale:g} times slower, RMS",
+                     {"value": degrees(value), "unit": "deg"}) for name, value in fitted.rms.items()
+    )  # fmt: skip
+    leg = fitted.leg
+    return Side(source.named("wanted"), source.written, MODEL, leg, joints_of(leg, known), stated=stated, pace=pace)
+
+
+def _animal(source: Source, fitted: FitResult, recordings: Sequence[Recording]) -> Side:
+    """The recordings, each trial's own shift of the free angle taken off."""
+    leg = fitted.leg
+    common = np.array([fitted.joints[name].free_angle.value for name in leg.joint_names])
+    motions = []
+    for trial, recording in zip(fitted.trials, recordings, strict=False):
+        shift = leg.sign * (trial.free_angle - common)
+        motions.append(_motion(leg, trial.rotation - shift, trial.rate, recording, shift))
+    return Side(source.named("animal"), source.written, RECORDED, leg, {}, tuple(motions))
+
+
+def _motion(
+    leg: Leg,
+    start: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    rate: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+    recording: Recording,
+    shift: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
+) -> ComparedMotion:
+    rotation = np.where(recording.counts, recording.rotation, np.nan) - shift
+    locked = list(recording.conditions.locked)
+    rotation[:, locked] = start[locked]
+    return ComparedMotion(recording.name, recording.time, rotation, start, rate, recording.conditions)

@@ -1,0 +1,91 @@
+"""Python modules made of text, and the interpreter's table of modules: the one place that touches it."""
+
+from __future__ import annotations
+
+import importlib.util
+import linecache
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+
+def is_loaded(name: str) -> bool:
+    """Whether a module has been imported."""
+    return name in sys.modules
+
+
+def set_class(name: str, kind: type[ModuleType]) -> None:
+    """Give a loaded module a class of its own (language reference, "Customizing module attribute access")."""
+    sys.modules[name].__class__ = kind
+
+
+def module_from_text(name: str, text: str | bytes, file: str | None = None) -> ModuleType:
+    """Run a text as a new module of this name, which replaces an earlier one; ``file`` it was read from, if any.
+
+    A module that is loaded already is run anew; one whose text raises is not left in the table.
+    """
+    module = ModuleType(name)
+    if file is None:
+        file = f"<{name}>"
+        lines = str(text).splitlines(keepends=True)
+        linecache.cache[file] = (len(text), None, lines, file)  # for a traceback
+    else:
+        module.__file__ = file
+    sys.modules[name] = module
+    try:
+        exec(compile(text, file, "exec"), module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def made_module(name: str, text: str) -> ModuleType:
+    """The module of this name, made of the text where it is not loaded."""
+    return sys.modules[name] if name in sys.modules else module_from_text(name, text)
+
+
+def source_file(name: str) -> Path:
+    """The file of a module, loaded or not.
+
+    Raises
+    ------
+    ImportError : there is no such module, or it has no file.
+    """
+    loaded = getattr(sys.modules.get(name), "__file__", None)
+    if loaded:
+        return Path(loaded)
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.origin is None:
+        raise ImportError(f"no source file for {name}")
+    return Path(spec.origin)
+
+
+def with_constant(text: str, name: str, value: object) -> str:
+    """A module's text with another value of one of its constants, whose line must stand in it once.
+
+    Raises
+    ------
+    ValueError : it does not.
+    """
+    lines = text.splitlines()
+    places = [k for k, line in enumerate(lines) if line.startswith(f"{name} = ")]
+    if len(places) != 1:
+        raise ValueError(f"{len(places)} lines that set {name}; one is needed")
+    lines[places[0]] = f"{name} = {value!r}"
+    return "\n".join(lines) + "\n"
+
+
+@contextmanager
+def absent(name: str) -> Iterator[None]:
+    """A module that cannot be imported in the block."""
+    before = sys.modules.get(name)
+    sys.modules[name] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        del sys.modules[name]
+        if before is not None:
+            sys.modules[name] = before

@@ -1,0 +1,107 @@
+"""Dry friction that a joint's bearings and thrust washers add: an estimate from formulas with a source.
+
+A ball bearing turns with M = mu P d/2, mu = 0.0015 for deep groove ball bearings without contact seals (SKF, Rolling
+Bearings, 2016, p. 100, "Estimating the frictional moment"; Koyo gives 0.0010 to 0.0015): P is the load on it, d its
+bore. When it starts to move it may be twice that (roymech.org, Bearing Friction). A thrust washer rubs with mu F r at
+its mean radius; a leg that swings in an upright plane presses on none, so F is what a mount out of level by a degree
+makes of the weight. Not in it: the shields' grease, and what a damper's own seal takes.
+
+The load P: the weight of all that hangs from the joint, and the force by which its bent spring presses on the axis
+(``cad.strength.axis_force``), of which half is taken, as it grows with the deflection from zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import radians, sin
+from typing import Any
+
+from synth.design.drawn_springs import moved
+from synth.design.leg_design import LegDesign
+from synth.units import quantity
+
+BALL = 0.0015  # coefficient of friction of deep groove ball bearings (SKF)
+SLIDING = 0.2  # steel washer on print, dry: the upper end of what nylon on steel is given, 0.1 to 0.2
+OUT_OF_LEVEL = radians(1.0)  # of a mount that nobody set by a spirit level
+EFFECT = "coulomb_friction"
+
+
+@dataclass(frozen=True)
+class BearingFriction:
+    """Of one joint: loads (N) and torques (N*m)."""
+
+    weight: float
+    spring_force: float
+    bearings: float
+    washers: float
+
+    @property
+    def torque(self) -> float:
+        """All of it, N*m."""
+        return self.bearings + self.washers
+
+    def as_json(self) -> dict[str, Any]:
+        """For ``design.json``."""
+        return {
+            "torque": quantity(self.torque, "N*m"),
+            "bearings": quantity(self.bearings, "N*m"),
+            "thrust_washers": quantity(self.washers, "N*m"),
+            "weight": quantity(self.weight, "N"),
+            "spring_on_axis": quantity(self.spring_force, "N"),
+            "basis": "M = 0.5 mu P d, mu = 0.0015 (SKF); thrust washers mu F r, mu = 0.2, F of a mount 1 deg off level",
+        }
+
+
+def friction_of(bore: float, washer: float, weight: float, spring_force: float) -> BearingFriction:
+    """Friction of a shaft of ``bore`` m with thrust washers of outer diameter ``washer`` m; loads in N."""
+    load = weight + spring_force
+    rubbing = weight * sin(OUT_OF_LEVEL)
+    return BearingFriction(weight, spring_force, BALL * load * bore / 2, SLIDING * rubbing * (bore + washer) / 4)
+
+
+def bearing_friction(design: LegDesign) -> dict[str, BearingFriction]:
+    """Estimated friction of every drawn joint; empty where nothing is drawn."""
+    if design.drawn is None:
+        return {}
+    from cad.checked_layout import lay_out
+    from cad.strength import axis_force
+
+    leg, found = design.built, {}
+    for j, dimensions in enumerate(design.drawn.dimensions.joints):
+        weight = leg.gravity * sum(joint.link.mass for joint in leg.joints[j:])
+        force = 0.0
+        if dimensions.spring_torque > 0.0:
+            force = 0.5 * dimensions.springs * axis_force(dimensions, lay_out(dimensions))
+        hardware = dimensions.hardware
+        washer = hardware.washer.outer_diameter
+        found[dimensions.name] = friction_of(hardware.bearing.bore * 1e-3, washer * 1e-3, weight, force)
+    return found
+
+
+def with_friction(design: LegDesign, found: Mapping[str, BearingFriction]) -> LegDesign:
+    """The design whose built leg has its bearings' friction, where its file states no dry friction of its own."""
+    joints = []
+    for joint in design.built.joints:
+        if joint.name in found and EFFECT not in joint.effects:
+            effect = {EFFECT: {"torque": found[joint.name].torque}}
+            joint = replace(joint, effects={**joint.effects, **effect})
+        joints.append(joint)
+    if tuple(joints) == design.built.joints:
+        return design
+    return moved(replace(design, built=replace(design.built, joints=tuple(joints))))
+
+
+def told(extra: dict[str, Any], found: Mapping[str, BearingFriction]) -> dict[str, Any]:
+    """``extra`` with each joint's friction in ``solids.joints`` and a note on it."""
+    if not found:
+        return extra
+    solids = dict(extra["solids"])
+    joints = {name: {**item, "friction": found[name].as_json()} if name in found else item
+              for name, item in solids["joints"].items()}  # fmt: skip
+    listed = ", ".join(f"{name} {item.torque * 1e3:.2g} N*mm" for name, item in found.items())
+    note = (
+        f"bearings and thrust washers rub by an estimate with {listed} (M = 0.5 mu P d with mu = 0.0015, SKF; up to "
+        "twice that at the start of a motion); it is in built.leg.yaml as dry friction. The damper's seal is not in it"
+    )
+    return {**extra, "solids": {**solids, "joints": joints, "notes": [*solids["notes"], note]}}

@@ -1,0 +1,173 @@
+"""The links of the built leg: what the target's file gives, and what the drawn and bought parts add to it.
+
+A joint's upper half hangs on the link before it, its lower half on its own link; a spring is shared half and half, as
+its two ends turn with one half each. What a link's figures hold already stands in the target's file:
+
+- ``includes: none``: the link without its joints' parts. The parts are added; the drawn tube is the link itself.
+- ``includes: joint``: everything. The figures stand, but where the drawn parts alone weigh more: then the figures
+  cannot be, and the link is as drawn, tube and parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from synth.design.part_masses import PartMass
+from synth.swing.leg_model import Leg, Link
+from synth.swing.rigid_body import Body, of_link, offset_torque, together
+from synth.units import quantity
+
+WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the issue's own limit for a warning
+SPRING_SHARE = 0.5  # of a spring, to either half: its ends turn with one half each, its middle by half the angle
+SAME = 5e-3  # relative: links whose mass and inertia about the joint differ by less move alike
+
+
+@dataclass(frozen=True)
+class BuiltLink:
+    """One link: as the target's file assumes it, its parts as drawn, and as it is simulated.
+
+    ``parts`` : name, kg that fall to this link, on whose word. ``drawn``: tube and parts together; of links that hold
+    none of their joints' parts the tube is left out. ``body`` is the link as it is built, with what a planar leg leaves
+    out.
+    """
+
+    joint: str
+    assumed: Link
+    drawn: Body
+    body: Body
+    parts: tuple[tuple[str, float, str], ...]
+
+    @property
+    def link(self) -> Link:
+        """The planar link that is simulated; its figures hold everything."""
+        return self.body.link(self.assumed.length)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the link's own figures are simulated as they are."""
+        return self.body == of_link(self.assumed)
+
+    @property
+    def share(self) -> float:
+        """Share by which the simulated link's mass or inertia about its joint is off the assumed one, the larger."""
+        return max(
+            abs(self.body.mass / self.assumed.mass - 1.0),
+            abs(self.body.about_hinge / of_link(self.assumed).about_hinge - 1.0),
+        )
+
+    def as_json(self, gravity: float) -> dict[str, Any]:
+        """The link's entry under ``links`` in ``design.json``."""
+        return {
+            "includes": self.assumed.includes,
+            "assumed": _figures(of_link(self.assumed)),
+            "built": {**_figures(self.body), "com_across": quantity(self.body.centre[0], "mm")},
+            "drawn": _figures(self.drawn),
+            "offset_torque": quantity(offset_torque(self.body, gravity), "N*m"),
+            "parts": [{"part": n, "mass": quantity(mass, "g"), "basis": basis} for n, mass, basis in self.parts],
+        }
+
+
+def _figures(body: Body) -> dict[str, Any]:
+    across, along = body.centre[0], -body.centre[1]
+    return {
+        "mass": quantity(body.mass, "g"),
+        "com": quantity(along, "mm"),
+        "inertia": quantity(body.inertia[2] + body.mass * across**2, "kg*m^2"),
+    }
+
+
+def built_links(target: Leg, masses: Sequence[PartMass]) -> tuple[BuiltLink, ...]:
+    """Every link of the target with the parts that fall to it, proximal to distal."""
+    return tuple(_built(target, index, masses) for index in range(len(target.joints)))
+
+
+def _built(target: Leg, index: int, masses: Sequence[PartMass]) -> BuiltLink:
+    joint = target.joints[index]
+    shares = _shares(target, index, masses)
+    added = [item for item in shares if joint.link.includes == "joint" or item[0].family != "link"]
+    drawn = together(body for _, body in added)
+    own = of_link(joint.link)
+    stated = drawn if drawn.mass > own.mass else own
+    body = together([own, drawn]) if joint.link.includes == "none" else stated
+    parts = tuple((item.part, part.mass, item.basis) for item, part in added)
+    return BuiltLink(joint.name, joint.link, drawn, body, parts)
+
+
+def _shares(target: Leg, index: int, masses: Sequence[PartMass]) -> list[tuple[PartMass, Body]]:
+    """Parts that turn with a link and what of each does, in the frame of the link's own joint."""
+    name, found = target.joint_names[index], []
+    end = (0.0, -target.joints[index].link.length, 0.0)
+    after = target.joint_names[index + 1] if index + 1 < len(target.joints) else None
+    for item in masses:
+        if item.joint == name and item.moves_with == "lower":
+            found.append((item, item.body))
+        elif item.joint == name and item.moves_with == "spring":
+            found.append((item, item.body.share(SPRING_SHARE)))
+        elif item.joint == after and item.moves_with == "upper":
+            found.append((item, item.body.shifted(end)))
+        elif item.joint == after and item.moves_with == "spring":
+            found.append((item, item.body.share(1.0 - SPRING_SHARE).shifted(end)))
+    return found
+
+
+def with_links(leg: Leg, links: Sequence[BuiltLink]) -> Leg:
+    """The leg with its links as they are built."""
+    joints = (replace(joint, link=link.link) for joint, link in zip(leg.joints, links, strict=True))
+    return replace(leg, joints=tuple(joints))
+
+
+def alike(one: Leg, other: Leg) -> bool:
+    """Whether both legs' links weigh the same and resist turning alike."""
+    return all(
+        abs(a / b - 1.0) < SAME
+        for first, second in zip(one.joints, other.joints, strict=True)
+        for a, b in (
+            (first.link.mass, second.link.mass),
+            (of_link(first.link).about_hinge, of_link(second.link).about_hinge),
+        )
+    )
+
+
+def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Joint and sentence of each link that ends up elsewhere than assumed.
+
+    ``assumed``: parts whose mass is assumed, with the key that takes a weighed one.
+    """
+    said = []
+    for item in links:
+        own, built, drawn = of_link(item.assumed), item.body, item.drawn
+        if item.share > WORTH_SAYING:
+            said.append((item.joint, _off(item)))
+        elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
+            text = (
+                f"{item.joint}: its link is simulated at the target's {own.mass * 1e3:.0f} g; what is drawn of it, "
+                f"tube and joints' parts, weighs {drawn.mass * 1e3:.0f} g. If nothing else of "
+                f"{(own.mass - drawn.mass) * 1e3:.0f} g is on it, correct the target's figures"
+            )
+            said.append((item.joint, text))
+        named = [name for name, _, _ in item.parts if name in assumed]
+        if named:
+            grams = 1e3 * sum(mass for name, mass, _ in item.parts if name in named)
+            text = (
+                f"{item.joint}: {grams:.0f} g of its link's {built.mass * 1e3:.0f} g are assumed, of "
+                f"{', '.join(named)}: weigh and write cad: {{masses: {{{named[0]}: ... g}}}}"
+            )
+            said.append((item.joint, text))
+    return said
+
+
+def _off(item: BuiltLink) -> str:
+    own, built = of_link(item.assumed), item.body
+    figures = (
+        f"{built.mass * 1e3:.0f} g instead of {own.mass * 1e3:.0f} g, its centre at {-built.centre[1] * 1e3:.0f} "
+        f"instead of {-own.centre[1] * 1e3:.0f} mm, {built.about_hinge:.3g} instead of {own.about_hinge:.3g} kg*m^2 "
+        "about the joint"
+    )
+    if item.assumed.includes == "none":
+        return f"{item.joint}: with its joints' parts the link ends up at {figures}; the leg is designed with that"
+    return (
+        f"{item.joint}: the link as drawn, tube and joints' parts, ends up at {figures}: the target's figures are too "
+        "small for what they are to hold; the leg is designed with the drawn ones"
+    )

@@ -1,0 +1,107 @@
+"""What each part of the drawn joints weighs, where its centre lies and how it resists turning.
+
+Printed, wound and cut parts: from their solids and densities. Of bought dampers and encoders only envelopes are known,
+so their mass is the project's (``cad: masses``) or assumed, and says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from synth.swing.rigid_body import Body, Tensor
+from synth.units import quantity
+
+if TYPE_CHECKING:
+    from cad import BuiltLeg
+
+ENCODER = 0.014  # kg: AMT103, CUI Devices' data sheet of the AMT10 series (2019), "Mechanical: weight"
+# kg/m^3 of a damper's envelope, our assumption: plastic and oil about 1 to 1.4, small shares of zinc 6.6 and steel 7.85
+DAMPER_DENSITY = 2000.0
+ASSUMED = {
+    "damper": f"assumed: {DAMPER_DENSITY:g} kg/m^3 of the drawn envelope; no catalogue gives it",
+    "encoder": "assumed: as an AMT103 weighs by its data sheet",
+}
+WEIGHED = "the project file"
+SOLID = "its solid"
+
+
+@dataclass(frozen=True)
+class PartMass:
+    """One part: what it moves with (``upper``, ``lower``, ``spring``), its body in the joint's frame (q = 0), and on
+    whose word its mass stands.
+    """
+
+    part: str
+    joint: str
+    family: str
+    moves_with: str
+    body: Body
+    basis: str
+
+    @property
+    def assumed(self) -> bool:
+        """Whether nobody weighed or computed it."""
+        return self.basis in ASSUMED.values()
+
+
+def masses_of(leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, int]) -> tuple[PartMass, ...]:
+    """Every part's mass, joint by joint.
+
+    Parameters
+    ----------
+    weighed
+        kg by part, from the project.
+    pieces
+        dampers at each joint; one is drawn, its mass counts as often.
+    """
+    density, found = leg.dimensions.printing.density, []
+    for joint, link in zip(leg.joints, leg.links, strict=True):
+        name = joint.dimensions.name
+        for part in (*joint.parts, link):
+            moments = part.moments()
+            mass, basis = part.mass(density), SOLID
+            kilograms = None if mass is None else mass * 1e-3
+            if kilograms is None:
+                kilograms = ENCODER if part.family == "encoder" else DAMPER_DENSITY * moments.volume * 1e-9
+                basis = ASSUMED["encoder" if part.family == "encoder" else "damper"]
+            if part.name in weighed:
+                kilograms, basis = weighed[part.name], WEIGHED
+            if part.family == "damper":
+                kilograms *= pieces.get(name, 1)
+            scale = kilograms / moments.volume * 1e-6  # of mm^5 to kg m^2
+            xx, yy, zz, xy, xz, yz = (scale * value for value in moments.tensor)
+            x, y, z = (1e-3 * place for place in moments.centre)
+            body = Body(kilograms, (x, y, z), (xx, yy, zz, xy, xz, yz))
+            found.append(PartMass(part.name, name, part.family, part.group, body, basis))
+    return tuple(found)
+
+
+def unknown_parts(weighed: Mapping[str, float], masses: Sequence[PartMass]) -> list[str]:
+    """Names under ``cad: masses`` that no part has."""
+    known = {item.part for item in masses}
+    return [name for name in weighed if name not in known]
+
+
+def mass_json(item: PartMass) -> dict[str, Any]:
+    """The mass properties of a part as they stand under ``solids.masses`` of ``design.json``."""
+    names = ("xx", "yy", "zz", "xy", "xz", "yz")
+    return {
+        "part": item.part,
+        "joint": item.joint,
+        "family": item.family,
+        "moves_with": item.moves_with,
+        "mass": quantity(item.body.mass, "g"),
+        "com": [quantity(place, "mm") for place in item.body.centre],
+        "inertia": {n: quantity(v, "kg*m^2") for n, v in zip(names, item.body.inertia, strict=True)},
+        "basis": item.basis,
+    }
+
+
+def mass_from(written: Mapping[str, Any]) -> PartMass:
+    """The part that ``mass_json`` wrote; lengths in mm and masses in g as they stand there."""
+    x, y, z = (place["value"] * 1e-3 for place in written["com"])
+    tensor: Tensor = tuple(value["value"] for value in written["inertia"].values())
+    body = Body(written["mass"]["value"] * 1e-3, (x, y, z), tensor)
+    return PartMass(written["part"], written["joint"], written["family"], written["moves_with"], body, written["basis"])

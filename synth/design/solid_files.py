@@ -1,0 +1,275 @@
+"""The solids of a design: drawn, gated, written, and what is to be said of them in ``design.json``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from synth.errors import Problem, UserError
+from synth.files.output import write_json
+from synth.files.stage_cache import StageCache, key_of
+
+if TYPE_CHECKING:
+    from cad import BuiltLeg, CheckResult, ExportedFile
+    from synth.design.drawn_springs import SeatSetting
+    from synth.design.leg_design import LegDesign, Solids
+    from synth.design.part_masses import PartMass
+    from synth.files.leg_project import LegProject
+
+RECORD = "solids.json"  # of a kept stage; not part of the output
+NOT_DRAWN: dict[str, Any] = {
+    "pictures": [],
+    "solids": {"drawn": False, "checks": [], "print": [], "parts": [], "joints": {}, "notes": []},
+}
+
+
+def draw_solids(
+    design: LegDesign, folder: Path, cache: StageCache, *, pictures: bool
+) -> tuple[dict[str, Any], tuple[PartMass, ...]]:
+    """Draw the joints into ``folder/parts`` where every gate holds, else a picture of each failure into ``checks``.
+
+    Returns
+    -------
+    What goes into ``design.json`` under ``pictures`` and ``solids``, where ``solids.drawn`` tells which it was; and
+    what each part weighs.
+
+    Raises
+    ------
+    UserError : dimensions from which no joint can be drawn, by name.
+    """
+    import cad
+    from synth.design.mass_loop import pieces_of
+    from synth.design.part_masses import mass_from
+
+    solids, weighed, pieces = design.drawn, design.project.cad.masses, pieces_of(design)
+    assert solids is not None
+    key = key_of("solids", solids, pictures, sorted(weighed.items()), sorted(pieces.items()))
+    if not cache.fetch(key, folder):
+        try:
+            record, whole = _drawn(solids, folder, (weighed, pieces), pictures=pictures)
+        except cad.DimensionError as error:
+            raise not_drawable(error, design.project) from None
+        write_json(folder / RECORD, record)
+        if whole:
+            cache.keep(key, folder, ("parts", "checks", RECORD))
+    record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    (folder / RECORD).unlink()
+    shown = [f"parts/{item['path']}" for item in record.pop("files") if item["kind"] == "png"]
+    masses = tuple(mass_from(item) for item in record.pop("masses"))
+    captions = [{"path": path, "caption": _caption(design, path)} for path in shown]
+    return {"pictures": captions, "solids": record}, masses
+
+
+def on_bed(design: LegDesign, bed: tuple[float, ...]) -> LegDesign:
+    """The design to print on a bed of this size, m; the bed changes nothing of the joints."""
+    if design.drawn is None:
+        return design
+    dimensions = design.drawn.dimensions
+    size = (bed[0] * 1e3, bed[1] * 1e3, bed[2] * 1e3)
+    dimensions = replace(dimensions, printing=replace(dimensions.printing, bed=size))
+    return replace(design, drawn=replace(design.drawn, dimensions=dimensions))
+
+
+def not_weighed(design: LegDesign) -> LegDesign:
+    """The design that is not drawn, with what that leaves out of its links."""
+    bare = [joint.name for joint in design.project.target.joints if joint.link.includes == "none"]
+    if not bare:
+        return design
+    text = (
+        f"nothing is drawn, so the parts of the joints are not on the links of {', '.join(bare)}, whose figures hold "
+        "none of them (includes: none): the leg will be heavier than it is simulated"
+    )
+    return replace(design, warnings=(*design.warnings, (None, text)))
+
+
+def require_drawn(solids: dict[str, Any], project: Path, report: Path) -> None:
+    """Raise UserError with every failed gate where nothing was exported for that reason."""
+    failed = [check for check in solids["checks"] if not check["passed"]]
+    if not failed:
+        return
+    text = f"the joints are not exported, {len(failed)} of {len(solids['checks'])} checks failed; pictures in {report}"
+    raise UserError([Problem(text, str(project), key="cad"), *(Problem(c["text"], key="cad") for c in failed)])
+
+
+def not_drawable(error: Any, project: LegProject) -> UserError:
+    """What to tell where joints cannot be drawn; ``error`` is a ``cad.DimensionError``."""
+    file = str(project.path)
+    hint = "change cad: or select: in the project, or leave the solids out with --no-cad"
+    return UserError([Problem(f"{problem}; {hint}", file, key="cad") for problem in error.problems])
+
+
+def _drawn(
+    solids: Solids, folder: Path, known: tuple[Mapping[str, float], Mapping[str, int]], *, pictures: bool
+) -> tuple[dict[str, Any], bool]:
+    """Build, check and write; the record, and whether it is whole (pictures were asked for and drawn).
+
+    ``known``: weighed masses (kg) by part, and dampers by joint.
+    """
+    import cad
+    from synth.design.part_masses import mass_json, masses_of
+
+    leg = cad.build_leg(solids.dimensions)
+    checks = cad.check_leg(leg)
+    passed = all(check.passed for check in checks)
+    notes, written, failures, whole = list(solids.notes), [], {}, True
+    try:
+        if passed:
+            written = cad.export_leg(leg, folder / "parts", checks=checks, pictures=False)
+            written += cad.draw_leg(leg, folder / "parts") if pictures else []
+        elif pictures:
+            failures = cad.draw_failures(leg, checks, folder / "checks")
+    except cad.PreviewError as error:
+        notes.append(str(error))
+        whole = False
+    record = _record(leg, checks, written, failures, notes)
+    return {**record, "masses": [mass_json(item) for item in masses_of(leg, *known)]}, whole
+
+
+def _record(
+    leg: BuiltLeg,
+    checks: tuple[CheckResult, ...],
+    written: list[ExportedFile],
+    failures: dict[str, CheckResult],
+    notes: list[str],
+) -> dict[str, Any]:
+    import cad
+    from cad.assembly import assembly
+
+    pictures = {check: f"checks/{name}" for name, check in failures.items()}
+    return {
+        "drawn": all(check.passed for check in checks),
+        "checks": [_check(check, pictures.get(check)) for check in checks],
+        "print": [
+            {"part": plan.part, "up": plan.up, "support": _value(plan.overhang, "mm^2"),
+             "size": [_value(size, "mm") for size in plan.size]}
+            for plan in cad.plan_leg(leg)
+        ],
+        "parts": _parts(leg),
+        "joints": _joints(leg),
+        "assembly": {
+            joint.dimensions.name: [{"step": step.text, "parts": list(step.parts)} for step in assembly(joint)]
+            for joint in leg.joints
+        },
+        "notes": notes,
+        "files": [{"path": item.path, "kind": item.kind} for item in written],
+    }  # fmt: skip
+
+
+def _check(check: CheckResult, picture: str | None) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "part": check.part,
+        "passed": check.passed,
+        "value": _value(check.value, check.unit),
+        "limit": _value(check.limit, check.unit),
+        "text": str(check),
+        **({"angle": _value(check.angle, "deg")} if check.angle is not None else {}),
+        **({"picture": picture} if picture is not None else {}),
+    }
+
+
+def _value(value: float, unit: str) -> dict[str, Any]:
+    return {"value": value, "unit": unit or "1"}
+
+
+def with_settings(extra: dict[str, Any], design: LegDesign, settings: Mapping[str, SeatSetting]) -> dict[str, Any]:
+    """``extra`` with how each seat is set: at its zero, or as the spring in hand asks; and how to measure that."""
+    solids = dict(extra["solids"])
+    joints = {name: dict(solids["joints"].get(name, {})) for name in design.built.joint_names}
+    for name, setting in settings.items():
+        joints[name]["seat"] = {**joints[name].get("seat", {}), "setting": setting.as_json()}
+    notes = list(solids["notes"])
+    for name, setting in settings.items():
+        notes.append(f"{name}: turn the seat to {degrees(setting.turn):+.1f} deg on its scale for the spring in hand")
+    if joints and not settings and solids["drawn"]:
+        notes.append(HOW_TO_MEASURE)
+    return {**extra, "solids": {**solids, "joints": joints, "notes": notes}}
+
+
+HOW_TO_MEASURE = (
+    "a spring's free angle is sold to 10 deg only, the largest error of all: assemble each joint with its seat at 0, "
+    "lay it on its side so that no weight turns it, leave the damper off, and read the angle at which it comes to rest "
+    "(the mean of both sides). Write it as measured: {spring: {JOINT: {free_angle: 98 deg}}}; the report then tells "
+    "what to turn the seat to. + on the scale (the end with the pit) makes the free angle larger; its marks are 5 deg "
+    "apart on the ear and 4 deg on the seat plate, so where two meet a degree is read"
+)
+
+
+def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
+    """Every part with how it is got, its mass, centre of mass and inertia, joint by joint.
+
+    ``com`` stands in the frame of the half that the part moves with: the hinge on z, the half's own link along y,
+    towards the parent for the upper half (+y), away from it for the lower one (-y). ``inertia`` is about the com, along
+    the hinge's axis.
+    """
+    density, found = leg.dimensions.printing.density, []
+    for joint, link in zip(leg.joints, leg.links, strict=True):
+        for part in (*joint.parts, link):
+            mass = part.mass(density)
+            item: dict[str, Any] = {
+                "part": part.name, "joint": joint.dimensions.name, "family": part.family, "made": part.made,
+                "moves_with": part.group, "material": part.material,
+                "mass": None if mass is None else _value(mass, "g"), "size": part.size,
+            }  # fmt: skip
+            if part.printed:
+                item["volume"] = _value(float(part.solid.Volume()), "mm^3")
+            if mass is not None:
+                moments = part.moments()
+                item["com"] = [_value(place, "mm") for place in moments.centre]
+                item["inertia"] = _value(mass * 1e-9 * moments.about_z / moments.volume, "kg*m^2")
+            found.append(item)
+    return found
+
+
+def _joints(leg: BuiltLeg) -> dict[str, Any]:
+    """What the drawn joints leave and allow: free play, the stops' angles, arms and seat."""
+    from cad.play import joint_play
+    from cad.travel import Bodies
+
+    found = {}
+    for joint in leg.joints:
+        dimensions, layout = joint.dimensions, joint.layout
+        play = joint_play(Bodies(joint))
+        spring = dimensions.spring
+        found[dimensions.name] = {
+            "play": None
+            if play is None
+            else {**_value(play.width, "deg"), "low": _value(play.low, "deg"), "high": _value(play.high, "deg")},
+            "stops": [_value(angle, "deg") for angle in dimensions.stop_angles],
+            "arms": {
+                "free": _value(layout.free_arm, "mm"),
+                "clamped": _value(layout.seat.length, "mm"),
+                "whole": _value(layout.arm_length, "mm"),
+                "upper_arm_angle": _value(dimensions.upper_arm_angle, "deg"),
+                "drawn_rate_over_designed": _value(_rate_ratio(spring, layout.free_arm), "1"),
+            },
+            "seat": {"travel": _value(layout.plate.travel, "deg"), "scale": _value(1.0, "deg")},
+        }
+    return found
+
+
+def _rate_ratio(spring: Any, free_arm: float) -> float:
+    from cad.flexed_wire import effective_length
+
+    drawn = effective_length(spring.radius, spring.drawn_coils, free_arm)
+    return 1.0 if spring.stiff_length is None else float(spring.stiff_length / drawn)
+
+
+def _caption(design: LegDesign, path: str) -> str:
+    """What a picture shows: the leg, a joint with its arm offset, or a part of a joint."""
+    stem = Path(path).stem
+    for index, name in enumerate(design.built.joint_names):
+        named = name.replace(" ", "_")
+        if stem == named or stem.startswith(f"{named}_"):
+            part = stem.removeprefix(named).lstrip("_").replace("_", " ")
+            if part == "exploded":
+                return f"{name} joint pulled apart; the numbers are the steps of its assembly"
+            offset = f"arm offset {degrees(design.arm_offset(index)):+.1f} deg"
+            return (
+                f"{name}, {part}" if part and part != "inside" else f"{name} joint{', cut open' * bool(part)}: {offset}"
+            )
+    return "the whole leg in its rest pose" if stem == "leg" else stem

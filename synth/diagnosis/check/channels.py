@@ -1,0 +1,152 @@
+"""Each channel on its own: frozen or cut off values, noise, counts, and what a filter did to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import Sensor
+from synth.diagnosis.check.finding import Finding
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import Mask
+from synth.units import quantity
+
+LONG_RUN = 10  # equal readings in a row: fewer happen at a turning point
+# Of the recording's fastest, the speed at which a joint must be going when its readings stop, or go on, for the channel
+# to be frozen: what friction stops has slowed down to nothing before.
+STILL_GOING = 0.1
+JUMP = 8.0  # usual changes from one reading to the next that the joint must miss in the run, or jump by after it
+MOVES = np.radians(2.0)  # rad, that another joint moves by while a channel shows nothing at all
+SHOWS = 0.1  # of the noise, that a count must be to be more than the file's last digit
+FILTERED = 3.0  # scatter about a smooth motion over white noise by differences: readings were filtered or filled in
+COARSE = 0.02  # of a joint's motion (RMS), a count or a noise that hides what is smaller
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One joint's channel over all trials: RMS ``noise`` rad, one ``count`` rad (0: none shows), RMS ``motion`` rad."""
+
+    joint: str
+    noise: float
+    count: float
+    motion: float
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``channels``."""
+        found = {"noise": self.noise, "count": self.count, "motion": self.motion}
+        return {"joint": self.joint} | {name: quantity(value, "deg") for name, value in found.items()}
+
+
+def channels(joints: Sequence[str], recordings: Sequence[Recording], sensor: Sensor) -> tuple[Channel, ...]:
+    """Noise, count and motion of every joint's channel."""
+    made = []
+    for j, name in enumerate(joints):
+        parts = [np.std(r.smoothed.angle[:, j]) for r in recordings if j in r.free]
+        motion = float(np.sqrt(np.mean(np.square(parts)))) if parts else 0.0
+        noise, step = float(sensor.noise[j]), float(sensor.step[j])
+        made.append(Channel(name, noise, step if step > SHOWS * noise else 0.0, motion))
+    return tuple(made)
+
+
+def channel_findings(
+    joints: Sequence[str], recordings: Sequence[Recording], sensor: Sensor, made: Sequence[Channel]
+) -> list[Finding]:
+    """Frozen channels in each recording; noise, counts and filters of all."""
+    found = [f for recording in recordings for f in _frozen(joints, recording, sensor)]
+    for j, channel in enumerate(made):
+        found += _coarse(channel)
+        found += _filtered(joints[j], j, recordings, sensor)
+    return found
+
+
+def _frozen(joints: Sequence[str], recording: Recording, sensor: Sensor) -> list[Finding]:
+    """Runs of equal readings that begin or end while the joint is going, and channels that never change."""
+    found = []
+    for j in recording.free:
+        value, good = recording.rotation[:, j], recording.counts[:, j]
+        if good.sum() > LONG_RUN and np.ptp(value[good]) == 0.0:
+            others = [k for k in recording.free if k != j and np.ptp(recording.smoothed.angle[:, k]) > MOVES]
+            if others:
+                text = f"reads {_degrees(recording.rotation[0, j])} from first to last sample while "
+                text += f"{joints[others[0]]} moves: its channel is frozen, or the joint was held"
+                remedy = "list the joint under `locked` if it was held, else leave the recording out"
+                found.append(Finding("fault", text, remedy, recording.name, joints[j]))
+            continue
+        for first, last in _runs(value, good):
+            if _stops_short(recording, j, first, last, max(_usual_change(value), float(sensor.noise[j]))):
+                start, end = recording.time[first], recording.time[last]
+                text = f"its reading stays at {_degrees(value[first])} from {start:.3g} s to {end:.3g} s while the "
+                text += "joint is going: the channel is frozen there"
+                remedy = "empty these cells (an empty cell is a missing sample), or leave the recording out"
+                found.append(Finding("fault", text, remedy, recording.name, joints[j]))
+                break
+    return found
+
+
+def _usual_change(value: Array) -> float:
+    """By how much a reading differs from the last where it differs at all: a count, the noise, or the motion."""
+    change = np.abs(np.diff(value))
+    return float(np.median(change[change > 0.0])) if np.any(change > 0.0) else 0.0
+
+
+def _runs(value: Array, good: Mask) -> list[tuple[int, int]]:
+    """First and last places of ``LONG_RUN`` equal readings in a row and more."""
+    same = np.concatenate([[False], (np.diff(value) == 0.0) & good[1:] & good[:-1], [False]])
+    edges = np.flatnonzero(np.diff(same.astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a + 1 >= LONG_RUN]
+
+
+def _stops_short(recording: Recording, j: int, first: int, last: int, step: float) -> bool:
+    """Whether the joint was going when a run of equal readings began, or is elsewhere when it ends."""
+    time, value = recording.time, recording.rotation[:, j]
+    fastest = float(np.percentile(np.abs(recording.smoothed.rate[:, j]), 98))
+    back = max(first - LONG_RUN, 0)
+    before = abs(value[first] - value[back]) / (time[first] - time[back]) if first > back else 0.0
+    went = before * (time[min(last, first + 3 * LONG_RUN)] - time[first])  # no longer: any swing slows down in time
+    going = before > STILL_GOING * fastest and went > JUMP * step and first - back >= LONG_RUN // 2
+    jump = abs(value[last + 1] - value[last]) if last + 1 < len(value) else 0.0
+    usual = fastest * (time[last] - time[max(last - 1, 0)])
+    return bool(going and _unslowed(value, first)) or bool(jump > JUMP * step and jump > 2.0 * usual)
+
+
+def _unslowed(value: Array, first: int) -> bool:
+    """Whether readings changed all the time up to the run, and as much as before: nothing slowed the joint down."""
+    near = np.abs(np.diff(value[max(first - LONG_RUN, 0) : first + 1]))
+    half = len(near) // 2
+    late, early = near[half:], near[:half]
+    return half > 1 and float(np.mean(late > 0.0)) > 0.5 and float(late.mean()) > 0.5 * float(early.mean())
+
+
+def _coarse(channel: Channel) -> list[Finding]:
+    if channel.motion <= 0.0 or max(channel.count, channel.noise) < COARSE * channel.motion:
+        return []
+    if channel.count > channel.noise:
+        text = f"one count is {_degrees(channel.count)}, {channel.count / channel.motion:.0%} of the motion (RMS "
+        text += f"{_degrees(channel.motion)})"
+        remedy = "an encoder with more counts, or larger releases"
+    else:
+        text = f"its noise, {_degrees(channel.noise)} RMS, is {channel.noise / channel.motion:.0%} of the motion (RMS "
+        text += f"{_degrees(channel.motion)})"
+        remedy = "a quieter sensor, or larger releases"
+    return [Finding("doubt", text + "; effects of that size are hidden", remedy, joint=channel.joint)]
+
+
+def _filtered(name: str, j: int, recordings: Sequence[Recording], sensor: Sensor) -> list[Finding]:
+    """Readings whose neighbours agree far better than they scatter about a smooth motion."""
+    if sensor.step[j] > 0.5 * sensor.noise[j]:
+        return []  # rounded readings scatter by their count, whatever a filter did
+    ratio = [r.smoothed.noise[j] / sensor.noise[j] for r in recordings if j in r.free]
+    if not ratio or float(np.median(ratio)) < FILTERED:
+        return []
+    text = f"readings scatter {float(np.median(ratio)):.1f} times more about a smooth motion than from one to the next:"
+    text += " they were low-pass filtered, interpolated, or something shakes the joint"
+    remedy = "give the readings as the sensor gave them; a filter rounds off what friction and play do at a turn"
+    return [Finding("note", text, remedy, joint=name)]
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.3g} deg"

@@ -1,0 +1,166 @@
+"""How much of deflection, speed and load the trials go through, joint by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.check.finding import Finding
+from synth.fit.recordings import Recording
+from synth.motion.smoothing import savitzky_golay
+from synth.swing.leg_model import Leg
+from synth.swing.mechanics import absolute
+from synth.units import quantity
+
+# Greatest over least, below which a quantity counts as one value: what grows with it and what does not then differ by
+# no more than tolerances do.
+ONE_VALUE = 1.5
+ONE_SIDED = 0.1  # of the range that must lie beyond the free angle for a joint to have been on both sides
+STILL_MOVING = 0.1  # of the fastest speed, at the end of a recording
+LAST = 0.1  # of a recording, that is its end
+MIDDLE = (5.0, 95.0)  # per cent of the samples between which a load's range is taken: ends are noise
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """One joint over the trials in which it is free.
+
+    ``deflection`` rad, least and greatest from the spring's free angle (without a spring: from the middle);
+    ``speeds`` rad/s, greatest of the slowest and of the fastest trial; ``load`` N, of the bearing, 5 to 95 %;
+    ``sides`` trials that begin below and above where the joint ends.
+    """
+
+    joint: str
+    deflection: tuple[float, float]
+    speeds: tuple[float, float]
+    load: tuple[float, float]
+    sides: tuple[int, int]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``coverage``."""
+        return {
+            "joint": self.joint,
+            "deflection": [quantity(value, "deg") for value in self.deflection],
+            "greatest_speed": [quantity(value, "deg/s") for value in self.speeds],
+            "bearing_force": [quantity(value, "N") for value in self.load],
+            "released_below": self.sides[0],
+            "released_above": self.sides[1],
+        }
+
+
+def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
+    """Of each joint that is free in some trial."""
+    loads = [_loads(leg, recording) for recording in recordings]
+    made = []
+    for j, joint in enumerate(leg.joints):
+        free = [(r, load[:, j]) for r, load in zip(recordings, loads, strict=True) if j in r.free]
+        if not free:
+            continue
+        angle = np.concatenate([r.smoothed.angle[:, j] for r, _ in free])
+        sprung = joint.spring is not None and joint.spring.rate > 0.0
+        zero = joint.rest if sprung else 0.5 * float(angle.min() + angle.max())
+        fastest = [float(np.percentile(np.abs(r.smoothed.rate[:, j]), 98)) for r, _ in free]
+        force = np.concatenate([load for _, load in free])
+        low, high = np.percentile(force, MIDDLE)
+        starts = np.array([r.smoothed.angle[0, j] - r.smoothed.angle[-1, j] for r, _ in free])
+        sides = (int(np.sum(starts < 0.0)), int(np.sum(starts > 0.0)))
+        made.append(
+            Coverage(
+                joint.name,
+                (float(angle.min() - zero), float(angle.max() - zero)),
+                (min(fastest), max(fastest)),
+                (float(low), float(high)),
+                sides,
+            )
+        )
+    return tuple(made)
+
+
+def _loads(leg: Leg, recording: Recording) -> Array:
+    """(n_time, n) N, force through each joint's bearing: weight and inertia of the links that hang from it."""
+    leg, smoothed = recording.leg or leg, recording.smoothed
+    step = float(smoothed.time[1] - smoothed.time[0])
+    phi = absolute(smoothed.angle, leg.tilt + recording.conditions.tilt)
+    along = np.stack([np.sin(phi), -np.cos(phi)], axis=2)  # (t, n, 2), x right and z up
+    length = np.array([joint.link.length for joint in leg.joints])
+    com = np.array([joint.link.com for joint in leg.joints])
+    mass = np.array([joint.link.mass for joint in leg.joints])
+    ends = np.cumsum(along * length[:, None], axis=1)
+    middles = ends - along * (length - com)[:, None]
+    points = np.concatenate([middles, ends[:, -1:]], axis=1)
+    masses = np.append(mass, recording.conditions.tip_mass)
+    flat = points.reshape(len(points), -1)
+    width = min(max(5, round(smoothed.width / step) // 2 * 2 + 1), len(flat) // 2 * 2 - 1)
+    speed = savitzky_golay(flat, width, 3, step)[1]
+    acceleration = savitzky_golay(speed, width, 3, step)[1].reshape(points.shape)
+    force = masses[:, None] * (acceleration + np.array([0.0, leg.gravity]))
+    outboard = np.cumsum(force[:, ::-1], axis=1)[:, ::-1][:, : len(mass)]
+    outboard[:, -1] = force[:, -2:].sum(axis=1)
+    return np.asarray(np.linalg.norm(outboard, axis=2))
+
+
+def coverage_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Coverage]) -> list[Finding]:
+    """What the ranges leave open, and the trial that would fill it."""
+    found = []
+    for one in made:
+        joint = leg.joints[leg.joint_names.index(one.joint)]
+        if joint.spring is not None and joint.spring.rate > 0.0:
+            found += _one_sided(one)
+        found += _one_load(one) + _one_speed(one)
+    found += _cut_short(recordings)
+    return found
+
+
+def _one_sided(one: Coverage) -> list[Finding]:
+    low, high = one.deflection
+    room = ONE_SIDED * (high - low)
+    if low < -room and high > room:
+        return []
+    text = f"stays on one side of its spring's free angle ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg from "
+    text += "it): a spring that acts on one side only, and one of another rate, look alike"
+    return [
+        Finding(
+            "note", text, "a trial that swings through the free angle, by a tilt or from the other side", "", one.joint
+        )
+    ]
+
+
+def _one_load(one: Coverage) -> list[Finding]:
+    low, high = one.load
+    if high <= 0.0 or high > ONE_VALUE * low:
+        return []
+    text = f"its bearing carries {low:.3g} to {high:.3g} N throughout: friction that grows with load and friction that "
+    text += "does not look alike"
+    return [Finding("note", text, "trials with a tip mass, or faster ones", "", one.joint)]
+
+
+def _one_speed(one: Coverage) -> list[Finding]:
+    low, high = one.speeds
+    if high > ONE_VALUE * low:
+        return []
+    text = (
+        f"all trials reach about the same speed ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg/s): a damper of "
+    )
+    text += "another rate and one that bends with speed are hard to tell apart"
+    return [Finding("note", text, "a release a third as large, and one as large as the joint allows", "", one.joint)]
+
+
+def _cut_short(recordings: Sequence[Recording]) -> list[Finding]:
+    """Free recordings that end while the leg still moves."""
+    moving = []
+    for recording in recordings:
+        if recording.known_torque is not None or not recording.free:
+            continue
+        rate = np.abs(recording.smoothed.rate[:, recording.free])
+        last = max(int(LAST * len(rate)), 1)
+        if rate[-last:].max() > STILL_MOVING * rate.max():
+            moving.append(recording.name)
+    if not moving:
+        return []
+    more = f" and {len(moving) - 1} more" if len(moving) > 1 else ""
+    text = "ends while the leg still moves: where it comes to rest tells dry friction and a shifted spring apart"
+    return [Finding("note", text, "record until the leg rests", moving[0] + more)]

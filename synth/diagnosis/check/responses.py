@@ -1,0 +1,187 @@
+"""How each cause would show in these trials: its response, less what tolerances and initial states can do as well.
+
+All inner products are in the metric of what is left after these: with whitened derivatives ``S`` by the tolerances
+(whose prior is the unit normal) and each trial's initial state projected out, ``<a, b> = a' (I + S S')^-1 b``. Its root
+is the signal over the remainder that a cause has; the angle between two responses says how far one cause can pass for
+the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.hypotheses import Key
+from synth.diagnosis.screening import DIVERGED, Ground, rungs
+from synth.diagnosis.workbench import Fit, Workbench
+from synth.estimation.parameters import Prior
+
+# A cause shows where the log-likelihood that it gains, half the squared signal, exceeds what an unknown costs in the
+# odds (4, see ``verdict.Calibration``): 2.8, rounded up.
+VISIBLE = 3.0
+# Signal, before tolerances take their part, at which causes are compared: small, so that what tolerances do as well is
+# taken off to second order too. The integrator must then be finer than where sizes are only found.
+COMPARED, COMPARISON = 3.0, 1e-7
+
+
+@dataclass(frozen=True)
+class Products:
+    """Sums over trials of products between ``k`` responses and ``p`` tolerances' derivatives, states projected out.
+
+    ``own`` (k, k), ``across`` (p, k), ``tolerances`` (p, p).
+    """
+
+    own: Array
+    across: Array
+    tolerances: Array
+
+    def __add__(self, other: Products) -> Products:
+        """With further trials."""
+        return Products(self.own + other.own, self.across + other.across, self.tolerances + other.tolerances)
+
+    @property
+    def gram(self) -> Array:
+        """(k, k) inner products in the metric of what tolerances cannot do."""
+        inner = np.eye(len(self.tolerances)) + self.tolerances
+        return np.asarray(self.own - self.across.T @ np.linalg.solve(inner, self.across))
+
+
+@dataclass(frozen=True)
+class Response:
+    """One cause, in one shape, from one start: ``fit`` at the size where it is compared, and where it first shows.
+
+    ``visible`` (n_unknown,) whitened unknowns of the cause at the smallest size that shows, or
+    None; ``columns`` : places of its response and of its derivatives among those of all.
+    """
+
+    fit: Fit
+    visible: Array | None
+    columns: tuple[int, ...] = ()
+
+    @property
+    def key(self) -> Key:
+        """Effect and place."""
+        return self.fit.keys[0]
+
+    @property
+    def candidate(self) -> ShapedEffect:
+        """The cause in its shape."""
+        return self.fit.hypothesis[0]
+
+
+def products(bench: Workbench, at: Fit, responses: Sequence[Sequence[Array]]) -> Products:
+    """Of responses (k, M), a list a trial, at a fit with a frame; what is not finite counts as diverged."""
+    ground = Ground.of(bench, at)
+    count = len(responses[0])
+    own, across = np.zeros((count, count)), np.zeros((len(ground.matrix), count))
+    for i, rows in enumerate(responses):
+        left = ground.left(i, rows)
+        own += left @ left.T
+        across += ground.slopes[i].T @ left.T
+    return Products(own, across, ground.matrix)
+
+
+def responses_of(bench: Workbench, at: Fit, candidates: Sequence[ShapedEffect]) -> tuple[list[Response], Products]:
+    """Every candidate from every start, at a small size, and the products of responses and derivatives."""
+    starts = [
+        Fit((candidate,), np.concatenate([at.unknowns, start]), at.states)
+        for candidate in candidates
+        for start in candidate.starts()
+    ]
+    found = _sized(bench, at, starts)
+    finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON))
+    base, *fits = finer.evaluate([at, *(response.fit for response in found)])
+    rows: list[list[Array]] = [[] for _ in bench.trials]
+    placed, count = [], 0
+    for response, fit in zip(found, fits, strict=True):
+        for i, (residual, columns) in enumerate(zip(fit.residuals, fit.columns, strict=True)):
+            rows[i] += [residual - base.residuals[i], *columns.T]
+        size = 1 + len(fit.unknowns) - len(at.unknowns)
+        placed.append(replace(response, fit=fit, columns=tuple(range(count, count + size))))
+        count += size
+    return placed, products(bench, at, rows)
+
+
+def _sized(bench: Workbench, at: Fit, starts: Sequence[Fit]) -> list[Response]:
+    """Of each start the size at which it is compared, and the one where it first shows, by a ladder of sizes."""
+    first = bench.n_tolerance
+    ladders = [rungs(start, first) for start in starts]
+    flat = [rung for ladder in ladders for rung in ladder]
+    signals, raw = _signals(bench, at, flat)
+    made, place = [], 0
+    for start, ladder in zip(starts, ladders, strict=True):
+        part = slice(place, place + len(ladder))
+        here, bare = signals[part], raw[part]
+        place += len(ladder)
+        good = np.flatnonzero(np.isfinite(here) & (bare > 0.0))
+        if not len(good):
+            continue
+        best = int(good[np.argmin(np.abs(np.log(bare[good] / COMPARED)))])
+        sizes = np.array([rung.unknowns[first:] for rung in ladder])
+        shown = _first_shown(start, sizes[good], here[good], first)
+        candidate = start.hypothesis[0]
+        size = scaled(candidate, sizes[best], COMPARED / bare[best]) if has_size(candidate) else sizes[best]
+        point = np.concatenate([start.unknowns[:first], np.clip(size, *candidate.bounds())])
+        made.append(Response(replace(start, unknowns=point), shown))
+    return made
+
+
+def _signals(bench: Workbench, at: Fit, fits: Sequence[Fit]) -> tuple[Array, Array]:
+    """(n_fit,) signal of each, and before tolerances take their part; nan where the motion diverged."""
+    ground = Ground.of(bench, at)
+    inner = np.linalg.cholesky(np.eye(len(ground.matrix)) + ground.matrix)
+    squares, across = np.zeros(len(fits)), np.zeros((len(ground.matrix), len(fits)))
+    broken = np.zeros(len(fits), dtype=bool)
+    for i, rows in enumerate(bench.residuals(fits)):
+        found = np.array(rows)
+        broken |= ~np.isfinite(found.sum(axis=1)) | (np.abs(found).max(axis=1) >= DIVERGED)
+        found[broken] = 0.0
+        left = ground.project(i, found - at.residuals[i])
+        squares += np.einsum("fm,fm->f", left, left)
+        across += ground.slopes[i].T @ left.T
+    lessened = squares - np.sum(np.linalg.solve(inner, across) ** 2, axis=0)
+    return np.where(broken, np.nan, np.sqrt(np.maximum(lessened, 0.0))), np.where(broken, np.nan, np.sqrt(squares))
+
+
+def _first_shown(start: Fit, sizes: Array, signals: Array, first: int) -> Array | None:
+    """Whitened unknowns at the smallest size of the ladder that shows, between its rungs in proportion.
+
+    ``sizes`` (n_rung, n_unknown) rising within each sense, ``signals`` (n_rung,).
+    """
+    candidate = start.hypothesis[0]
+    if not has_size(candidate):
+        return sizes[int(np.argmax(signals))] if signals.max() >= VISIBLE else None
+    strengths = [k for k, name in enumerate(candidate.shape.free) if name in candidate.effect.strengths]
+    magnitude = np.linalg.norm(sizes[:, strengths], axis=1)
+    shown = np.flatnonzero(signals >= VISIBLE)
+    if not len(shown):
+        return None
+    k = int(shown[np.argmin(magnitude[shown])])
+    sense = np.sign(sizes[:, strengths[0]])
+    below = [i for i in range(len(sizes)) if sense[i] == sense[k] and magnitude[i] < magnitude[k]]
+    if below:
+        b = max(below, key=lambda i: magnitude[i])
+        share = np.log(VISIBLE / signals[b]) / max(np.log(signals[k] / signals[b]), 1e-9)
+        factor = float((magnitude[b] / magnitude[k]) ** (1.0 - np.clip(share, 0.0, 1.0)))
+    else:
+        factor = VISIBLE / float(signals[k])
+    return scaled(candidate, sizes[k], factor)
+
+
+def has_size(candidate: ShapedEffect) -> bool:
+    """Whether its strengths grow from nothing; a stop's stiffness does not: it shows by where it sits."""
+    return not any(prior.log for name, prior in _priors(candidate) if name in candidate.effect.strengths)
+
+
+def _priors(candidate: ShapedEffect) -> list[tuple[str, Prior]]:
+    return list(zip(candidate.shape.free, candidate.priors, strict=True))
+
+
+def scaled(candidate: ShapedEffect, unknowns: Array, factor: float) -> Array:
+    """Whitened unknowns (size,) with the strengths multiplied."""
+    strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])
+    return np.asarray(np.where(strengths, unknowns * factor, unknowns))

@@ -1,0 +1,82 @@
+"""What a check of recordings found, and how it writes itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.check.channels import Channel
+from synth.diagnosis.check.clocks import Sampling
+from synth.diagnosis.check.coverage import Coverage
+from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.check.lags import Lag
+from synth.diagnosis.check.separability import Cluster, Showing
+
+FORMAT = "synth/gap-check/1"
+
+
+@dataclass(frozen=True)
+class Check:
+    """Whether a project's recordings can be used, what is in doubt, and what they can tell apart.
+
+    ``sines`` : see ``Separability``. ``remainder`` : share of each joint's motion (RMS) that is taken to stay
+    unexplained, beside the noise, in ``showings`` and ``clusters``.
+    """
+
+    name: str
+    trials: int
+    findings: tuple[Finding, ...]
+    recordings: tuple[Sampling, ...]
+    channels: tuple[Channel, ...]
+    coverage: tuple[Coverage, ...]
+    lags: tuple[Lag, ...]
+    showings: tuple[Showing, ...]
+    clusters: tuple[Cluster, ...]
+    sines: Array
+    remainder: float
+    inputs: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def usable(self) -> bool:
+        """No fault was found."""
+        return all(finding.level != "fault" for finding in self.findings)
+
+    @property
+    def sentence(self) -> str:
+        """The answer."""
+        faults = sum(finding.level == "fault" for finding in self.findings)
+        doubts = sum(finding.level == "doubt" for finding in self.findings)
+        shown = sum(showing.visible_from is not None for showing in self.showings)
+        count = f"{self.trials} recording{'s' if self.trials != 1 else ''}"
+        if faults:
+            return f"{count}: {_counted(faults, 'fault')} to mend first, or a diagnosis would be wrong."
+        begun = f"{count} can be used" + (f", with {_counted(doubts, 'doubt')}" if doubts else "")
+        open_ = f" {_counted(len(self.clusters), 'group')} of them pass for each other." if self.clusters else ""
+        return f"{begun}. They could show {shown} of {len(self.showings)} causes.{open_}"
+
+    def as_json(self) -> dict[str, Any]:
+        """``check.json``."""
+        return {
+            "format": FORMAT,
+            "name": self.name,
+            "sentence": self.sentence,
+            "usable": self.usable,
+            "findings": [finding.as_json() for finding in self.findings],
+            "recordings": [one.as_json() for one in self.recordings],
+            "channels": [one.as_json() for one in self.channels],
+            "coverage": [one.as_json() for one in self.coverage],
+            "lags": [one.as_json() for one in self.lags],
+            "remainder_assumed": self.remainder,
+            "causes": [one.as_json() for one in self.showings],
+            "not_told_apart": [one.as_json() for one in self.clusters],
+            "sines": np.round(self.sines, 3).tolist(),
+            "inputs": dict(self.inputs),
+        }
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count != 1 else ''}"

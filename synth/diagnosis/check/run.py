@@ -1,0 +1,105 @@
+"""The check of a project's recordings, from end to end: seconds, and nothing is fitted but initial states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.diagnosis.angle_search import as_designed
+from synth.diagnosis.angle_trials import AngleTrial, sensor
+from synth.diagnosis.check.against_nominal import column_findings
+from synth.diagnosis.check.channels import Channel, channel_findings, channels
+from synth.diagnosis.check.clocks import clock_findings, sampling
+from synth.diagnosis.check.coverage import coverage, coverage_findings
+from synth.diagnosis.check.finding import Finding, of_alike, worst_first
+from synth.diagnosis.check.lags import Lag, lag_findings, lags
+from synth.diagnosis.check.responses import responses_of
+from synth.diagnosis.check.result import Check
+from synth.diagnosis.check.separability import Separability, separability
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+from synth.diagnosis.plants.swinging_chain.chain_menu import menu
+from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
+from synth.diagnosis.workbench import Workbench
+from synth.swing.chain import Conditions
+
+if TYPE_CHECKING:
+    from synth.files.gap_project import GapProject
+
+# Share of a joint's motion (RMS) that no model of this kind follows, however good the sensor. Six real rigs, best cause
+# in: .4 % (a double pendulum's small swings) to 4 % (a robot's knee), see ``make rigs``; a good rig is taken.
+REMAINDER = 0.01
+SAMPLES, MOST = 300, 12  # of a trial, and trials, by which responses are compared
+INTEGRATION = 1e-5  # rad, of the integrator: responses are a hundred times as large
+
+
+def check(project: GapProject, say: Callable[[str], None] | None = None) -> Check:
+    """Say what is wrong with a project's recordings, and what they can and cannot tell apart.
+
+    Raises
+    ------
+    UserError : a trial cannot be read as motion, or none moves.
+    """
+    tell = say or (lambda text: None)
+    tell("channels, clocks and ranges")
+    leg = project.leg
+    warnings = check_trials(leg, project.trials)
+    scene, more = scene_of(leg, project.trials, project.tolerance, project.seed)
+    all_trials = [*scene.given, *scene.held]
+    recordings = [trial.recording for trial in all_trials]
+    learnt = [trial.recording for trial in scene.given]
+    found = sensor(learnt)
+    read = channels(leg.joint_names, recordings, found)
+    steps = tuple(sampling(recording) for recording in recordings)
+    covered = coverage(leg, learnt)
+    findings: list[Finding] = [Finding("doubt", text) for text in (*warnings, *more)]
+    findings += clock_findings(leg, recordings, steps)
+    findings += channel_findings(leg.joint_names, recordings, found, read)
+    findings += coverage_findings(leg, learnt, covered)
+    if any(finding.level == "fault" for finding in findings):
+        told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
+    else:
+        tell("the recordings against the leg as designed")
+        bench = _bench(scene.bench, scene.given, read)
+        findings += column_findings(leg, project.trials, bench)
+        tell("what could be told apart")
+        at = as_designed(bench)
+        responses, made = responses_of(bench, at, candidates(leg, scene.given, scales(leg, scene.given)))
+        late = lags(bench, at, responses)
+        findings += lag_findings(late)
+        told = separability(bench, at, responses, made, menu(leg, bench, scene.given))
+    return Check(
+        project.name,
+        len(recordings),
+        worst_first(of_alike(findings)),
+        steps,
+        read,
+        covered,
+        late,
+        told.showings,
+        told.clusters,
+        told.sines,
+        REMAINDER,
+        {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials},
+    )
+
+
+def _bench(bench: Workbench, given: Sequence[AngleTrial], read: Sequence[Channel]) -> Workbench:
+    """Fewer samples, a coarser integration, and noise that holds the remainder of a good rig."""
+    noise = np.hypot(bench.noise, REMAINDER * np.array([channel.motion for channel in read]))
+    kept = _kinds([trial.thinner(SAMPLES) for trial in given])
+    return replace(bench, predictor=bench.predictor.coarser(INTEGRATION), trials=tuple(kept), noise=noise)
+
+
+def _kinds(trials: Sequence[AngleTrial]) -> list[AngleTrial]:
+    """At most ``MOST``: one of each kind first, then those that move most; in the order given."""
+    order = sorted(range(len(trials)), key=lambda i: -float(np.ptp(trials[i].measured, axis=0).max()))
+    kinds: dict[Conditions, int] = {}
+    for i in order:
+        kinds.setdefault(trials[i].recording.conditions, i)
+    first = sorted(kinds.values(), key=order.index)
+    kept = [*first, *[i for i in order if i not in first]][:MOST]
+    return [trials[i] for i in sorted(kept)]

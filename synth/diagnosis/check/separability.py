@@ -1,0 +1,259 @@
+"""Which causes these trials could show, from what size on, which pass for each other, and which trial would mend that.
+
+From the responses of all candidates at the leg as designed (``responses``): linear, so that it holds whatever the
+answer is, as long as that is small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.check.responses import COMPARISON, Products, Response, has_size, products, scaled
+from synth.diagnosis.effect_shape import ShapedEffect
+from synth.diagnosis.hypotheses import Key
+from synth.diagnosis.plant import MenuItem
+from synth.diagnosis.workbench import Fit, Workbench
+from synth.estimation.intervals import Estimate
+
+RIVALS = 4  # causes that are listed beside each, the most alike first
+# Sine of the angle below which two causes pass for each other unless they are seven times as large as what first shows:
+# such sizes are seldom met, and forms of one cause differ by as much among themselves.
+ALIKE = 0.15
+LEAST_SINE = 0.02  # below, differences are the integrator's and the linearisation's
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A cause that another passes for: ``sine`` of the angle between them, and from which size on they part.
+
+    ``parts_from`` : parameters of the cause listed (not the rival's), or None where no size within its bounds will do.
+    """
+
+    key: Key
+    sine: float
+    parts_from: dict[str, Estimate] | None
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``looks_like``."""
+        parts = None if self.parts_from is None else {k: v.as_json() for k, v in self.parts_from.items()}
+        angle = float(np.degrees(np.arcsin(min(self.sine, 1.0))))
+        told = {"angle": {"value": angle, "unit": "deg"}, "told_apart_from": parts}
+        return {"effect": self.key[0], "joint": self.key[1]} | told
+
+
+@dataclass(frozen=True)
+class Showing:
+    """One cause: the smallest size that shows, None where none does, and what it looks like."""
+
+    key: Key
+    visible_from: dict[str, Estimate] | None
+    rivals: tuple[Rival, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``causes``."""
+        shown = None if self.visible_from is None else {k: v.as_json() for k, v in self.visible_from.items()}
+        return {
+            "effect": self.key[0],
+            "joint": self.key[1],
+            "visible_from": shown,
+            "looks_like": [rival.as_json() for rival in self.rivals],
+        }
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Causes that pass for each other, and the trial of a menu that tells most of them apart, if one does.
+
+    ``sine`` of the least angle now, ``with_trial`` with that trial added to the others.
+    """
+
+    keys: tuple[Key, ...]
+    sine: float
+    remedy: str
+    with_trial: float
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry under ``not_told_apart``."""
+        causes = [{"effect": effect, "joint": joint} for effect, joint in self.keys]
+        sines = {"sine": self.sine, "sine_with_trial": self.with_trial}
+        return {"causes": causes, "remedy": self.remedy or None} | sines
+
+
+@dataclass(frozen=True)
+class Separability:
+    """All causes, and those that cannot be told apart.
+
+    ``sines`` (k, k) of the angle from the cause of a row, in its plain form, to the nearest form of a column's.
+    """
+
+    showings: tuple[Showing, ...]
+    clusters: tuple[Cluster, ...]
+    sines: Array
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """Two causes by the places of their responses: what was taken for true, and what passes for it."""
+
+    true: Response
+    other: Response
+    sine: float
+
+
+def separability(
+    bench: Workbench, at: Fit, found: Sequence[Response], made: Products, menu: Sequence[MenuItem[AngleTrial]]
+) -> Separability:
+    """Every cause's smallest size, its rivals, and trials that would tell them apart.
+
+    Parameters
+    ----------
+    at : the leg as designed, with its frame; found, made : from ``responses_of``; menu : trials that could be made.
+    """
+    gram = made.gram
+    by_key: dict[Key, list[Response]] = {}
+    for response in found:
+        by_key.setdefault(response.key, []).append(response)
+    pairs: dict[Key, list[_Pair]] = {}
+    for key, own in by_key.items():
+        true = _plainest(own)
+        against = [_nearest(gram, true, others) for other, others in by_key.items() if other != key]
+        pairs[key] = sorted(against, key=lambda pair: pair.sine)
+    showings = tuple(_showing(_plainest(own), pairs[key]) for key, own in by_key.items())
+    visible = {showing.key for showing in showings if showing.visible_from is not None}
+    alike = [pair for key in visible for pair in pairs[key] if pair.sine < ALIKE and pair.other.key in visible]
+    order = {key: place for place, key in enumerate(by_key)}
+    sines = np.zeros((len(order), len(order)))
+    for pair in (pair for each in pairs.values() for pair in each):
+        sines[order[pair.true.key], order[pair.other.key]] = pair.sine
+    return Separability(showings, _clusters(bench, at, alike, menu), sines)
+
+
+def _plainest(responses: Sequence[Response]) -> Response:
+    """The first start of a cause that shows at all: its plain form."""
+    return next((response for response in responses if response.visible is not None), responses[0])
+
+
+def _nearest(gram: Array, true: Response, others: Sequence[Response]) -> _Pair:
+    """The form of another cause that comes nearest to a response, its own unknowns free."""
+    place = true.columns[0]
+    whole = float(gram[place, place])
+    best = _Pair(true, others[0], 1.0)
+    for other in others:
+        part = list(other.columns)
+        size = np.sqrt(np.maximum(np.diag(gram)[part], 1e-300))
+        inner = gram[np.ix_(part, part)] / np.outer(size, size)
+        along = gram[place, part] / size
+        explained = float(along @ np.linalg.lstsq(inner, along, rcond=1e-8)[0]) / max(whole, 1e-300)
+        sine = float(np.sqrt(np.clip(1.0 - explained, 0.0, 1.0)))
+        if sine < best.sine:
+            best = _Pair(true, other, sine)
+    return best
+
+
+def _showing(response: Response, pairs: Sequence[_Pair]) -> Showing:
+    if response.visible is None:
+        return Showing(response.key, None, ())
+    rivals = []
+    for pair in pairs[:RIVALS]:
+        sine = max(pair.sine, LEAST_SINE)
+        rivals.append(Rival(pair.other.key, pair.sine, sized(response.candidate, response.visible, 1.0 / sine)))
+    return Showing(response.key, sized(response.candidate, response.visible, 1.0), tuple(rivals))
+
+
+def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, Estimate] | None:
+    """Strengths of a cause, ``factor`` times as large; None beyond the sizes that a diagnosis looks for.
+
+    Empty where a cause has no size that could be larger.
+    """
+    if not has_size(candidate) and factor > 1.0:
+        return {}
+    point = scaled(candidate, unknowns, factor)
+    low, high = candidate.bounds()
+    if np.any(np.abs(point) > np.where(point < 0.0, np.abs(low), np.abs(high)) + 1e-9) and factor > 1.0:
+        return None
+    point = np.clip(point, low, high)
+    units = {parameter.name: parameter.unit for parameter in candidate.effect.parameters}
+    named = candidate.named(point)
+    return {
+        name: Estimate(value, _shown(units[name]))
+        for name, value in named.items()
+        if name in candidate.effect.strengths and name in candidate.shape.free
+    }
+
+
+def _shown(unit: str) -> str:
+    """The unit as people read it."""
+    return {"rad": "deg", "1": "%", "s": "ms"}.get(unit, unit)
+
+
+def _clusters(
+    bench: Workbench, at: Fit, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
+) -> tuple[Cluster, ...]:
+    """Causes linked by pairs that pass for each other either way, with the trial that parts them most."""
+    both = {(pair.true.key, pair.other.key) for pair in pairs}
+    kept = [pair for pair in pairs if (pair.other.key, pair.true.key) in both]
+    group: dict[Key, int] = {}
+    for pair in kept:
+        first, second = group.get(pair.true.key), group.get(pair.other.key)
+        name = first if first is not None else second if second is not None else len(group)
+        for key, old in list(group.items()):
+            if old in (first, second):
+                group[key] = name
+        group[pair.true.key] = group[pair.other.key] = name
+    linked = [[pair for pair in kept if group[pair.true.key] == name] for name in dict.fromkeys(group.values())]
+    sines = _with_each(bench, at, kept, menu)
+    made = []
+    for members in linked:
+        places = [kept.index(pair) for pair in members]
+        least = min(pair.sine for pair in members)
+        told = [float(np.mean(np.minimum(sines[m][places], ALIKE))) for m in range(len(menu))]
+        best = int(np.argmax(told)) if told else -1
+        after = float(sines[best][places].min()) if told else least
+        better = bool(told) and told[best] > 1.5 * float(np.mean([pair.sine for pair in members]))
+        keys = tuple(dict.fromkeys(key for pair in members for key in (pair.true.key, pair.other.key)))
+        made.append(Cluster(keys, least, menu[best].what if better else "", after if better else least))
+    return tuple(sorted(made, key=lambda cluster: cluster.sine))
+
+
+def _with_each(bench: Workbench, at: Fit, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]) -> list[Array]:
+    """(n_pair,) sines a trial of the menu, with that trial added; each cause at the size where it was compared."""
+    fits: dict[int, Fit] = {}
+    for pair in pairs:
+        for response in (pair.true, pair.other):
+            fits.setdefault(id(response), response.fit)
+    if not fits or not menu:
+        return [np.zeros(0) for _ in menu]
+    order = list(fits)
+    here = _products(bench, at, list(fits.values()))
+    found = []
+    for item in menu:
+        there = replace(bench, trials=(item.trial,))
+        state = np.concatenate([item.trial.measured[0], np.zeros(item.trial.measured.shape[1])])
+        begun = there.evaluate([Fit((), at.unknowns, (state,))])[0]
+        if not np.isfinite(begun.cost):
+            found.append(np.array([pair.sine for pair in pairs]))
+            continue
+        begun = replace(begun, frame=there.frame(begun))
+        moved = [Fit(fit.hypothesis, fit.unknowns, (state,)) for fit in fits.values()]
+        gram = (here + _products(there, begun, moved)).gram
+        found.append(np.array([_sine(gram, order.index(id(p.true)), order.index(id(p.other))) for p in pairs]))
+    return found
+
+
+def _products(bench: Workbench, at: Fit, fits: Sequence[Fit]) -> Products:
+    finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON))
+    rows = []
+    for base, *moved in finer.residuals([at, *fits]):
+        rows.append([residual - base for residual in moved])
+    return products(bench, at, rows)
+
+
+def _sine(gram: Array, first: int, second: int) -> float:
+    cosine = gram[first, second] ** 2 / max(gram[first, first] * gram[second, second], 1e-300)
+    return float(np.sqrt(np.clip(1.0 - cosine, 0.0, 1.0)))

@@ -1,0 +1,56 @@
+"""A wrong number in the words of whoever stated its tolerance: "three of your tolerances", not a mechanism."""
+
+from __future__ import annotations
+
+from synth.diagnosis.result import Cause
+from synth.swing.leg_model import Leg
+from synth.swing.tolerances import QUANTITIES, Tolerances
+
+# Effect -> its parameter, and the number of the leg whose tolerance it is counted in.
+COUNTED = {
+    "link_mass": (("share", "mass"),),
+    "link_inertia": (("com", "com"), ("inertia", "inertia")),
+    "spring_rate": (("rate", "spring_rate"),),
+    "viscous_damping": (("rate", "damper_rate"),),
+    "spring_preload": (("shift", "rest"),),
+}
+RATES = ("spring_rate", "damper_rate")  # whose cause is told in N m/rad, not as a share
+MOST = 12.0  # tolerances; a number farther off was never measured, and a count of tolerances says nothing
+LEAST = 1.5  # tolerances; less is no news
+NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+
+
+def in_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
+    """``three of your tolerances`` by which a number is off; empty where the cause is no number's, or far more."""
+    if cause.effect not in COUNTED or cause.joint not in leg.joint_names:
+        return ""
+    joint = leg.joint_names.index(cause.joint)
+    most = 0.0
+    for parameter, quantity in COUNTED[cause.effect]:
+        width = float(tolerances.width[QUANTITIES.index(quantity), joint])
+        size = _nominal(leg, joint, quantity) if quantity in RATES else 1.0
+        if parameter in cause.parameters and width * size > 0.0:
+            most = max(most, abs(cause.parameters[parameter].value) / (width * size))
+    if not LEAST <= most <= MOST + 0.5:
+        return ""
+    return f"{NUMBERS[max(round(most), 2) - 2]} of your tolerances"
+
+
+def in_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> str:
+    """``the knee's link is 3.1 % heavier than designed, three of your tolerances``; ``plain`` where none is counted."""
+    counted = in_tolerances(cause, leg, tolerances)
+    if not counted:
+        return plain
+    if cause.effect == "link_mass":
+        share = cause.parameters["share"].value
+        sense = "heavier" if share > 0.0 else "lighter"
+        plain = f"the {cause.joint}'s link is {abs(100.0 * share):.2g} % {sense} than designed"
+    return f"{plain}, {counted}"
+
+
+def _nominal(leg: Leg, joint: int, quantity: str) -> float:
+    """N m/rad or N m s/rad of the leg as designed; 0 where there is none, or only a curve."""
+    spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
+    if quantity == "spring_rate":
+        return spring.rate if spring is not None else 0.0
+    return (damper.rate or 0.0) if damper is not None else 0.0

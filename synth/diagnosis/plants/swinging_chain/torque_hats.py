@@ -1,0 +1,164 @@
+"""Hat functions over a joint's deflection and direction, or over its speed: the shapes of a torque that is missing.
+
+Each hat, taken along the *measured* motion, is a known torque; a sum of them is one, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.diagnosis.angle_trials import AngleTrial
+from synth.diagnosis.lanes import Block
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Scales
+from synth.diagnosis.plants.swinging_chain.chain_result import Over
+from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque
+from synth.diagnosis.workbench import Fit, Workbench
+from synth.fit.recordings import Recording
+
+PLACES = 9  # hats over the range of deflection, for each direction of motion
+SPEEDS = 15  # hats over speed, both directions
+FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
+TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
+SMOOTH = 2.0  # hats over which the smooth part of the prior is alike
+ALIKE = 0.5  # prior correlation of the curves for both directions of motion
+KNOTS = 250  # at which the torque along a trial is given; it is straight between them
+STEP = 0.01  # of the joint's natural torque, by which each hat is tried
+
+
+@dataclass(frozen=True)
+class Hats:
+    """Hats of a joint: ``nodes`` rad (of q) or rad/s; ``rest`` rad; natural ``torque`` N m; largest ``speed`` rad/s."""
+
+    joint: int
+    over: Over
+    nodes: Array
+    rest: float
+    torque: float
+    speed: float
+
+    @classmethod
+    def of(cls, trials: Sequence[AngleTrial], joint: int, over: Over, scales: Scales, rest: float) -> Hats:
+        """Over the range of what the joint does in the trials."""
+        moving = [trial.recording.smoothed for trial in trials if joint in trial.free]
+        angle = np.concatenate([smoothed.angle[:, joint] for smoothed in moving])
+        # The largest speed but for the fastest hundredth, which glitches of the smoothing may hold.
+        speed = float(np.percentile(np.abs(np.concatenate([smoothed.rate[:, joint] for smoothed in moving])), 99))
+        if over == "deflection":
+            nodes = np.linspace(angle.min(), angle.max(), PLACES)
+        else:
+            nodes = FINE * speed * np.sinh(np.linspace(-1.0, 1.0, SPEEDS) * np.arcsinh(1.0 / FINE))
+        return cls(joint, over, nodes, rest, float(scales.torque[joint]), max(speed, 1e-9))
+
+    @property
+    def count(self) -> int:
+        """Number of hats."""
+        return len(self.nodes) * (2 if self.over == "deflection" else 1)
+
+    def prior_root(self) -> Array:
+        """(k, k) square root of the hats' prior covariance, in natural torques."""
+        covariance = _smooth(len(self.nodes))
+        if self.over == "deflection":
+            covariance = np.asarray(np.kron([[1.0, ALIKE], [ALIKE, 1.0]], covariance), dtype=float)
+        return np.asarray(np.linalg.cholesky(covariance + 1e-9 * np.eye(len(covariance))))
+
+    def along(self, trial: AngleTrial) -> Array:
+        """(n_time, k) each hat along the trial's smoothed motion."""
+        smoothed = trial.recording.smoothed
+        angle, rate = smoothed.angle[:, self.joint], smoothed.rate[:, self.joint]
+        if self.over == "speed":
+            scaled = np.arcsinh(rate / (FINE * self.speed))
+            return _hats(scaled, np.arcsinh(self.nodes / (FINE * self.speed)))
+        direction = np.tanh(rate / (TURNING * self.speed))
+        hats = _hats(angle, self.nodes)
+        forth, back = (np.maximum(side * direction, 0.0)[:, None] for side in (1.0, -1.0))
+        return np.concatenate([hats * forth, hats * back], axis=1)
+
+    def driven(self, trial: AngleTrial, heights: Array) -> AngleTrial:
+        """The trial with the torque of these heights (k,), in natural torques, beside what was known before."""
+        if self.joint not in trial.free:
+            return trial
+        recording = trial.recording
+        time, basis = self._along_knots(trial)
+        known = np.zeros((len(time), trial.measured.shape[1]))
+        if recording.known_torque is not None:
+            times, torques = recording.known_torque
+            known = np.column_stack([np.interp(time, times, column) for column in torques.T])
+        known[:, self.joint] += self.torque * (basis @ heights)
+        return replace(trial, recording=replace(recording, known_torque=(time, known)))
+
+    def _along_knots(self, trial: AngleTrial) -> tuple[Array, Array]:
+        """Times (n_knot,) s and hats (n_knot, k) there; a trial that is driven keeps all moments of its torque."""
+        key = id(trial.recording)
+        if key not in self._kept:
+            smoothed, driven = trial.recording.smoothed, trial.recording.known_torque
+            every = max(1, len(smoothed.time) // KNOTS)
+            time = smoothed.time[::every] if driven is None else np.union1d(smoothed.time[::every], driven[0])
+            along = self.along(trial)
+            basis = np.column_stack([np.interp(time, smoothed.time, column) for column in along.T])
+            self._kept[key] = trial.recording, time, basis
+        return self._kept[key][1:]
+
+    @cached_property
+    def _kept(self) -> dict[int, tuple[Recording, Array, Array]]:
+        """What ``_along_knots`` has made."""
+        return {}
+
+    def columns(self, bench: Workbench, fit: Fit, index: int, heights: Array) -> Array:
+        """(count, k) change of a trial's whitened prediction by each hat of the joint's natural torque.
+
+        ``bench`` : without the free torque; ``heights`` (k,) of it where ``fit`` stands.
+        """
+        trial = bench.trials[index]
+        white = bench.whitener(trial)
+        if self.joint not in trial.free:
+            return np.zeros((white.count, self.count))
+        block = Block(fit.hypothesis, fit.unknowns[:, None], fit.states[index][:, None])
+
+        def predicted(at: Array) -> Array:
+            return np.asarray(white.lanes(bench.predictor.predict(self.driven(trial, at), [block])[0])[0])
+
+        still = predicted(heights)
+        return np.column_stack([(predicted(heights + STEP * hat) - still) / STEP for hat in np.eye(self.count)])
+
+    def from_missing(self, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque]) -> Array:
+        """(k,) heights, in natural torques, that come nearest to the torque missing along the recordings.
+
+        Ridge regression with the prior's shape; no simulation, so that it holds however far phases run off.
+        """
+        root = self.prior_root()
+        rows, wanted = [], []
+        for trial, lacking in zip(trials, missing, strict=True):
+            if self.joint in trial.free and len(lacking.time):
+                at = np.clip(np.searchsorted(trial.recording.smoothed.time, lacking.time), 0, None)
+                found = self.along(trial)[np.minimum(at, len(trial.recording.smoothed.time) - 1)]
+                good = np.isfinite(lacking.torque[:, self.joint])
+                rows.append(found[good] @ root)
+                wanted.append(lacking.torque[good, self.joint] / self.torque)
+        if not rows:
+            return np.zeros(self.count)
+        matrix, right = np.concatenate(rows), np.concatenate(wanted)
+        noise = max(float(np.mean(right**2)), 1e-30)
+        white = np.linalg.solve(matrix.T @ matrix / noise + np.eye(self.count), matrix.T @ right / noise)
+        return np.asarray(root @ white)
+
+
+def _smooth(count: int) -> Array:
+    """(k, k) prior covariance of hats in a row: a constant, a straight line, and a smooth rest (squared exponential).
+
+    Where the other trials did not go, a trial is then predicted by their straight line and not by nothing.
+    """
+    place = np.arange(float(count))
+    line = np.linspace(-1.0, 1.0, count)
+    apart = place[:, None] - place[None, :]
+    return np.asarray(1.0 + np.outer(line, line) + np.exp(-0.5 * (apart / SMOOTH) ** 2))
+
+
+def _hats(x: Array, nodes: Array) -> Array:
+    """(n, k) hats at even ``nodes`` (k,), the outer ones constant beyond their ends."""
+    place = np.clip((x - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1.0)
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(len(nodes)))))

@@ -1,0 +1,66 @@
+"""What stays unexplained: what the explanation, or else the nominal model, leaves beyond the sensor's noise, and where.
+
+How near a model of this kind comes is told by the trials, not by the sensor: a rig that reads to a hundredth of a
+degree is seldom followed nearer than a tenth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from synth.diagnosis.prediction_error import PredictionErrors
+from synth.estimation.intervals import Estimate
+
+MOSTLY = 0.5  # share of the remainder from which on a sentence says where it is
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """On the scored trials.
+
+    ``rms`` rad above the noise; ``share`` of the gap before, which is taken above the noise too; ``times_noise`` : over
+    the noise floor. ``joint``, ``phase`` : name -> share of its squares.
+    """
+
+    rms: Estimate
+    share: float
+    times_noise: float
+    joint: Mapping[str, float]
+    phase: Mapping[str, float]
+
+    @classmethod
+    def of(
+        cls, errors: PredictionErrors, label: str, joint: Mapping[str, float], phase: Mapping[str, float]
+    ) -> Remainder:
+        """What is left under a ``label`` of the errors."""
+        rms, before = errors.above_noise(label), errors.above_noise("before")
+        share = min(rms.value / before.value, 1.0) if before.value > 0.0 else 0.0
+        return cls(rms, share, rms.value / errors.floor.value if errors.floor.value > 0.0 else 0.0, joint, phase)
+
+    def place(self) -> str:
+        """In words, where most of it is; empty where it is everywhere."""
+        found = []
+        for shares, words in ((self.joint, "at the {}"), (self.phase, PHASE_WORDS)):
+            first = max(shares, key=lambda name: shares[name], default=None)
+            if first is not None and len(shares) > 1 and shares[first] > MOSTLY:
+                found.append(words.format(first) if isinstance(words, str) else words[first])
+        return " ".join(found)
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry ``remainder`` of ``gap.json``."""
+        return {
+            "rms": self.rms.as_json(),
+            "share": self.share,
+            "times_noise": self.times_noise,
+            "where": {"joint": dict(self.joint), "phase": dict(self.phase)},
+        }
+
+
+PHASE_WORDS = {
+    "release": "right after the release",
+    "swing": "while it swings",
+    "settle": "while it settles",
+    "rest": "at rest",
+}

@@ -1,0 +1,134 @@
+"""A servo at a joint as data, and what it was told during a trial."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.drives.servo_law import servo_torque
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A brushed or equivalent direct-current motor behind a gear.
+
+    All on the rotor's side: ``resistance`` ohm of the winding, ``torque_constant`` N m/A (in SI also V s/rad),
+    ``rotor_inertia`` kg m^2. ``gear_ratio`` rotor turns a joint turn; ``efficiency`` of the gear where it drives.
+    """
+
+    resistance: float
+    torque_constant: float
+    gear_ratio: float = 1.0
+    efficiency: float = 1.0
+    rotor_inertia: float = 0.0
+
+    @property
+    def armature(self) -> float:
+        """Kg m^2 of the rotor as the joint feels it."""
+        return self.rotor_inertia * self.gear_ratio**2
+
+    @property
+    def torque_a_current(self) -> float:
+        """N m at the joint an ampere."""
+        return self.torque_constant * self.gear_ratio * self.efficiency
+
+    @property
+    def strength(self) -> float:
+        """N m at the joint a volt at standstill."""
+        return self.torque_a_current / self.resistance
+
+    @property
+    def back_emf(self) -> float:
+        """N m s/rad by which the joint's own rate brakes a short-circuited winding."""
+        return self.strength * self.torque_constant * self.gear_ratio
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A controller that holds a joint at a commanded angle.
+
+    With a ``motor`` it sets the duty of a half bridge: ``gain`` 1/rad and ``damping_gain`` s/rad give the duty, at most
+    ``duty_limit``, of ``supply`` V whose source has ``source_resistance`` ohm; ``current_limit`` A in the winding.
+    Without one the torque follows at once: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most ``torque_limit`` N m.
+    ``dead_band`` rad to either side in which the error counts for nothing; ``delay`` s by which a command comes late.
+    """
+
+    gain: float
+    damping_gain: float = 0.0
+    delay: float = 0.0
+    dead_band: float = 0.0
+    duty_limit: float = 1.0
+    torque_limit: float = np.inf
+    current_limit: float = np.inf
+    supply: float = 1.0
+    source_resistance: float = 0.0
+    motor: Motor | None = None
+    open_duty: float = 0.0  # 1 where the motor's voltage itself is known and nothing is controlled
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """The servo in the order of ``servo_torque``'s arguments from ``gain`` on, then its delay; all finite."""
+        motor = self.motor
+        if motor is None:
+            limit = min(self.torque_limit, UNLIMITED)
+            # A duty that nothing cuts off, at one volt, with one newton metre a volt.
+            return self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0, 1.0, 0.0, limit, 0.0, self.delay
+        limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
+        sag = self.source_resistance / motor.resistance
+        strength, back_emf = motor.strength, motor.back_emf
+        controller = self.gain, self.damping_gain, self.dead_band, self.duty_limit, self.open_duty
+        return *controller, strength, back_emf, limit, sag, self.delay
+
+    def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
+        """(m,) N m along a motion: what ``servo_torque`` gives, delay aside."""
+        return np.asarray(_along(error, rate, supply, enabled, *self.numbers[:-1]))
+
+
+@dataclass(frozen=True)
+class TorqueDrive:
+    """A motor whose current is recorded: its torque is known."""
+
+    motor: Motor
+
+
+UNLIMITED = 1e12  # N m or duty: more than any joint bears, and still a number
+_along = np.vectorize(servo_torque.py_func, otypes=[float])
+
+
+@dataclass(frozen=True)
+class ServoSignals:
+    """What the servos of a trial were told, in the sense of q.
+
+    ``time`` (m,) s; ``command`` (m, n) rad; ``supply`` (m, n) V; ``enabled`` (m, n) 1 or 0.
+    """
+
+    time: Array
+    command: Array
+    supply: Array
+    enabled: Array
+
+    def widened(self, n: int, own: Sequence[int]) -> ServoSignals:
+        """The same for a chain of ``n`` links of which ``own`` are the leg's."""
+
+        def wide(values: Array) -> Array:
+            made = np.zeros((len(values), n))
+            made[:, list(own)] = values
+            return made
+
+        return ServoSignals(self.time, wide(self.command), wide(self.supply), wide(self.enabled))
+
+    def later(self, start: float) -> ServoSignals:
+        """The same with time counted from ``start`` s."""
+        return ServoSignals(self.time - start, self.command, self.supply, self.enabled)
+
+    def at(self, time: Array, delay: Array) -> tuple[Array, Array, Array]:
+        """Command, each joint's ``delay`` (n,) s late, supply and switch (k, n) at ``time`` (k,) s."""
+        columns = range(self.command.shape[1])
+        command = [np.interp(time - delay[j], self.time, self.command[:, j]) for j in columns]
+        supply, enabled = (
+            [np.interp(time, self.time, values[:, j]) for j in columns] for values in (self.supply, self.enabled)
+        )
+        return np.stack(command, axis=1), np.stack(supply, axis=1), np.stack(enabled, axis=1)

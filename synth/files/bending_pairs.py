@@ -1,0 +1,60 @@
+"""A link's bending rate from torque and deflection pairs: ``deflection [deg],torque [N*m]``, a line each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.special import stdtrit
+
+from synth.errors import Problem, UserError
+from synth.files.csv_table import in_si, read_table
+
+FEWEST = 3  # pairs: a slope, where it crosses nought, and something left to tell how sure they are
+STRAIGHT = 0.15  # share of the largest torque that a straight line may leave (RMS) before the link is no linear spring
+
+
+@dataclass(frozen=True)
+class BendingRate:
+    """``rate`` N m/rad with its 90 % interval, from so many ``points``; ``offset`` N m: the gauge unloaded."""
+
+    rate: float
+    interval90: tuple[float, float]
+    offset: float
+    points: int
+
+
+def read_bending(path: Path, name: str) -> BendingRate:
+    """The slope of torque over deflection, least squares with a free offset; Student's t for the interval.
+
+    Raises
+    ------
+    UserError : too few pairs, no spread, a slope that is not positive, or pairs that lie on no line.
+    """
+    table = read_table(path, name)
+    values, problems = in_si(table, {"deflection": "rad", "torque": "N*m"}, "is not one of these")
+    problems += [
+        Problem(f'column "{title}" is missing', name, 1)
+        for title in ("deflection [deg]", "torque [N*m]")
+        if title.split(" ")[0] not in values
+    ]
+    if problems:
+        raise UserError(problems)
+    x, y = values["deflection"], values["torque"]
+    known = np.isfinite(x) & np.isfinite(y)
+    x, y = x[known], y[known]
+    if len(x) < FEWEST or np.ptp(x) == 0.0:
+        raise UserError(Problem(f"{len(x)} pairs; at least {FEWEST} at different deflections are needed", name))
+    away = x - x.mean()
+    rate = float(away @ y / (away @ away))
+    offset = float(y.mean() - rate * x.mean())
+    left = y - offset - rate * x
+    if rate <= 0.0:
+        text = f"torque falls with deflection (slope {rate:.3g} N*m/rad): one of the two has the wrong sign"
+        raise UserError(Problem(text, name, key="torque"))
+    if np.sqrt(np.mean(left**2)) > STRAIGHT * np.abs(y).max():
+        raise UserError(Problem("the pairs lie on no straight line; leave out where the link slips or yields", name))
+    deviation = float(np.sqrt(left @ left / (len(x) - 2) / (away @ away)))
+    half = float(stdtrit(len(x) - 2, 0.95)) * deviation
+    return BendingRate(rate, (rate - half, rate + half), offset, len(x))

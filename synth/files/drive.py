@@ -1,0 +1,142 @@
+"""The key ``drive:`` of a joint in the leg file: read into ``synth.drives.servo`` and written back."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from synth import units
+from synth.drives.servo import Motor, Servo, TorqueDrive
+from synth.errors import UserError
+from synth.files.validate import FileModel, Quantity, refusal
+
+Drive = Servo | TorqueDrive
+
+
+class MotorKeys(FileModel):
+    """A direct-current motor, rotor side, behind its gear."""
+
+    torque_constant: Annotated[float, Quantity("N*m/A", above=0)]
+    resistance: Annotated[float, Quantity("ohm", above=0)] | None = None
+    gear_ratio: Annotated[float, Quantity("1", above=0)] = 1.0
+    efficiency: Annotated[float, Quantity("1", above=0, most=1)] = 1.0
+    rotor_inertia: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
+
+
+class DriveKeys(FileModel):
+    """What holds or turns a joint: a position servo, a motor under a known voltage, or one under a known current.
+
+    ``gain`` and ``damping_gain`` are duty an angle and duty a speed where a ``motor`` is given (1/rad, s/rad), else
+    torques (N m/rad, N m s/rad).
+    """
+
+    kind: Literal["servo", "voltage", "torque"]
+    gain: Annotated[Any, Field(examples=["20 N*m/rad"])] = None
+    damping_gain: Annotated[Any, Field(examples=["0.5 N*m*s/rad"])] = None
+    delay: Annotated[float, Quantity("s", least=0, most=2)] = 0.0
+    dead_band: Annotated[float, Quantity("rad", least=0, most=1)] = 0.0
+    duty_limit: Annotated[float, Quantity("1", above=0, most=1)] | None = None
+    torque_limit: Annotated[float, Quantity("N*m", above=0)] | None = None
+    current_limit: Annotated[float, Quantity("A", above=0)] | None = None
+    supply: Annotated[float, Quantity("V", above=0)] | None = None
+    source_resistance: Annotated[float, Quantity("ohm", least=0)] = 0.0
+    motor: MotorKeys | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> DriveKeys:
+        given = {name for name in type(self).model_fields if getattr(self, name) not in (None, 0.0)} - {"kind"}
+        foreign = (
+            given
+            - {
+                "servo": given if self.motor else {"gain", "damping_gain", "delay", "dead_band", "torque_limit"},
+                "voltage": {"motor", "source_resistance", "torque_limit", "current_limit"},
+                "torque": {"motor"},
+            }[self.kind]
+        )
+        if foreign:
+            bare = " without a motor" if self.kind == "servo" else ""
+            raise refusal(f'"{sorted(foreign)[0]}" means nothing for a drive of kind {self.kind}{bare}; leave it out')
+        if self.kind != "servo" and self.motor is None:
+            raise refusal('"motor" is missing: write motor: {torque_constant: 0.02 N*m/A, resistance: 2 ohm}')
+        if self.kind == "servo" and self.gain is None:
+            raise refusal(f'"gain" is missing: write it, for example gain: {"2 1/rad" if self.motor else "20 N*m/rad"}')
+        if self.kind != "torque" and self.motor is not None and self.motor.resistance is None:
+            raise refusal('"resistance" of the motor is missing: write it, for example resistance: 2 ohm')
+        if self.kind == "servo" and self.motor is not None and self.supply is None:
+            raise refusal('"supply" is missing: write it, for example supply: 12 V')
+        return self
+
+    def drive(self) -> Drive:
+        """The drive that these keys describe.
+
+        Raises
+        ------
+        UserError : a gain in another unit.
+        """
+        motor = None
+        if self.motor is not None:
+            keys = self.motor
+            resistance = np.inf if keys.resistance is None else keys.resistance
+            motor = Motor(resistance, keys.torque_constant, keys.gear_ratio, keys.efficiency, keys.rotor_inertia)
+        if self.kind == "torque":
+            assert motor is not None
+            return TorqueDrive(motor)
+        gain_unit, damping_unit = GAIN_UNITS[motor is not None]
+        return Servo(
+            gain=0.0 if self.gain is None else _gain("gain", self.gain, gain_unit),
+            damping_gain=0.0 if self.damping_gain is None else _gain("damping_gain", self.damping_gain, damping_unit),
+            delay=self.delay,
+            dead_band=self.dead_band,
+            duty_limit=1.0 if self.duty_limit is None else self.duty_limit,
+            torque_limit=np.inf if self.torque_limit is None else self.torque_limit,
+            current_limit=np.inf if self.current_limit is None else self.current_limit,
+            supply=1.0 if self.supply is None else self.supply,
+            source_resistance=self.source_resistance,
+            motor=motor,
+            open_duty=1.0 if self.kind == "voltage" else 0.0,
+        )
+
+
+GAIN_UNITS = {True: ("1/rad", "s/rad"), False: ("N*m/rad", "N*m*s/rad")}  # with a motor, without
+
+
+def _gain(key: str, value: object, unit: str) -> float:
+    try:
+        found = units.parse(value, unit)
+    except UserError as error:
+        hint = "with a motor a gain is a duty" if unit in GAIN_UNITS[True] else "without a motor a gain is a torque"
+        raise UserError(f"{key}: {error.problems[0].text} ({hint})") from None
+    if found < 0.0:
+        raise UserError(f"{key}: {value} is not allowed: it must be at least 0")
+    return found
+
+
+def drive_text(drive: Drive) -> dict[str, Any]:
+    """The mapping that reads back as this drive."""
+    motor = drive.motor
+    made: dict[str, Any] = {"kind": "torque"}
+    if isinstance(drive, Servo):
+        gain_unit, damping_unit = GAIN_UNITS[motor is not None]
+        made = {"kind": "voltage" if drive.open_duty else "servo"}
+        numbers = {
+            "gain": (drive.gain, 0.0, gain_unit), "damping_gain": (drive.damping_gain, 0.0, damping_unit),
+            "delay": (drive.delay, 0.0, "s"), "dead_band": (drive.dead_band, 0.0, "deg"),
+            "duty_limit": (drive.duty_limit, 1.0, ""), "torque_limit": (drive.torque_limit, np.inf, "N*m"),
+            "current_limit": (drive.current_limit, np.inf, "A"), "supply": (drive.supply, 1.0, "V"),
+            "source_resistance": (drive.source_resistance, 0.0, "ohm"),
+        }  # fmt: skip
+        bare = {"supply"} if motor is None or drive.open_duty else set()
+        made |= {
+            key: units.write(value, unit) if unit else float(value)
+            for key, (value, absent, unit) in numbers.items()
+            if key not in bare and (value != absent or (key == "supply") or (key == "gain" and not drive.open_duty))
+        }
+    if motor is not None:
+        made["motor"] = {"torque_constant": units.write(motor.torque_constant, "N*m/A")}
+        if np.isfinite(motor.resistance):
+            made["motor"]["resistance"] = units.write(motor.resistance, "ohm")
+        made["motor"] |= {"gear_ratio": float(motor.gear_ratio), "efficiency": float(motor.efficiency)}
+        made["motor"] |= {"rotor_inertia": units.write(motor.rotor_inertia, "kg*m^2")}
+    return made

@@ -1,0 +1,135 @@
+"""Columns of a trial that tell what its drives were told: commands, currents, voltages, supply, switches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from synth.arrays import Array
+from synth.drives.servo import Servo, ServoSignals, TorqueDrive
+from synth.errors import Problem
+from synth.files.csv_table import CsvTable
+from synth.swing.leg_model import Joint, Leg
+
+SUFFIXES = {" command": "rad", " voltage": "V", " current": "A", " enabled": "1"}
+SUPPLY = "supply"
+
+
+def column_units(leg: Leg) -> dict[str, str]:
+    """Name of every column that may be there -> its SI unit."""
+    made = {joint + suffix: unit for suffix, unit in SUFFIXES.items() for joint in leg.joint_names}
+    return made | {SUPPLY: "V"}
+
+
+def problems(table: CsvTable, leg: Leg) -> list[Problem]:
+    """Columns that a joint's drive lacks, or that tell of a drive that is not there."""
+    present = {column.name for column in table.columns}
+    found = []
+    for joint in leg.joints:
+        wanted, allowed = _columns(joint)
+        for suffix in SUFFIXES:
+            name = joint.name + suffix
+            if name in present and suffix not in allowed:
+                text = f"{joint.name} has no drive that takes it: give the joint a drive in the leg file, or leave the "
+                found.append(Problem(text + "column out", table.name, 1, name))
+        for suffix in wanted - {suffix for suffix in SUFFIXES if joint.name + suffix in present}:
+            text = f'column "{joint.name}{suffix} [{EXAMPLES[suffix]}]" is missing: the drive of {joint.name} needs it'
+            found.append(Problem(text, table.name, 1))
+    return found
+
+
+EXAMPLES = {" command": "deg", " voltage": "V", " current": "A", " enabled": "1"}
+
+
+def _columns(joint: Joint) -> tuple[set[str], set[str]]:
+    """Suffixes that a joint's drive needs, and that it takes."""
+    if isinstance(joint.drive, Servo):
+        needed = {" voltage"} if joint.drive.open_duty else {" command"}
+        return needed, needed | {" enabled"}
+    return set(), {" current"} if isinstance(joint.drive, TorqueDrive) else set()
+
+
+def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSignals | None:
+    """What the servos were told, in measured angles; None where no joint has one.
+
+    ``values``: column -> (m,) SI, empty cells nan, which are filled along a straight line; ``recorded`` (m,) s.
+    """
+    servos = [joint for joint in leg.joints if isinstance(joint.drive, Servo)]
+    if not servos:
+        return None
+    commands = {
+        index: _filled(recorded, values[joint.name + " command"])
+        for index, joint in enumerate(leg.joints)
+        if isinstance(joint.drive, Servo) and not joint.drive.open_duty
+    }
+    time = _knots(recorded, list(commands.values()))
+    shape = len(time), len(leg.joints)
+    command, supply, enabled = np.zeros(shape), np.ones(shape), np.ones(shape)
+
+    def column(name: str) -> Array:
+        return np.interp(time, recorded, _filled(recorded, values[name]))
+
+    for index, joint in enumerate(leg.joints):
+        if not isinstance(joint.drive, Servo):
+            continue
+        if joint.drive.open_duty:
+            supply[:, index] = joint.sign * column(joint.name + " voltage")
+        else:
+            command[:, index] = _held(recorded, commands[index], time)
+            measured = SUPPLY in values and joint.drive.motor is not None
+            supply[:, index] = column(SUPPLY) if measured else joint.drive.supply
+        if joint.name + " enabled" in values:
+            enabled[:, index] = np.clip(column(joint.name + " enabled"), 0.0, 1.0)
+    return ServoSignals(time, command, supply, enabled)
+
+
+# Rad, and times the changes before and after: a command that changes by more between samples is held as a step.
+JUMP, SUDDEN = 0.01, 3.0
+EDGE = 1e-4  # of the samples' interval, in which such a step is taken
+
+
+def _knots(recorded: Array, commands: Sequence[Array]) -> Array:
+    """(k,) s at which the straight lines that stand for held commands may bend."""
+    edge = EDGE * float(np.median(np.diff(recorded)))
+    jumps = [recorded[_jumps(command)] for command in commands]
+    return np.unique(np.concatenate([recorded, *jumps, *[jump - edge for jump in jumps]]))
+
+
+def _held(recorded: Array, command: Array, time: Array) -> Array:
+    """A command that is held from each sample to the next, at ``time`` (k,) s of ``_knots``.
+
+    A staircase of small steps is its samples' polygon half a step late, but for a ripple at the sampling frequency,
+    which no joint follows (a zero-order hold delays by half its period: Franklin, Powell & Workman, *Digital Control of
+    Dynamic Systems*, 3rd ed., section 5.3). A jump stays one: where the controller saturates, a ramp of the same middle
+    would act earlier.
+    """
+    half = 0.5 * float(np.median(np.diff(recorded)))
+    smooth = np.interp(time, recorded + half, command)
+    last = np.clip(np.searchsorted(recorded, time, side="right") - 1, 0, len(recorded) - 1)
+    jumps = _jumps(command)
+    near = jumps[last] | jumps[np.minimum(last + 1, len(recorded) - 1)]
+    return np.where(near, command[last], smooth)
+
+
+def _jumps(command: Array) -> NDArray[np.bool_]:
+    """(m,) True at a sample to which the command jumps: no ramp that is seldom sampled."""
+    change = np.abs(np.diff(command, prepend=command[0]))
+    before, after = np.r_[0.0, change[:-1]], np.r_[change[1:], 0.0]
+    return np.asarray(change > JUMP + SUDDEN * np.maximum(before, after))
+
+
+def torques(leg: Leg, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Torques, N m in the measured sense, of joints whose drive's current was recorded, by name."""
+    found = {}
+    for joint in leg.joints:
+        current = values.get(joint.name + " current")
+        if current is not None and isinstance(joint.drive, TorqueDrive):
+            found[joint.name] = joint.drive.motor.torque_a_current * current
+    return found
+
+
+def _filled(time: Array, value: Array) -> Array:
+    known = np.isfinite(value)
+    return np.interp(time, time[known], value[known])

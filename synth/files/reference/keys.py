@@ -1,0 +1,195 @@
+"""What a schema class says of its keys: type, unit, range, default and its reason, example."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator
+from dataclasses import dataclass, is_dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from annotated_types import Ge, Le, MaxLen, MinLen
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from synth import units
+from synth.files.reference.sections import Section
+from synth.files.reference.texts import TEXTS
+from synth.files.schema import Because, schema_model
+from synth.files.validate import Quantity
+
+
+@dataclass(frozen=True)
+class KeyRow:
+    """One key of a section, in words; ``default`` None: it must be given."""
+
+    name: str
+    type: str
+    unit: str
+    allowed: str
+    default: str | None
+    why: str
+    meaning: str
+    example: str
+
+
+def model_of(section: Section) -> type[BaseModel]:
+    """The pydantic model that checks the section."""
+    schema = section.schema
+    return schema_model(schema) if is_dataclass(schema) else schema
+
+
+def rows(section: Section) -> list[KeyRow]:
+    """The keys of a section in the order of its class.
+
+    Raises
+    ------
+    KeyError
+        For a key that has no text.
+    """
+    found = []
+    for name, item in model_of(section).model_fields.items():
+        quantity = next(marks(item, Quantity), None)
+        because = next(marks(item, Because), None)
+        meaning = TEXTS[f"{section.name}.{name}"]
+        found.append(
+            KeyRow(
+                name,
+                _type(name, item, section),
+                "" if quantity is None else quantity.shown if quantity.unit != "1" else "none, or %",
+                _allowed(item, quantity),
+                default_text(item, quantity, because),
+                "" if because is None else because.reason,
+                meaning,
+                example(name, item, quantity),
+            )
+        )
+    return found
+
+
+def marks(item: FieldInfo, kind: type[Any]) -> Iterator[Any]:
+    """Marks of a kind on a field, those inside unions and lists too."""
+    yield from (mark for mark in item.metadata if isinstance(mark, kind))
+    yield from _inside(item.annotation, kind)
+
+
+def _inside(annotation: Any, kind: type[Any]) -> Iterator[Any]:
+    if get_origin(annotation) is Annotated:
+        base, *found = get_args(annotation)
+        yield from (mark for mark in found if isinstance(mark, kind))
+        yield from _inside(base, kind)
+        for mark in found:
+            if isinstance(mark, FieldInfo):
+                yield from (own for own in mark.metadata if isinstance(own, kind))
+        return
+    for inner in get_args(annotation):
+        if not isinstance(inner, str):
+            yield from _inside(inner, kind)
+
+
+def options(annotation: Any) -> list[Any]:
+    """The members of a union without None, Annotated taken off, or the annotation alone."""
+    if get_origin(annotation) is Annotated:
+        return options(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, types.UnionType):
+        return [inner for option in get_args(annotation) if option is not type(None) for inner in options(option)]
+    return [annotation]
+
+
+def choices(item: FieldInfo) -> tuple[Any, ...]:
+    """The words or numbers that may be written, where they are a few."""
+    found = [option for option in options(item.annotation) if get_origin(option) is Literal]
+    return tuple(value for option in found for value in get_args(option))
+
+
+def _type(name: str, item: FieldInfo, section: Section) -> str:
+    inner = section.inner.get(name)
+    if inner is not None:
+        what = {"mapping": "mapping", "list": "list of mappings", "by name": "mapping, a joint each"}[inner.how]
+        return f"{what}: {inner.name.replace('_', ' ')}"
+    if choices(item):
+        return "one of these"
+    quantity = next(marks(item, Quantity), None)
+    kinds = [get_origin(option) or option for option in options(item.annotation)]
+    if any(kind in (list, tuple) for kind in kinds):
+        return "list of quantities" if quantity is not None else "list"
+    if dict in kinds:
+        return "mapping of quantities" if quantity is not None else "mapping"
+    if quantity is not None:
+        return "quantity" if quantity.unit != "1" else "number"
+    words = {str: "text", bool: "true or false", int: "whole number", float: "number"}
+    return next((words[kind] for kind in kinds if kind in words), "text or number")
+
+
+def _allowed(item: FieldInfo, quantity: Quantity | None) -> str:
+    if values := choices(item):
+        return ", ".join(str(value) for value in values)
+    said = []
+    if quantity is not None:
+        for limit, word in ((quantity.above, "more than"), (quantity.least, "at least"), (quantity.most, "at most")):
+            if limit is not None:
+                shown = units.write(limit, quantity.shown) if quantity.unit != "1" else f"{limit:g}"
+                said.append(f"{word} {_short(shown)}")
+    said += [f"at least {found.ge}" for found in marks(item, Ge)]
+    said += [f"at most {found.le}" for found in marks(item, Le)]
+    said += [f"at least {found.min_length} items" for found in marks(item, MinLen)][:1]
+    said += [f"at most {found.max_length} items" for found in marks(item, MaxLen)][:1]
+    return ", ".join(dict.fromkeys(said))
+
+
+def _short(quantity: str) -> str:
+    number, _, unit = quantity.partition(" ")
+    return f"{float(number):.6g} {unit}".strip()
+
+
+def default_text(item: FieldInfo, quantity: Quantity | None, because: Because | None) -> str | None:
+    """The default as it would be written; None where the key must be given."""
+    if because is not None and because.shown:
+        return because.shown
+    value = item.get_default(call_default_factory=True)
+    if value is PydanticUndefined:
+        return None
+    return shown(value, quantity)
+
+
+def shown(value: Any, quantity: Quantity | None) -> str:
+    """A value as it would be written in a file."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(shown(item, quantity) for item in value)}]" if value else "none"
+    if isinstance(value, dict):
+        return "none" if not value else str(value)
+    if isinstance(value, (int, float)) and quantity is not None:
+        return _short(units.write(float(value), quantity.shown)) if quantity.unit != "1" else f"{value:g}"
+    return str(value)
+
+
+def example(name: str, item: FieldInfo, quantity: Quantity | None) -> str:
+    """How the key could be written."""
+    given = [str(text) for found in (item.examples or (), *(mark.examples or () for mark in marks(item, FieldInfo)))
+             for text in found]  # fmt: skip
+    if given:
+        return given[0]
+    if name in EXAMPLES:
+        return EXAMPLES[name]
+    if values := choices(item):
+        return str(values[-1])
+    if quantity is not None:
+        default = item.get_default(call_default_factory=True)
+        if isinstance(default, (int, float)) and not isinstance(default, bool) and default:
+            return shown(float(default), quantity)
+        return quantity.example if quantity.unit != "1" else "0.05"
+    return ""
+
+
+EXAMPLES = {
+    "name": "dog hind leg", "seed": "1", "part": "6597K21", "curve": "damper.csv", "held_out": "true",
+    "locked": "[hip]", "mirror": "true", "individual": "rat1", "topic": "/joint_states", "format": "deeplabcut",
+    "catalogs": "[my_parts/*.csv]", "make": "true", "wire": "music", "parallel": "2", "encoder": "false",
+    "mount": "false", "supported": "true", "file": "a.csv", "design": "hopper.yaml", "motor": "N20 HP 210:1",
+    "range": "[60 deg, 150 deg]", "tilt": "20 deg", "torque": "{hip: 1.9 N*m}", "free_angle": "105 deg",
+    "runs": "[run_ups/*.csv]", "jumps": "[jumps/*.csv]", "leg": "rat.leg.yaml", "unit": "deg",
+}  # fmt: skip

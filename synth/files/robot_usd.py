@@ -1,0 +1,94 @@
+"""A leg's joints as a USD layer for Isaac Sim and other users of USD physics, to lie over the imported URDF.
+
+UsdPhysics' angular drive is a spring with its rest and a linear damper; its rates are per degree (UsdPhysics schema,
+``PhysicsDriveAPI``: mass distance^2 / degree / second^2). PhysX adds the armature. A torque-speed curve, a stiffness
+that changes and a dry friction in N m have no place there: PhysX's joint friction is a coefficient of the joint's load.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from math import degrees, radians
+
+from synth.arrays import Array
+from synth.files.joint_curves import linear_damping, without_held
+from synth.files.robot_bodies import RobotLink, inertial_of
+from synth.files.robot_xml import WORTH_SAYING, RobotFile
+from synth.swing.leg_model import Joint, Leg
+
+IN_RATE = ("shear_thinning_damping", "quadratic_damping")  # parts of the damper that the straight line stands for
+
+
+def usd_file(leg: Leg, fastest: Array) -> RobotFile:
+    """The layer; ``fastest`` (n,) rad/s is up to where each damper is to be followed."""
+    said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    links, joints = [], []
+    for joint, speed in zip(leg.joints, fastest, strict=True):
+        lines, lost = _joint(joint, float(speed))
+        said += [f"{joint.name}: {text}" for text in lost]
+        joints += lines
+        links += _link(joint)
+    notes = ["written by synth; lies over leg.urdf as Isaac Sim imports it: link NAME_link, joint NAME", *said]
+    head = "\\n".join(_quoted(note) for note in notes)
+    body = "\n".join(['    over "joints"', "    {", *joints, "    }"])
+    text = f'#usda 1.0\n(\n    defaultPrim = "{identifier(leg.name)}"\n    doc = "{head}"\n    kilogramsPerUnit = 1\n'
+    text += '    metersPerUnit = 1\n    upAxis = "Z"\n)\n\n'
+    text += f'over "{identifier(leg.name)}"\n{{\n' + "\n".join(links) + f"\n{body}\n}}\n"
+    return RobotFile(text, tuple(said))
+
+
+def identifier(name: str) -> str:
+    """A name that a USD path can hold: letters, digits and ``_``, no digit first."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name) or "leg"
+    return f"_{plain}" if plain[0].isdigit() else plain
+
+
+def _quoted(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')
+
+
+def _link(joint: Joint) -> list[str]:
+    link = joint.link
+    across, about, along = inertial_of(joint, RobotLink()).inertia[:3]
+    return [
+        f'    over "{identifier(joint.name)}_link" (prepend apiSchemas = ["PhysicsMassAPI"])',
+        "    {",
+        f"        float physics:mass = {link.mass:.9g}",
+        f"        point3f physics:centerOfMass = (0, 0, {-link.com:.9g})",
+        f"        float3 physics:diagonalInertia = ({across:.9g}, {about:.9g}, {along:.9g})",
+        "        quatf physics:principalAxes = (1, 0, 0, 0)",
+        "    }",
+    ]
+
+
+def _joint(joint: Joint, fastest: float) -> tuple[list[str], list[str]]:
+    """The joint's lines, and what they leave out."""
+    rate, error = linear_damping(joint, fastest)
+    said = []
+    if error > WORTH_SAYING:
+        said.append(f"the damper's torque-speed curve is a straight line here, at most {error:.0%} of its torque off")
+    lost = without_held(joint, IN_RATE)
+    if lost:
+        said.append(f"not held: {', '.join(lost)}")
+    stiffness = 0.0 if joint.spring is None else joint.spring.rate
+    lines = [
+        'uniform token drive:angular:physics:type = "force"',
+        f"float drive:angular:physics:stiffness = {stiffness * radians(1.0):.9g}",
+        f"float drive:angular:physics:damping = {rate * radians(1.0):.9g}",
+        f"float drive:angular:physics:targetPosition = {degrees(joint.rest):.9g}",
+        f"float physxJoint:armature = {joint.armature:.9g}",
+    ]
+    if joint.ends is not None:
+        lines += [f"float physics:{end}Limit = {degrees(value):.9g}" for end, value in _ends(joint.ends)]
+    apis = 'prepend apiSchemas = ["PhysicsDriveAPI:angular", "PhysxJointAPI"]'
+    return [
+        f'        over "{identifier(joint.name)}" ({apis})',
+        "        {",
+        *(f"            {line}" for line in lines),
+        "        }",
+    ], said
+
+
+def _ends(ends: Sequence[float]) -> list[tuple[str, float]]:
+    return [("lower", ends[0]), ("upper", ends[1])]

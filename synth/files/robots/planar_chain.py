@@ -1,0 +1,273 @@
+"""A planar chain of a robot as a leg: joints picked by name, the rest locked where it stands and lumped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import atan2, degrees, radians
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.names import name_fault
+from synth.files.robots.robot_tree import Robot, RobotJoint
+from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
+
+MOST_OFF_PLANE = radians(5.0)  # an axis farther off moves the limb sideways by 9 % of its motion, which a plane loses
+WORTH_SAYING = 0.01  # of a link's own length, for what lies beside its line
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # of the world
+NOTHING = 1e-12  # kg or m, that counts as none
+
+
+@dataclass(frozen=True)
+class PickedLeg:
+    """The leg and a sentence for each thing of the robot that it does not hold."""
+
+    leg: Leg
+    said: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Plane:
+    """Unit vectors (3,): to the right, up, and the one that counter-clockwise rotation is about."""
+
+    right: Array
+    up: Array
+
+    @property
+    def normal(self) -> Array:
+        return np.cross(self.right, self.up)
+
+    @property
+    def name(self) -> str:
+        """As ``--plane`` has it, by the nearest axes."""
+        return "".join(
+            max(AXES, key=lambda key: abs(float(way @ np.array(AXES[key])))) for way in (self.right, self.up)
+        )
+
+    def flat(self, points: Array) -> Array:
+        """(..., 2) right and up of points (..., 3)."""
+        return np.asarray(points @ np.stack([self.right, self.up], axis=1))
+
+
+def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: float | None = None) -> PickedLeg:
+    """The chain of joints as a leg whose measured angles are the robot's joint readings.
+
+    Parameters
+    ----------
+    chain
+        1 to 6 hinges, proximal to distal, each below the one before it.
+    plane
+        two axes of the world, to the right and up, such as ``xz``; None: the one that the first axis is normal to.
+    tip
+        m, from the last joint to the end of the last link; None: to the end of its farthest shape or fixed frame.
+
+    Raises
+    ------
+    UserError
+        For joints that are no such chain, or whose axes leave the plane by more than 5 degrees.
+    """
+    joints = _chain(robot, chain)
+    seen = _plane(robot, joints, plane)
+    said = [*robot.left_out, *_tilted(joints, seen)]
+    groups = _groups(robot, joints, said)
+    anchors = seen.flat(np.stack([joint.anchor for joint in joints]))
+    base = robot.bodies[joints[0].body].parent
+    tilt = _turn(robot.bodies[base].rotation, seen) if base >= 0 else 0.0
+    before, made = tilt, []
+    for index, joint in enumerate(joints):
+        lumped = _Lumped.of(robot, groups[index], seen)
+        if lumped.mass <= NOTHING:
+            raise UserError(f"nothing below {joint.name} has a mass: it would have no inertia")
+        if index + 1 < len(joints):
+            along = anchors[index + 1] - anchors[index]
+            length = float(np.hypot(*along))
+            if length <= NOTHING:
+                text = f"{joint.name} and {joints[index + 1].name} turn about the same place: one link would have no "
+                raise UserError(f"{text}length; leave one of them out of the chain")
+        else:
+            along, length = _last(robot, groups[index], anchors[index], lumped, seen, tip)
+        direction = atan2(along[0], -along[1])  # counter-clockwise from straight down
+        made.append(_joint(joint, seen, anchors[index], lumped, length, (direction, before), said))
+        before = direction
+    gravity = -float(robot.gravity @ seen.up)
+    name = robot.name if robot.name else "robot"
+    return PickedLeg(Leg(name, tuple(made), gravity, tilt), tuple(dict.fromkeys(said)))
+
+
+def _chain(robot: Robot, chain: Sequence[str]) -> list[RobotJoint]:
+    """The joints by name, checked to hang below one another."""
+    if not 1 <= len(chain) <= 6:
+        raise UserError(f"--chain names {len(chain)} joints; a leg has 1 to 6")
+    problems, joints = [], []
+    for name in chain:
+        try:
+            joint = robot.joint(name)
+        except UserError as error:
+            problems += error.problems
+            continue
+        joints.append(joint)
+        if joint.kind != "hinge":
+            problems.append(Problem(f'"{name}" is a {joint.kind} joint; a leg has hinges only'))
+        if (fault := name_fault(name)) is not None:
+            problems.append(Problem(f'"{name}" cannot be a joint\'s name here: it {fault}'))
+    if not problems:
+        for upper, lower in pairwise(joints):
+            if upper.body not in robot.above(lower.body)[1:]:
+                text = f"{lower.name} does not hang below {upper.name}: name the joints from the body outward"
+                problems.append(Problem(text))
+    if problems:
+        raise UserError(problems)
+    return joints
+
+
+def _plane(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) -> _Plane:
+    """The plane asked for, or the one of two world axes that the first joint's axis is nearest normal to."""
+    size = float(np.linalg.norm(robot.gravity))
+    vertical = -robot.gravity / size if size else np.array(AXES["z"])
+    if plane is not None:
+        words = plane.replace(",", "").strip().casefold()
+        if len(words) != 2 or words[0] == words[1] or not set(words) <= set(AXES):
+            raise UserError(Problem(f'"{plane}" is no plane; write two axes of the world, such as xz', key="--plane"))
+        seen = _Plane(np.array(AXES[words[0]]), np.array(AXES[words[1]]))
+        lean = np.degrees(np.arccos(np.clip(float(seen.up @ vertical), -1.0, 1.0)))
+        if lean > degrees(MOST_OFF_PLANE):
+            text = f"{words[1]} is {lean:.3g} deg from up: gravity would leave the plane; the second axis is up"
+            raise UserError(Problem(text, key="--plane"))
+        return seen
+    axis = np.abs(joints[0].axis)
+    right = max((np.array(AXES[name]) for name in "xy"), key=lambda each: -float(axis @ each))
+    return _Plane(right, vertical)
+
+
+def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
+    """Refuse axes that leave the plane; say those that lean a little."""
+    problems, said = [], []
+    for joint in joints:
+        off = float(np.arccos(np.clip(abs(joint.axis @ seen.normal), 0.0, 1.0)))
+        if off > MOST_OFF_PLANE:
+            text = f"the axis of {joint.name} is {degrees(off):.1f} deg off the normal of the plane {seen.name}; at "
+            text += f"most {degrees(MOST_OFF_PLANE):.0f} deg are allowed: choose other joints, or another --plane"
+            problems.append(Problem(text))
+        elif degrees(off) > 0.01:
+            said.append(f"the axis of {joint.name} is {degrees(off):.2g} deg off the plane's normal; taken as normal")
+    if problems:
+        raise UserError(problems)
+    return said
+
+
+def _groups(robot: Robot, joints: Sequence[RobotJoint], said: list[str]) -> list[list[int]]:
+    """The bodies of each link: all that hang below its joint and above the next; every other joint is locked."""
+    owner = {joint.body: index for index, joint in enumerate(joints)}
+    groups: list[list[int]] = [[] for _ in joints]
+    for body in range(len(robot.bodies)):
+        link = next((owner[above] for above in robot.above(body) if above in owner), None)
+        if link is not None:
+            groups[link].append(body)
+    inside = {body for group in groups for body in group}
+    base = set(robot.above(joints[0].body)[1:])
+    chosen = {joint.name for joint in joints}
+    locked = [
+        joint for joint in robot.joints if joint.kind != "fixed" and joint.name not in chosen and joint.body in inside
+    ]
+    for joint in locked:
+        where = f"at {degrees(joint.reading):.4g} deg" if joint.kind == "hinge" else "where it stands"
+        said.append(f"{joint.name or 'a joint without a name'} is locked {where}, and what hangs on it lumped")
+    above = [joint.name or "the free joint" for joint in robot.joints if joint.body in base and joint.kind != "fixed"]
+    if above:
+        said.append(f"the body is held: {', '.join(above)} above the chain cannot move")
+    return groups
+
+
+@dataclass(frozen=True, eq=False)
+class _Lumped:
+    """Several bodies as one: kg, (2,) m in the plane, kg m^2 about the normal through the centre of mass."""
+
+    mass: float
+    com: Array
+    inertia: float
+
+    @classmethod
+    def of(cls, robot: Robot, bodies: Sequence[int], seen: _Plane) -> _Lumped:
+        parts = [robot.bodies[index] for index in bodies]
+        mass = sum(body.mass for body in parts)
+        if mass <= NOTHING:
+            return cls(0.0, np.zeros(2), 0.0)
+        places = seen.flat(np.stack([body.com for body in parts]))
+        weights = np.array([body.mass for body in parts])
+        com = weights @ places / mass
+        about = sum(float(seen.normal @ body.inertia @ seen.normal) for body in parts)
+        about += float(weights @ ((places - com) ** 2).sum(axis=1))
+        return cls(mass, com, about)
+
+
+def _last(
+    robot: Robot, bodies: Sequence[int], anchor: Array, lumped: _Lumped, seen: _Plane, tip: float | None
+) -> tuple[Array, float]:
+    """Direction and length of the last link: through its centre of mass, as far as its farthest point along that.
+
+    Its direction is free, for nothing hangs from it: through the centre of mass nothing of its motion is lost.
+    """
+    points = [seen.flat(robot.bodies[index].points) for index in bodies]
+    points += [seen.flat(robot.bodies[index].position[None, :]) for index in bodies]
+    offsets = np.concatenate(points) - anchor
+    to_com = lumped.com - anchor
+    distance = float(np.hypot(*to_com))
+    farthest = offsets[int(np.argmax(np.hypot(*offsets.T)))]
+    along = to_com / distance if distance > 1e-6 else farthest / max(float(np.hypot(*farthest)), NOTHING)
+    if float(farthest @ along) < 0.0:  # a counterweight: the centre of mass lies beyond the joint
+        along = -along
+    reach = float((offsets @ along).max())
+    length = tip if tip is not None else reach
+    if length <= NOTHING:
+        length = 2.0 * distance  # a rod's, where the file draws no shape
+    if length <= NOTHING:
+        raise UserError("the last link has neither a shape nor a centre of mass off its joint; give its length: --tip")
+    return along, length
+
+
+def _joint(
+    joint: RobotJoint,
+    seen: _Plane,
+    anchor: Array,
+    lumped: _Lumped,
+    length: float,
+    turned: tuple[float, float],
+    said: list[str],
+) -> Joint:
+    """The joint with its link; ``turned`` : absolute rotation of this link and of the one above, rad."""
+    direction, above = turned
+    along = np.array([np.sin(direction), -np.cos(direction)])
+    across = np.array([-along[1], along[0]])
+    com, beside = float((lumped.com - anchor) @ along), float((lumped.com - anchor) @ across)
+    if abs(beside) > WORTH_SAYING * length:
+        said.append(
+            f"the centre of mass below {joint.name} lies {abs(beside) * 1e3:.3g} mm beside the line to the next joint; "
+            f"a link's lies on it: its weight's torque is off by at most {lumped.mass * 9.81 * abs(beside):.2g} N*m, "
+            "the inertia about the joint is kept"
+        )
+    # About the joint the inertia stays what it was: that of the offset goes to the centre of mass.
+    link = Link(length, lumped.mass, com, lumped.inertia + lumped.mass * beside**2)
+    sign = 1 if float(joint.axis @ seen.normal) > 0.0 else -1
+    rotation = (direction - above + np.pi) % (2.0 * np.pi) - np.pi
+    said += [f"{joint.name}: {text}" for text in joint.left_out]
+    span = joint.range if joint.range is not None and joint.range[0] < joint.range[1] else None
+    return Joint(
+        joint.name,
+        link,
+        zero=joint.reading - sign * rotation,
+        sign=sign,
+        range=span,
+        spring=Spring(joint.stiffness, joint.rest) if joint.stiffness else None,
+        damper=Damper(rate=joint.damping) if joint.damping else None,
+        effects={"coulomb_friction": {"torque": joint.friction}} if joint.friction else {},
+        armature=joint.armature,
+    )
+
+
+def _turn(rotation: Array, seen: _Plane) -> float:
+    """How far a body's frame is turned in the plane, rad; 0 where it is turned otherwise."""
+    up = rotation @ seen.up
+    return float(atan2(-(up @ seen.right), up @ seen.up)) if abs(up @ seen.normal) < 1e-9 else 0.0

@@ -1,0 +1,136 @@
+"""MJCF, read by MuJoCo itself, which resolves defaults, frames and the inertias of shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.robots.robot_tree import Body, Kind, Robot, RobotJoint
+
+LINEAR = 1e-12  # of the linear coefficient, below which a polynomial's other terms are nothing
+
+
+def read_mjcf(path: Path) -> Robot:
+    """The robot in its reference pose (``qpos0``).
+
+    Raises
+    ------
+    UserError
+        Where MuJoCo is not installed, or cannot compile the file.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        text = "MJCF is read by MuJoCo, which is not installed: pip install limb-synth[robots]"
+        raise UserError(Problem(text, str(path))) from None
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        raise UserError(Problem(f"cannot be compiled by MuJoCo: {'; '.join(lines)[:400]}", str(path))) from None
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    bodies = tuple(_body(model, data, index) for index in range(1, model.nbody))
+    joints = tuple(_joint(model, data, index) for index in range(model.njnt))
+    name = _name(mujoco, model, "mjOBJ_BODY", 1) if model.nbody > 1 else ""
+    title = _title(path) or name or path.stem
+    return Robot(title, bodies, joints, np.array(model.opt.gravity), _left_out(mujoco, model))
+
+
+def _title(path: Path) -> str:
+    """The ``model`` attribute of the file's root, which the compiled model keeps among its names only."""
+    from xml.etree.ElementTree import ParseError, parse
+
+    try:
+        return parse(path).getroot().get("model") or ""
+    except (ParseError, OSError):
+        return ""
+
+
+def _name(mujoco: Any, model: Any, kind: str, index: int) -> str:
+    return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, kind), index) or ""
+
+
+def _body(model: Any, data: Any, index: int) -> Body:
+    import mujoco
+
+    turn = data.ximat[index].reshape(3, 3)
+    inertia = turn @ np.diag(model.body_inertia[index]) @ turn.T
+    first, count = int(model.body_geomadr[index]), int(model.body_geomnum[index])
+    ends = [_ends(model, data, geom) for geom in range(first, first + count)]
+    return Body(
+        _name(mujoco, model, "mjOBJ_BODY", index) or f"body {index}",
+        int(model.body_parentid[index]) - 1,
+        data.xmat[index].reshape(3, 3).copy(),
+        data.xpos[index].copy(),
+        float(model.body_mass[index]),
+        data.xipos[index].copy(),
+        inertia,
+        np.concatenate(ends) if ends else np.empty((0, 3)),
+    )
+
+
+def _ends(model: Any, data: Any, geom: int) -> np.ndarray[Any, Any]:
+    """(k, 3) where a shape ends: along the axis of a capsule or cylinder, else its centre."""
+    import mujoco
+
+    place = data.geom_xpos[geom].copy()
+    long = (int(mujoco.mjtGeom.mjGEOM_CAPSULE), int(mujoco.mjtGeom.mjGEOM_CYLINDER))
+    if int(model.geom_type[geom]) in long:
+        half = data.geom_xmat[geom].reshape(3, 3)[:, 2] * model.geom_size[geom, 1]
+        return np.array([place - half, place + half])
+    return np.asarray(place[None, :])
+
+
+def _joint(model: Any, data: Any, index: int) -> RobotJoint:
+    import mujoco
+
+    kinds: dict[int, Kind] = {0: "free", 1: "free", 2: "slide", 3: "hinge"}  # free, ball: locked as a whole
+    kind = kinds[int(model.jnt_type[index])]
+    dof, place = int(model.jnt_dofadr[index]), int(model.jnt_qposadr[index])
+    limited = bool(model.jnt_limited[index])
+    left_out = []
+    for what, linear, rest in (
+        ("stiffness", model.jnt_stiffness[index], getattr(model, "jnt_stiffnesspoly", None)),
+        ("damping", model.dof_damping[dof], getattr(model, "dof_dampingpoly", None)),
+    ):
+        terms = rest[index if what == "stiffness" else dof] if rest is not None else np.zeros(1)
+        if np.abs(terms).max() > LINEAR * max(float(linear), LINEAR):
+            shown = ", ".join(f"{term:.4g}" for term in terms)
+            left_out.append(f"the {what} is {linear:.4g} plus higher powers ({shown}), which are left out")
+    return RobotJoint(
+        _name(mujoco, model, "mjOBJ_JOINT", index),
+        int(model.jnt_bodyid[index]) - 1,
+        kind,
+        data.xaxis[index].copy(),
+        data.xanchor[index].copy(),
+        float(model.qpos0[place]) if kind in ("hinge", "slide") else 0.0,
+        float(model.jnt_stiffness[index]),
+        float(model.qpos_spring[place]) if kind in ("hinge", "slide") else 0.0,
+        float(model.dof_damping[dof]),
+        float(model.dof_armature[dof]),
+        float(model.dof_frictionloss[dof]),
+        (float(model.jnt_range[index, 0]), float(model.jnt_range[index, 1])) if limited else None,
+        tuple(left_out),
+    )
+
+
+def _left_out(mujoco: Any, model: Any) -> tuple[str, ...]:
+    """What acts on the robot that a leg of hinges with springs and dampers has no place for."""
+    found = []
+    for count, kind, what in (
+        (model.nu, "mjOBJ_ACTUATOR", "actuators"),
+        (model.neq, "mjOBJ_EQUALITY", "equality constraints"),
+        (model.ntendon, "mjOBJ_TENDON", "tendons"),
+    ):
+        if count:
+            names = [_name(mujoco, model, kind, index) or f"number {index + 1}" for index in range(min(count, 4))]
+            more = " and others" if count > 4 else ""
+            found.append(f"left out of {count} {what}: {', '.join(names)}{more}")
+    if model.opt.density or model.opt.viscosity:
+        found.append("the medium's density and viscosity are left out")
+    return tuple(found)

@@ -1,0 +1,200 @@
+"""URDF, read with the standard library: links, joints, dynamics, limits. Shapes are used only to find a limb's end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError, XMLParser, fromstring
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.paths import read_bytes
+from synth.files.robots.robot_tree import Body, Kind, Robot, RobotJoint
+
+LARGEST = 20_000_000  # bytes; meshes are files of their own
+GRAVITY = 9.81  # m/s^2; URDF leaves it to the simulator
+KINDS: dict[str, Kind] = {
+    "revolute": "hinge",
+    "continuous": "hinge",
+    "prismatic": "slide",
+    "fixed": "fixed",
+    "floating": "free",
+    "planar": "free",
+}
+
+
+def read_urdf(path: Path) -> Robot:
+    """The robot with every joint at zero.
+
+    Raises
+    ------
+    UserError
+        With every mistake found in the file.
+    """
+    root = _root(path)
+    reader = _Reader(path)
+    links = {link.get("name", ""): link for link in root.iter("link")}
+    joints = [item for item in root.findall("joint") if item.find("parent") is not None]
+    order = reader.ordered(links, joints)
+    reader.finish()
+    bodies: list[Body] = []
+    found: list[RobotJoint] = []
+    places: dict[str, int] = {}
+    for name, joint in order:
+        if joint is None:
+            parent, turn, place = -1, np.eye(3), np.zeros(3)
+        else:
+            parent = places[_named(joint, "parent")]
+            own_place, own_turn = reader.origin(joint)
+            above = bodies[parent]
+            turn, place = above.rotation @ own_turn, above.position + above.rotation @ own_place
+        places[name] = len(bodies)
+        bodies.append(reader.body(links[name], name, parent, turn, place))
+        if joint is not None:
+            found.append(reader.joint(joint, places[name], turn, place))
+    reader.finish()
+    transmissions = len(root.findall("transmission"))
+    left_out = (f"{transmissions} transmissions are left out",) if transmissions else ()
+    said = ("URDF has no springs, and gravity is taken as 9.81 m/s^2 downward",)
+    gravity = np.array([0.0, 0.0, -GRAVITY])
+    return Robot(root.get("name") or path.stem, tuple(bodies), tuple(found), gravity, said + left_out)
+
+
+def _root(path: Path) -> Element:
+    data = read_bytes(path, LARGEST, "a URDF holds no meshes")
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:  # entities that name each other fill the memory
+        raise UserError(Problem("declares entities, which are not read; write it out without (xacro does)", str(path)))
+    try:
+        root = fromstring(data, XMLParser())
+    except ParseError as error:
+        raise UserError(Problem(f"is not XML: {error.msg}", str(path), line=error.position[0])) from None
+    if root.tag != "robot":
+        raise UserError(Problem(f"is no URDF: its root is <{root.tag}>, not <robot>", str(path)))
+    if any("xacro" in str(item.tag) or "${" in " ".join(item.attrib.values()) for item in root.iter()):
+        raise UserError(Problem("is a xacro file; expand it first: xacro robot.xacro > robot.urdf", str(path)))
+    return root
+
+
+def _named(joint: Element, tag: str) -> str:
+    item = joint.find(tag)
+    return "" if item is None else item.get("link", "")
+
+
+class _Reader:
+    """Reads elements and keeps every mistake."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.problems = path, list[Problem]()
+
+    def refuse(self, text: str, key: str) -> None:
+        self.problems.append(Problem(text, str(self.path), key=key))
+
+    def finish(self) -> None:
+        if self.problems:
+            raise UserError(self.problems)
+
+    def numbers(self, element: Element | None, name: str, default: str, key: str) -> Array:
+        """An attribute of as many numbers as its default has."""
+        text = default if element is None else element.get(name, default)
+        try:
+            values = np.array([float(word) for word in text.split()])
+        except ValueError:
+            values = np.array([np.nan])
+        if len(values) != len(default.split()) or not np.isfinite(values).all():
+            self.refuse(f'{name}="{text}" is not {len(default.split())} finite numbers', key)
+            return np.array([float(word) for word in default.split()])
+        return values
+
+    def number(self, element: Element | None, name: str, key: str) -> float:
+        return float(self.numbers(element, name, "0", key)[0])
+
+    def origin(self, owner: Element | None) -> tuple[Array, Array]:
+        """Position (3,) m and rotation (3, 3) of an ``origin``; roll, pitch, yaw about fixed axes."""
+        element = None if owner is None else owner.find("origin")
+        key = "" if owner is None else f"{owner.tag} {owner.get('name', '')}"
+        roll, pitch, yaw = self.numbers(element, "rpy", "0 0 0", key)
+        (sr, cr), (sp, cp), (sy, cy) = [(np.sin(a), np.cos(a)) for a in (roll, pitch, yaw)]
+        turn = np.array(
+            [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ]
+        )
+        return self.numbers(element, "xyz", "0 0 0", key), turn
+
+    def ordered(self, links: Mapping[str, Element], joints: list[Element]) -> list[tuple[str, Element | None]]:
+        """Links, each after its parent, with the joint that they hang by."""
+        by: dict[str, Element] = {}
+        for joint in joints:
+            child = _named(joint, "child")
+            for tag in ("parent", "child"):
+                if _named(joint, tag) not in links:
+                    self.refuse(f'names a {tag} "{_named(joint, tag)}" that is no link', f"joint {joint.get('name')}")
+            if child in by:
+                self.refuse(f'"{child}" hangs by two joints', f"joint {joint.get('name')}")
+            by[child] = joint
+        self.finish()
+        done: dict[str, Element | None] = {name: None for name in links if name not in by}
+        waiting = [name for name in links if name in by]
+        while waiting:
+            ready = [name for name in waiting if _named(by[name], "parent") in done]
+            if not ready:
+                self.refuse(f"hangs from itself by way of {waiting[0]}", f"link {waiting[0]}")
+                break
+            for name in ready:
+                done[name] = by[name]
+            waiting = [name for name in waiting if name not in done]
+        return list(done.items())
+
+    def body(self, link: Element, name: str, parent: int, turn: Array, place: Array) -> Body:
+        """A link with its inertia and the ends of its shapes, in the world."""
+        inertial, key = link.find("inertial"), f"link {name}"
+        own_place, own_turn = self.origin(inertial)
+        matter = None if inertial is None else inertial.find("inertia")
+        xx, xy, xz, yy, yz, zz = (self.number(matter, item, key) for item in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+        inertia = turn @ own_turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ (turn @ own_turn).T
+        mass = self.number(None if inertial is None else inertial.find("mass"), "value", key)
+        if mass < 0.0:
+            self.refuse(f"has the mass {mass:g} kg", key)
+        ends = [self.ends(item) for tag in ("collision", "visual") for item in link.findall(tag)]
+        points = place + np.concatenate(ends) @ turn.T if ends else np.empty((0, 3))
+        return Body(name, parent, turn, place, mass, place + turn @ own_place, inertia, points)
+
+    def ends(self, shape: Element) -> Array:
+        """(k, 3) where a shape ends, in the link's frame: along a cylinder's axis, else its centre."""
+        place, turn = self.origin(shape)
+        cylinder = shape.find("geometry/cylinder")
+        if cylinder is None:
+            return place[None, :]
+        half = turn[:, 2] * self.number(cylinder, "length", "cylinder") / 2
+        return np.array([place - half, place + half])
+
+    def joint(self, joint: Element, body: int, turn: Array, place: Array) -> RobotJoint:
+        """A joint with its axis and anchor in the world."""
+        name = joint.get("name", "")
+        key, kind = f"joint {name}", KINDS.get(joint.get("type", ""))
+        if kind is None:
+            self.refuse(f'type="{joint.get("type", "")}" is not one of {", ".join(KINDS)}', key)
+        axis = self.numbers(joint.find("axis"), "xyz", "1 0 0", key)
+        length = float(np.linalg.norm(axis))
+        if length == 0.0:
+            self.refuse("has an axis of length 0", key)
+        dynamics, limit = joint.find("dynamics"), joint.find("limit")
+        span = None
+        if joint.get("type") in ("revolute", "prismatic") and limit is not None:
+            span = (self.number(limit, "lower", key), self.number(limit, "upper", key))
+        left_out = ("it mimics another joint, which is left out",) if joint.find("mimic") is not None else ()
+        return RobotJoint(
+            name,
+            body,
+            kind or "fixed",
+            turn @ axis / (length or 1.0),
+            place,
+            damping=self.number(dynamics, "damping", key),
+            friction=self.number(dynamics, "friction", key),
+            range=span,
+            left_out=left_out,
+        )

@@ -1,0 +1,108 @@
+"""A project to start from, for a leg that was picked out of a robot's file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from synth.errors import Problem, UserError
+from synth.files.leg_file import write_leg
+from synth.files.output import place, write_text
+from synth.files.paths import read_bytes
+from synth.files.robots.planar_chain import PickedLeg, pick_leg
+from synth.files.robots.robot_tree import Robot
+from synth.swing.leg_model import Leg
+
+HEAD = 4_000  # bytes that tell a format
+LEG_FILE = "robot.leg.yaml"
+SMALLEST_READING = "trials/*.csv"
+
+
+def read_robot(path: str | Path) -> Robot:
+    """A robot from MJCF or URDF, told apart by the root element and not by the file's ending.
+
+    Raises
+    ------
+    UserError
+        For a file that is neither, or that has mistakes.
+    """
+    file = Path(path)
+    start = read_bytes(file, 200_000_000, "a robot's file names its meshes and does not hold them")[:HEAD]
+    if b"<mujoco" in start and b"<robot" not in start.partition(b"<mujoco")[0]:
+        from synth.files.robots.read_mjcf import read_mjcf
+
+        return read_mjcf(file)
+    if b"<robot" in start:
+        from synth.files.robots.read_urdf import read_urdf
+
+        return read_urdf(file)
+    text = "is neither MJCF (root <mujoco>) nor URDF (root <robot>)"
+    if b"<sdf" in start:
+        text += "; SDF is written by synth and not read: convert it to URDF"
+    raise UserError(Problem(text, str(path)))
+
+
+def robot_leg(path: str | Path, chain: Sequence[str], plane: str | None = None, tip: float | None = None) -> PickedLeg:
+    """The chain of a robot's file as a leg, see ``pick_leg``; mistakes name the file."""
+    robot = read_robot(path)
+    try:
+        return pick_leg(robot, chain, plane, tip)
+    except UserError as error:
+        raise UserError([Problem(item.text, item.file or str(path), key=item.key) for item in error.problems]) from None
+
+
+def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path) -> None:
+    """The leg, a project of that kind and a README that says what is still to be added and what was lost."""
+    (folder / "trials").mkdir(parents=True)
+    write_leg(picked.leg, folder / LEG_FILE)
+    header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
+    write_text(place(folder, f"{PROJECT_NAMES[kind]}.yaml"), _PROJECTS[kind](picked.leg, source))
+    lost = "".join(f"- {text}\n" for text in picked.said) or "- nothing\n"
+    write_text(
+        folder / "README.md",
+        f"# {picked.leg.name}\n\n"
+        f"`{LEG_FILE}` is the planar leg of {', '.join(picked.leg.joint_names)} out of `{source}`. Its measured angles "
+        "are that\nrobot's joint readings.\n\n"
+        f"## To add\n\nRecordings of the moving leg in `trials/`, a CSV each with the header\n\n    {header}\n\n"
+        f"(or `[deg]`). {_TO_ADD[kind]}Then\n\n    synth {kind} {PROJECT_NAMES[kind]}.yaml --out result\n\n"
+        f"## What the leg does not hold\n\n{lost}",
+    )
+
+
+def _fit(leg: Leg, source: str) -> str:
+    return f"""# Springs, dampers and free angles of {source}'s leg from recordings of its free swings.
+kind: fit
+leg: {LEG_FILE}
+trials:
+  - {SMALLEST_READING}
+free_angle: auto
+"""
+
+
+def _gap(leg: Leg, source: str) -> str:
+    return f"""# Why the built leg moves otherwise than {source} says.
+kind: gap
+leg: {LEG_FILE}
+trials:
+  - {SMALLEST_READING}          # {{file: check.csv, held_out: true}} for one that only scores
+tolerance: {{length: 0.5 %, mass: 1 %, com: 1 %, inertia: 2 %, spring: 3 %, damper: 5 %, free_angle: 0.5 deg}}
+"""
+
+
+def _leg(leg: Leg, source: str) -> str:
+    names = ", ".join(leg.joint_names)
+    return f"""# Springs and dampers that let {source}'s leg move as an animal's.
+kind: leg-design
+source: {{leg: animal/animal.leg.yaml, trials: [animal/*.csv]}}    # the animal's leg, joints named {names}
+scale: {{time: froude}}
+target: {LEG_FILE}
+"""
+
+
+PROJECT_NAMES = {"fit": "fit", "gap": "gap", "leg": "leg-design"}
+_PROJECTS = {"fit": _fit, "gap": _gap, "leg": _leg}
+_TO_ADD = {
+    "fit": "",
+    "gap": "A joint that swings freely says so in the leg file: `damper: {rate: 0 N*m*s/rad}`. ",
+    "leg": "The animal's leg file and recordings go into `animal/` instead; `synth import` makes them. ",
+}

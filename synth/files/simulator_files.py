@@ -1,0 +1,56 @@
+"""One leg for every simulator: MJCF, URDF, SDF and a USD layer, with what each of them cannot hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from synth.arrays import Array
+from synth.files.joint_curves import damping_terms, without_held
+from synth.files.mjcf import HELD, mjcf_text
+from synth.files.output import write_text
+from synth.files.robot_usd import usd_file
+from synth.files.robot_xml import sdf_file, urdf_file
+from synth.swing.leg_model import Leg
+
+
+def write_simulator_files(leg: Leg, fastest: Array, folder: Path) -> dict[str, tuple[str, ...]]:
+    """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> what it leaves out.
+
+    ``fastest`` : (n,) rad/s, up to where each damper is to be followed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / "leg.mjcf.xml", mjcf_text(leg, fastest))
+    lost = {"leg.mjcf.xml": tuple(_mjcf_lost(leg, fastest))}
+    for name, made in (
+        ("leg.urdf", urdf_file(leg, fastest)),
+        ("leg.sdf", sdf_file(leg, fastest)),
+        ("leg.usda", usd_file(leg, fastest)),
+    ):
+        write_text(folder / name, made.text)
+        lost[name] = made.warnings
+    write_text(folder / "README.md", _readme(leg, lost))
+    return lost
+
+
+def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
+    """What MuJoCo's joints do not have; the file names it in comments too."""
+    said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    for joint, speed in zip(leg.joints, fastest, strict=True):
+        lost = without_held(joint, HELD)
+        if lost:
+            said.append(f"{joint.name}: not held: {', '.join(lost)}")
+        error = damping_terms(joint, float(speed)).error
+        if error > 1e-3:
+            said.append(f"{joint.name}: the damper's curve is at most {error:.1%} of its torque off")
+    return said
+
+
+def _readme(leg: Leg, lost: dict[str, tuple[str, ...]]) -> str:
+    lines = [f"# {leg.name}", "", "The same leg for several simulators. What each file does not hold:", ""]
+    for name, said in lost.items():
+        lines += [f"- `{name}`: {'nothing is lost' if not said else ''}", *(f"  - {text}" for text in said)]
+    lines += [
+        "",
+        "`leg.usda` is a layer of joint and mass parameters: import `leg.urdf` into Isaac Sim and put it on top.",
+    ]
+    return "\n".join(line.rstrip() for line in lines) + "\n"

@@ -1,0 +1,198 @@
+"""Input that cannot be, or hardly can: said in a sentence, with what to look at.
+
+A fit follows what it is given. A link's inertia in other units, a channel that hangs, a clock in milliseconds or a
+joint's wrong sign all give springs, and some fit well. So the leg's numbers are held against what a rigid link can
+have, the recordings against what a limb of this size does, and where the fit follows badly, the same trials are fitted
+with each joint's sign or zero changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.fit.fit_options import LegFitOptions
+from synth.fit.fit_problem import model_of
+from synth.fit.fit_result import FitResult
+from synth.fit.hand import later
+from synth.fit.recordings import Recording
+from synth.fit.refinement import refine
+from synth.fit.starts import first_locals, weak_form_start
+from synth.fit.uncertainty import root_mean_square, sample_scatter
+from synth.swing.leg_model import Joint, Leg
+
+MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's foot
+SLOWEST, FASTEST = 0.01, 300.0  # of the pendulum frequency sqrt(g/L): a rat's and a robot dog's legs swing at 3
+POOR = 0.12  # of a joint's RMS deviation from its rest, that a fit of a right leg hardly leaves
+NOISY = 5.0  # times the samples' scatter, below which nothing is left to explain
+FITS = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must get below to be named
+TRIED, SAMPLES = 2, 100  # trials, and samples of each, with which signs and zeros are tried
+FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # readings alike, and share of the recording, from which a channel may hang
+ABRUPT = 0.3  # of the joint's greatest rate, with which a channel that hangs stops or starts
+COMMON = LegFitOptions(free_angle="common")
+LEAP = 1.5  # times any other change from one sample to the next, that a channel makes up at once when it comes back
+ZEROS = (np.pi, 0.5 * np.pi, -0.5 * np.pi)  # rad, by which the zero of another convention may lie off
+
+
+def doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> tuple[str, ...]:
+    """All that can be said of a fit's input."""
+    said = [*leg_doubts(leg), *recording_doubts(leg, recordings), *convention_doubts(leg, recordings, result)]
+    return tuple(said)
+
+
+def leg_doubts(leg: Leg) -> list[str]:
+    """Sentences on links that no rigid body, or no limb, has."""
+    said = []
+    for joint in leg.joints:
+        link, name = joint.link, joint.name
+        reach = max(link.length, 2.0 * abs(link.com))
+        if link.inertia > link.mass * reach**2:
+            times = link.inertia / (link.mass * reach**2)
+            said.append(
+                f"{name}: the link's inertia is {times:.2g} times its mass by its length squared, more than any "
+                "distribution of that mass along it has; check the units of inertia, mass and length"
+            )
+        if not 0.0 <= link.com <= link.length:
+            said.append(
+                f"{name}: the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
+                f"{1e3 * link.length:.4g} mm; right only with a counterweight"
+            )
+    ranked = sorted(leg.joints, key=lambda joint: joint.link.mass)
+    light, heavy = ranked[0], ranked[-1]
+    if heavy.link.mass > MASS_RATIO * light.link.mass:
+        said.append(
+            f"{heavy.name} and {light.name}: link masses of {heavy.link.mass:.3g} and {light.link.mass:.3g} kg, more "
+            f"than {MASS_RATIO:.0f} to one; check their units (g, kg)"
+        )
+    return said
+
+
+def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
+    """Sentences on channels that hang, and on a pace that no limb of this size has."""
+    said = []
+    for recording in recordings:
+        for j in recording.free:
+            text = _frozen(recording, j)
+            if text:
+                said.append(f"{recording.name}: {leg.joints[j].name} {text}")
+    length = sum(joint.link.length for joint in leg.joints)
+    if leg.gravity > 0.0 and recordings:
+        natural = float(np.sqrt(leg.gravity / length))
+        rate = 0.5 / float(np.median([recording.smoothed.pace for recording in recordings]))
+        hint = "are the times milliseconds, labelled as seconds?" if rate < natural else "is the clock right?"
+        if not SLOWEST * natural < rate < FASTEST * natural:
+            said.append(
+                f"the recorded motion swings at about {rate / (2 * np.pi):.2g} Hz, a leg of {1e3 * length:.4g} mm "
+                f"hangs and swings at {natural / (2 * np.pi):.2g} Hz, and limbs of this size lie between "
+                f"{SLOWEST:g} and {FASTEST:g} times that; {hint}"
+            )
+    return said
+
+
+def _frozen(recording: Recording, joint: int) -> str:
+    """What a channel shows that hangs while the motion goes on; empty where it does not."""
+    counts = recording.counts[:, joint]
+    time, value = recording.time[counts], recording.rotation[counts, joint]
+    if len(value) < 2 * FROZEN_SAMPLES:
+        return ""
+    edges = np.flatnonzero(np.diff(value) != 0.0)
+    starts, ends = np.r_[0, edges + 1], np.r_[edges, len(value) - 1]
+    longest = int(np.argmax(ends - starts))
+    first, last = int(starts[longest]), int(ends[longest])
+    if last - first + 1 < max(FROZEN_SAMPLES, FROZEN_SHARE * len(value)):
+        return ""
+    smoothed = recording.smoothed
+    others = [j for j in recording.free if j != joint]
+    during = (smoothed.time >= time[first]) & (smoothed.time <= time[last])
+    moves = any(np.abs(smoothed.rate[during, j]).max() > ABRUPT * np.abs(smoothed.rate[:, j]).max() for j in others)
+    # A joint that comes to rest on one count slows down before; one that hangs stops, or starts, at full speed.
+    lag = min(max(3, round(smoothed.pace / float(np.median(np.diff(time))))), len(value) // 4)
+    change = np.abs(value[lag:] - value[:-lag])
+    beside = [change[max(0, first - lag)] if first >= lag else 0.0, change[last] if last + lag < len(value) else 0.0]
+    steps = np.abs(np.diff(value))
+    leaps = [steps[k] for k in (first - 1, last) if 0 <= k < len(steps)]
+    inside = np.isin(np.arange(len(steps)), (first - 1, last))
+    leapt = bool(leaps) and max(leaps) > LEAP * steps[~inside].max(initial=0.0)
+    if not (moves if change.max() == 0.0 else leapt or max(beside) > ABRUPT * change.max()):
+        return ""
+    return (
+        f"reads the same from {time[first]:.3f} to {time[last]:.3f} s and moves at full speed before or after: a "
+        "channel that hangs, or a stop? Leave those cells empty if it hangs; list the joint under `locked` if it was "
+        "held"
+    )
+
+
+def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> list[str]:
+    """Where the fit follows badly: whether it would follow with one joint's sign or zero changed, and which."""
+    recordings = later(recordings, result.cut) or recordings if result.cut else recordings
+    left = np.array([result.rms[name] for name in leg.joint_names])
+    if not np.any((left > POOR * _motion(recordings)) & (left > NOISY * sample_scatter(recordings))):
+        return []
+    some = [recording.thinned(SAMPLES) for recording in recordings[:TRIED]]
+    floor = float(np.nansum(sample_scatter(some) ** 2))
+    # The fit itself may have been led astray by its start: what a changed leg is held against is the better of the two.
+    before = min(_left(leg, some), float(np.sqrt(np.nansum(left**2))))
+    found = []
+    for j, joint in enumerate(leg.joints):
+        for changed, text in _changes(joint):
+            other = replace(leg, joints=(*leg.joints[:j], changed, *leg.joints[j + 1 :]))
+            after = _left(other, [_seen_as(recording, j, joint, changed) for recording in some])
+            if after**2 - floor < FITS**2 * (before**2 - floor):
+                found.append((after, joint.name, text))
+    if not found:
+        return []
+    after, name, text = min(found)
+    return [
+        f"the fit leaves {np.degrees(before):.2g} deg; with {text} of the {name} one of {len(some)} trials leaves "
+        f"{np.degrees(after):.2g}. Sign or zero of the {name}?"
+    ]
+
+
+def _changes(joint: Joint) -> list[tuple[Joint, str]]:
+    made = [(replace(joint, sign=-joint.sign), f"sign: {-joint.sign:+d}")]
+    for shift in ZEROS:
+        zero = joint.zero + shift
+        made.append((replace(joint, zero=zero), f"zero: {np.degrees(zero):.0f} deg"))
+        made.append(
+            (replace(joint, zero=zero, sign=-joint.sign), f"zero: {np.degrees(zero):.0f} deg and the other sign")
+        )
+    return made
+
+
+def _seen_as(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
+    """The same readings of joint ``j`` by another convention."""
+    turn = new.sign * old.sign
+    shift = new.sign * (old.zero - new.zero)
+    rotation, smoothed = recording.rotation.copy(), recording.smoothed
+    angle, rate = smoothed.angle.copy(), smoothed.rate.copy()
+    rotation[:, j] = turn * rotation[:, j] + shift
+    angle[:, j], rate[:, j] = turn * angle[:, j] + shift, turn * rate[:, j]
+    known = recording.known_torque
+    if known is not None:
+        torque = known[1].copy()
+        torque[:, j] *= turn
+        known = (known[0], torque)
+    return replace(recording, rotation=rotation, smoothed=replace(smoothed, angle=angle, rate=rate), known_torque=known)
+
+
+def _left(leg: Leg, recordings: Sequence[Recording]) -> float:
+    """RMS over all joints, rad, that one descent from the weak form's start leaves; infinite where it diverges."""
+    model = model_of(leg)
+    guess = weak_form_start(model, recordings, COMMON)
+    stage = refine(
+        model, recordings, guess.values, first_locals(recordings), "noise", np.zeros(len(leg.joints)), rounds=1
+    )
+    if not np.isfinite(stage.solution.cost):
+        return float("inf")
+    return float(np.sqrt(np.nansum(root_mean_square(recordings, stage.solution.predictions) ** 2)))
+
+
+def _motion(recordings: Sequence[Recording]) -> Array:
+    """(n,) rad, RMS deviation of each joint from where its recordings end."""
+    stacked = [np.where(r.counts, r.rotation - r.smoothed.angle[-1], np.nan) for r in recordings]
+    square = np.concatenate(stacked) ** 2
+    told = np.isfinite(square).any(axis=0)
+    return np.sqrt(np.where(told, np.nansum(square, axis=0) / np.maximum(np.isfinite(square).sum(axis=0), 1), np.inf))

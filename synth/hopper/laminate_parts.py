@@ -1,0 +1,103 @@
+"""The chosen jumping leg as parts: a study's numbers as dimensions, and what was drawn as JSON."""
+
+from __future__ import annotations
+
+import re
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cad.hopper import HopperDimensions
+    from synth.hopper.study import Study
+
+FOLDER = "parts"
+
+
+def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
+    """Write the parts of the chosen leg into ``folder/parts``; what cannot be drawn is said in ``notes``."""
+    from cad.hopper import export_hopper
+    from cad.limits import DimensionError
+    from synth.hopper.drawn_flexures import JOINTS, drawn_flexures
+    from synth.units import quantity
+
+    if found.best is None:
+        return {}
+    size = found.rows[int(found.sweep.motor[found.best])].size
+    dimensions = dimensions_of(found, size)
+    if isinstance(dimensions, str):
+        return {"layers": [], "dimensions": {}, "notes": [f"no parts are drawn: {dimensions}"]}
+    try:
+        made = export_hopper(dimensions, folder / FOLDER)
+    except DimensionError as error:
+        return {"layers": [], "dimensions": {}, "notes": [f"no parts are drawn: {text}" for text in error.problems]}
+    laminate, leg = found.best_leg.laminate, found.best_leg
+    strip = laminate.strip_bending_stiffness
+    notes = list(made.notes)
+    hinges = {name: made.gaps[f"{name}_hinge_gap"] for name in JOINTS}
+    drawn = drawn_flexures(found, hinges, dimensions.gap)
+    if drawn is not None:
+        notes.append(drawn.note)
+    if not 0.8 < laminate.bending_stiffness / strip < 1.25:
+        notes.append(
+            f"the links as simulated bend like E I = {laminate.bending_stiffness:.3g} N*m^2, a flat strip of this "
+            f"laminate like {strip:.3g} N*m^2: flat links as drawn are not those; fold or double "
+            "them, or simulate the strip (laminate: {links: strip})"
+        )
+    return {
+        "layers": [
+            {"name": layer.name, "material": layer.material, "file": f"{FOLDER}/{layer.name}.dxf",
+             "thickness": quantity(layer.thickness * 1e-3, "mm"), "cut_length": quantity(layer.cut_length * 1e-3, "mm"),
+             "outlines": len(layer.plates), "width_mm": layer.width,
+             "plates_mm": [list(plate) for plate in layer.plates],
+             "folds_mm": list(layer.folds), "holes_mm": [list(hole) for hole in layer.holes]}
+            for layer in made.layers
+        ],
+        "files": [f"{FOLDER}/{name}" for name in made.files],
+        "dimensions": {
+            "hinge_gap": quantity(dimensions.gap * 1e-3, "mm"),
+            "flexure_width": quantity(laminate.width, "mm"),
+            "film_thickness": quantity(laminate.flexure_thickness, "mm"),
+            "flexure_rate": quantity(leg.flexures.rate, "N*m/rad"),
+            **{name: quantity(value * 1e-3, "mm") for name, value in made.gaps.items()},
+            "film_strain": quantity(max(map(dimensions.film_strain, dimensions.folds)), "1"),
+            "kerf": quantity(dimensions.kerf * 1e-3, "mm"),
+        },
+        **({} if drawn is None else {"as_drawn": drawn.as_json()}),
+        "notes": notes,
+    }  # fmt: skip
+
+
+def dimensions_of(found: Study, size: str) -> HopperDimensions | str:
+    """Millimetres and degrees for the chosen leg; in words why not, where something is not known."""
+    from cad.hopper import HopperDimensions
+
+    leg, parts = found.best_leg, found.project.parts
+    laminate = leg.laminate
+    box = re.match(r"([\d.]+)x([\d.]+)", size)
+    round_one = re.match(r"diameter ([\d.]+)", size)
+    if box is None and round_one is None:
+        return 'the motor\'s size is not in its catalogue row; write it as "10x12x25 mm" or "diameter 20 mm"'
+    if leg.flexures.rate <= 0.0:
+        return "a flexure without stiffness has no hinge gap"
+    motor = (float(box[2]), float(box[1])) if box else (float(round_one[1]),) * 2 if round_one else (0.0, 0.0)
+    shaft = re.search(r"shaft ([\d.]+) mm", size)
+    return HopperDimensions(
+        upper=leg.length * 1e3,
+        lower=leg.lower_length * 1e3,
+        hip_spacing=leg.hip_spacing * 1e3,
+        width=laminate.width * 1e3,
+        thickness=laminate.thickness * 1e3,
+        film=laminate.flexure_thickness * 1e3,
+        adhesive=parts.adhesive * 1e3,
+        gap=laminate.hinge_gap(leg.flexures.rate) * 1e3,
+        adhesive_gap=parts.adhesive_gap * 1e3,
+        crouch=degrees(leg.start),
+        extended=degrees(leg.extended),
+        shaft=float(shaft[1]) if shaft else parts.motor_shaft * 1e3,
+        motor=motor,
+        round_motor=round_one is not None,
+        sheet=parts.sheet * 1e3,
+        kerf=parts.kerf * 1e3,
+        strain=parts.film_strain,
+    )

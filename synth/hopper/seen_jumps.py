@@ -1,0 +1,129 @@
+"""Jump height from a video's CSV and current from a meter's, against what each model predicts of the same leg.
+
+A video follows one point, the hips or the foot: its height over the level at which it stood before. A foot's is the
+clearance. A meter logs the current that both motors draw: its peak, and the charge until the current has fallen to a
+tenth of the peak for good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.hopper_recordings import PlateJumps
+from synth.hopper.motors import motor_of
+from synth.jump.jump_layout import LAYOUTS
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump
+from synth.jump.outcomes import outcome_of
+from synth.parts.catalogs import Catalogue
+from synth.units import quantity
+
+MODELS_HELD = ("A", "B", "D", "full")
+LEAST_JUMP = 2e-3  # m; what rises less is no jump but the camera's scatter
+LEVEL = 0.1  # of the samples before the fastest rise: the level from which height counts is their median
+IDLE = 0.1  # of the peak, below which the motors are off
+
+
+@dataclass(frozen=True)
+class SeenJumps:
+    """Heights by point and currents, each a recording's name and value in SI; and every model's."""
+
+    heights: Mapping[str, Mapping[str, float]]  # point -> file -> m
+    peaks: Mapping[str, float]  # file -> A
+    charges: Mapping[str, float]  # file -> A s
+    models: Mapping[str, Mapping[str, float]]
+
+    def as_json(self) -> dict[str, Any]:
+        """Measured values with their mean, and each model's beside it."""
+        found: dict[str, Any] = {}
+        for point, each in self.heights.items():
+            found[f"height_of_{point}"] = _told(each, "m", {name: item[point] for name, item in self.models.items()})
+        if self.peaks:
+            found["peak_current"] = _told(self.peaks, "A", {n: item["peak_current"] for n, item in self.models.items()})
+            found["charge"] = _told(self.charges, "A*s", {n: item["charge"] for n, item in self.models.items()})
+        return found
+
+
+def _told(each: Mapping[str, float], unit: str, models: Mapping[str, float]) -> dict[str, Any]:
+    mean = float(np.mean(list(each.values())))
+    return {
+        "measured": [{"file": name, "value": quantity(value, unit)} for name, value in each.items()],
+        "mean": quantity(mean, unit),
+        "models": {n: {"value": quantity(v, unit), "over_measured": v / mean - 1.0} for n, v in models.items()},
+    }
+
+
+def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
+    """Read heights and currents, and what the models give of them.
+
+    Raises
+    ------
+    UserError : a video in which nothing jumps, a meter that shows no push.
+    """
+    motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
+    leg = project.design.leg.with_length(project.length)
+    jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
+    models = {}
+    for name in MODELS_HELD:
+        parameters = lane(leg, motor, project.design.contact, MODELS[name])
+        outcome = outcome_of(jumper.run(parameters[:, None])[:, 0])
+        trace = jumper.trace(parameters)
+        time, drawn, hips = trace[:, 0], trace[:, 1 + layout.row("drawn")], trace[:, 1 + layout.row("height")]
+        push = time <= outcome.takeoff_time
+        models[name] = {
+            "foot": outcome.clearance,
+            "hips": float(hips.max() - hips[0]),
+            "peak_current": float(drawn[push].max()),
+            "charge": float(np.trapezoid(drawn[push], time[push])),
+        }
+    heights: dict[str, dict[str, float]] = {}
+    for point, recording in project.videos:
+        heights.setdefault(point, {})[recording.name] = jumped(recording.name, recording["height"])
+    meters = {recording.name: pushed(recording.name, recording["time"], recording["current"])
+              for recording in project.meters}  # fmt: skip
+    peaks = {name: value[0] for name, value in meters.items()}
+    return SeenJumps(heights, peaks, {name: value[1] for name, value in meters.items()}, models)
+
+
+def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    """How far a point rises over where it stood, m: from the median before the jump to the highest sample.
+
+    Raises
+    ------
+    UserError : it hardly moves, or the video starts in the air.
+    """
+    seen = np.asarray(height, dtype=float)
+    top = int(np.argmax(seen))
+    before = seen[: max(3, int(LEVEL * top))]
+    level = float(np.median(before))
+    rise = float(seen[top] - level)
+    if rise < LEAST_JUMP:
+        text = f"rises by {1e3 * rise:.2g} mm only; is it a jump, is height positive upward, and is its unit right?"
+        raise UserError(Problem(text, name, key="height"))
+    if top < 3 or np.ptp(before) > 0.5 * rise:
+        raise UserError(Problem("begins in the jump; it needs a few frames at rest before", name, key="height"))
+    return rise
+
+
+def pushed(
+    name: str, time: np.ndarray[Any, np.dtype[np.float64]], current: np.ndarray[Any, np.dtype[np.float64]]
+) -> tuple[float, float]:
+    """Peak current, A, and the push's charge, A s, over the idle level.
+
+    Raises
+    ------
+    UserError : there is no push.
+    """
+    idle = float(np.median(current[: max(3, len(current) // 20)]))
+    drawn = current - idle
+    peak = float(drawn.max())
+    if peak <= 0 or peak < 3 * float(np.std(drawn[: max(3, len(drawn) // 20)])):
+        raise UserError(Problem("shows no push; is the current's sign right?", name, key="current"))
+    on = np.flatnonzero(drawn > IDLE * peak)
+    push = slice(int(on[0]), int(on[-1]) + 1)
+    return peak + idle, float(np.trapezoid(current[push], time[push]))

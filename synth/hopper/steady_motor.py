@@ -1,0 +1,116 @@
+"""A gear motor's constants from stall and free-speed tests: steady points, no run-up.
+
+At rest V = R i, and the output's torque is G (K_t i - f0) with K_t what reaches the output; running freely
+V = R i + K_e G omega and K_e i = f0 + b G omega (equations 3 to 6 of Knaup & Aukes without their rates of change). Each
+is one linear least squares; what no steady point tells (inductance, rotor inertia) is left to run-ups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.errors import Problem, UserError
+from synth.files.hopper_recordings import HopperRecording
+from synth.hopper.identify_motor import IdentifiedConstant
+
+SAME = 1.2  # largest over smallest voltage of the free runs, below which they are one point: friction is then constant
+LEFT_SHARE = 0.02  # of a value: the least deviation that is believed of a handful of readings
+
+
+@dataclass(frozen=True)
+class SteadyMotor:
+    """Constants at the rotor but for ``torque_constant``, which is what reaches the output over ratio and current.
+
+    ``not_told``: what these tests leave open, with why.
+    """
+
+    constants: Mapping[str, IdentifiedConstant]
+    not_told: tuple[str, ...]
+    points: int
+
+
+def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecording], ratio: float) -> SteadyMotor:
+    """Constants from stall (voltage, current, torque) and free running (voltage, current, speed), at the output.
+
+    Raises
+    ------
+    UserError : points that no motor gives: a current against its voltage, a free speed of nought.
+    """
+    found: dict[str, IdentifiedConstant] = {}
+    not_told = ["inductance and rotor inertia: give run-ups under runs"]
+    held, running = _joined(stall), _joined(free)
+    for name, columns in (("stall", held), ("free_speed", running)):
+        if columns and min(np.min(columns["voltage"] * columns["current"]), np.min(np.abs(columns["voltage"]))) <= 0:
+            raise UserError(
+                Problem("a current runs against its voltage, or one is 0; are columns exchanged?", key=name)
+            )
+    rows = [np.column_stack([columns["current"], columns.get("speed", np.zeros(len(columns["current"]))) * ratio])
+            for columns in (held, running) if columns]  # fmt: skip
+    volts = np.concatenate([columns["voltage"] for columns in (held, running) if columns])
+    if running:
+        if np.any(running["speed"] <= 0):
+            raise UserError(Problem("a free speed is 0 or below", key="free_speed"))
+        if held:
+            (resistance, back_emf), spread = _solve(np.concatenate(rows), volts)
+            found["resistance"] = IdentifiedConstant(resistance, spread[0])
+            found["back_emf"] = IdentifiedConstant(back_emf, spread[1])
+            found |= _friction(running, ratio, found["back_emf"], not_told)
+        else:
+            not_told.append("resistance and back-EMF constant apart: give a stall test")
+    else:
+        (resistance,), spread = _solve(rows[0][:, :1], volts)
+        found["resistance"] = IdentifiedConstant(resistance, spread[0])
+        not_told.append("back-EMF constant and friction: give a free-speed test")
+    if held and "torque" in held:
+        found["torque_constant"] = _torque_constant(held, ratio)
+    return SteadyMotor(found, tuple(not_told), len(volts))
+
+
+def _torque_constant(held: Mapping[str, Array], ratio: float) -> IdentifiedConstant:
+    """Torque at the output over ratio and current; what friction takes at rest is in it."""
+    (constant,), spread = _solve(held["current"][:, None] * ratio, held["torque"])
+    return IdentifiedConstant(constant, spread[0])
+
+
+def _friction(
+    running: Mapping[str, Array], ratio: float, back_emf: IdentifiedConstant, not_told: list[str]
+) -> dict[str, IdentifiedConstant]:
+    """Friction at the rotor, and its viscous part where the free runs differ enough in voltage."""
+    speed, torque = running["speed"] * ratio, back_emf.value * running["current"]
+    share = back_emf.deviation / back_emf.value
+    if running["voltage"].max() < SAME * running["voltage"].min() or len(speed) < 3:
+        not_told.append("friction's viscous part: give free speeds at two voltages or more; all is taken as constant")
+        level = float(np.mean(torque))
+        spread = float(np.std(torque) / np.sqrt(max(1, len(torque) - 1)))
+        return {"friction": IdentifiedConstant(level, float(np.hypot(max(spread, LEFT_SHARE * level), share * level)))}
+    (friction, viscous), deviations = _solve(np.column_stack([np.ones_like(speed), speed]), torque)
+    return {
+        "friction": IdentifiedConstant(friction, float(np.hypot(deviations[0], share * friction))),
+        "viscous": IdentifiedConstant(viscous, float(np.hypot(deviations[1], share * viscous))),
+    }
+
+
+def _joined(records: Sequence[HopperRecording]) -> dict[str, Array]:
+    """All records' rows together."""
+    names = records[0].columns if records else ()
+    return {name: np.concatenate([record[name] for record in records]) for name in names if name != "time"}
+
+
+def _solve(a: Array, y: Array) -> tuple[list[float], list[float]]:
+    """Least squares with standard deviations from what is left, at least ``LEFT_SHARE`` of each value."""
+    size = np.linalg.norm(a, axis=0)
+    if len(y) < a.shape[1] or np.linalg.cond(a / size) > 1e6:
+        raise UserError(
+            Problem("the points do not tell the constants apart: vary the voltage", key="stall, free_speed")
+        )
+    found, *_ = np.linalg.lstsq(a / size, y, rcond=None)
+    left = y - (a / size) @ found
+    variance = float(left @ left) / max(1, len(y) - a.shape[1])
+    spread = np.sqrt(np.diag(np.linalg.inv((a / size).T @ (a / size))) * variance)
+    values = found / size
+    deviations = np.maximum(spread / size, LEFT_SHARE * np.abs(values) / np.sqrt(len(y)))
+    return [float(value) for value in values], [float(value) for value in deviations]

@@ -1,0 +1,110 @@
+"""The same release by MuJoCo, an engine that shares no line with ours, where it is installed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.model_checks.checked import ModelCheck
+from synth.model_checks.swinging import AWAY, FINE, without_effects
+from synth.swing.chain import simulate
+from synth.swing.leg_model import DamperCurve, Joint, Leg
+from synth.swing.mechanics import rest_pose
+
+HOW = "the other engine: MuJoCo is not installed (pip install mujoco)"
+STEP = 1e-4  # s, of Runge and Kutta's fourth order: half of it changes the built-in leg by less than 1e-6 deg
+LENGTH = 1.0  # s
+LIMIT = math.radians(0.01)  # a tenth of a good encoder's count; the damper curves' corners cost both engines a part
+
+
+def same_release(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
+    """Every joint's angle through a release from ``AWAY`` off the rest pose, both engines; and what is left out."""
+    try:
+        import mujoco
+    except ImportError:
+        return [], [HOW]
+    plain = without_effects(leg)
+    try:
+        pose = rest_pose(plain)
+    except ArithmeticError as error:
+        return [], [f"the other engine: {error}"]
+    start = pose + AWAY
+    times = np.arange(0.0, LENGTH + 5e-3, 0.01)
+    ours = simulate(plain, start, np.zeros(len(start)), times, tolerance=FINE)
+    theirs = _by_mujoco(mujoco, plain, start, times)
+    source = f"MuJoCo {mujoco.__version__}, Runge-Kutta 4, {STEP:g} s a step, of {LENGTH:g} s where they differ most"
+    checks = []
+    for j, joint in enumerate(leg.joints):
+        worst = int(np.argmax(np.abs(ours[:, j] - theirs[:, j])))
+        mine, other = (leg.to_measured(motion[worst])[j] for motion in (ours, theirs))
+        checks.append(
+            ModelCheck("angle by another engine", joint.name, float(other), float(mine), LIMIT, "deg", source)
+        )
+    return checks, []
+
+
+def _by_mujoco(mujoco: Any, leg: Leg, start: Array, times: Array) -> Array:
+    """(m, n) rad; damper curves through MuJoCo's callback for passive forces, at each of a step's four stages."""
+    model = mujoco.MjModel.from_xml_string(_mjcf(leg))
+    data = mujoco.MjData(model)
+    data.qpos[:] = start
+    curves = {j: joint.damper.curve for j, joint in enumerate(leg.joints) if joint.damper and joint.damper.curve}
+    out = np.tile(start, (len(times), 1))
+
+    def add(model: Any, data: Any) -> None:
+        for j, curve in curves.items():
+            data.qfrc_passive[j] -= _torque(curve, float(data.qvel[j]))
+
+    mujoco.set_mjcb_passive(add if curves else None)
+    try:
+        for sample, interval in enumerate(np.diff(times), start=1):
+            count = max(1, math.ceil(interval / STEP - 1e-9))
+            model.opt.timestep = interval / count
+            mujoco.mj_step(model, data, nstep=count)
+            out[sample] = data.qpos
+    finally:
+        mujoco.set_mjcb_passive(None)
+    return out
+
+
+def _torque(curve: DamperCurve, rate: float) -> float:
+    """Torque against ``rate``: odd, linear between points from (0, 0) on and along the last segment, N m."""
+    speed, torque = [0.0, *curve.speed], [0.0, *curve.torque]
+    value = abs(rate)
+    last = len(speed) - 1
+    k = next((i for i in range(1, last) if value < speed[i]), last)
+    slope = (torque[k] - torque[k - 1]) / (speed[k] - speed[k - 1])
+    return math.copysign(torque[k - 1] + slope * (value - speed[k - 1]), rate)
+
+
+def _mjcf(leg: Leg) -> str:
+    """The chain with its springs and linear dampers; x to the right, z up, every hinge's axis -y."""
+    body = ""
+    for i in reversed(range(len(leg.joints))):
+        joint, link = leg.joints[i], leg.joints[i].link
+        height = 0.0 if i == 0 else -leg.joints[i - 1].link.length
+        turned = leg.tilt if i == 0 else 0.0
+        body = (
+            f'<body pos="0 0 {height!r}" quat="{math.cos(turned / 2)!r} 0 {-math.sin(turned / 2)!r} 0">{_hinge(joint)}'
+            f'<inertial pos="0 0 {-link.com!r}" mass="{link.mass!r}" '
+            f'diaginertia="{link.inertia!r} {link.inertia!r} {link.inertia!r}"/>{body}</body>'
+        )
+    return (
+        f"<mujoco model={quoteattr(leg.name)}>"
+        '<compiler angle="radian" inertiafromgeom="false" autolimits="false"/>'
+        f'<option gravity="0 0 {-leg.gravity!r}" integrator="RK4"><flag contact="disable" constraint="disable" '
+        f'eulerdamp="disable" warmstart="disable"/></option><worldbody>{body}</worldbody></mujoco>'
+    )
+
+
+def _hinge(joint: Joint) -> str:
+    text = f'<joint type="hinge" axis="0 -1 0" armature="{joint.armature!r}" limited="false"'
+    if joint.spring is not None:
+        text += f' stiffness="{joint.spring.rate!r}" springref="{joint.rest!r}"'
+    if joint.damper is not None and joint.damper.rate is not None:
+        text += f' damping="{joint.damper.rate!r}"'
+    return text + "/>"

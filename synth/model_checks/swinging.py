@@ -1,0 +1,231 @@
+"""A swinging leg's model against pendulums, oscillators, statics, energy and another engine.
+
+What is expected is written from the leg's geometry here, link by link, and shares no line with the compiled equations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import ellipk
+
+from synth.arrays import Array
+from synth.errors import UserError
+from synth.model_checks.checked import ModelCheck
+from synth.swing.chain import Conditions, simulate
+from synth.swing.leg_model import Damper, Leg
+from synth.swing.mechanics import rest_pose
+
+SWING = np.radians(30.0)  # of the pendulum: the period is 1.7 % longer than for small swings, so both forms are tested
+AWAY = np.radians(10.0)  # of other releases from rest; inside most joints' travel
+FINE = 1e-9  # tolerance of these simulations: a thousand times finer than a fit's
+# Limits: a hundred times what the engine was measured to miss on the built-in examples, far below any sensor's noise.
+PERIOD, ANGLE, SHARE = 1e-5, np.radians(1e-3), 1e-5
+PART = 0.3  # of a period: there the angle hangs on stiffness, inertia and damping alike
+PERIODS, SAMPLES = 4.2, 4000  # that are simulated, and samples over them
+
+
+def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
+    """All checks of a leg but the other engine's; effects are left out: they have tests of their own."""
+    left_out = []
+    names = sorted({name for joint in leg.joints for name in joint.effects} | set(leg.effects))
+    if names:
+        left_out.append(f"the file's effects ({', '.join(names)}) are left out of these checks")
+    plain = without_effects(leg)
+    checks = []
+    if leg.gravity > 0:
+        checks += [pendulum(plain, j) for j in range(len(plain.joints))]
+    else:
+        left_out.append("pendulums: the leg has no gravity")
+    for j, joint in enumerate(plain.joints):
+        if joint.spring is None or joint.spring.rate <= 0:
+            left_out.append(f"oscillator at the {joint.name}: it has no spring")
+        else:
+            checks.append(oscillator(plain, j))
+    try:
+        rest_pose(plain)
+    except ArithmeticError as error:
+        return checks, [*left_out, f"rest and energy: {error}"]
+    return [*checks, *rest(plain), *energy_kept(plain)], left_out
+
+
+def without_effects(leg: Leg) -> Leg:
+    """The leg with links, springs, dampers and armatures alone."""
+    return replace(leg, effects={}, joints=tuple(replace(joint, effects={}) for joint in leg.joints))
+
+
+def outboard(leg: Leg, j: int, pose: Array) -> tuple[float, float, float]:
+    """Inertia about joint j (kg m^2), weight moment (N m) and its angle from straight down, of all that hangs there.
+
+    With all other joints held at ``pose`` (n,) rad and joint j at 0: by parallel axes from each link's place.
+    """
+    place, absolute = np.zeros(2), 0.0
+    inertia, moment = leg.joints[j].armature, np.zeros(2)
+    for i in range(j, len(leg.joints)):
+        absolute += 0.0 if i == j else float(pose[i])
+        along = np.array([np.sin(absolute), -np.cos(absolute)])
+        link = leg.joints[i].link
+        centre = place + link.com * along
+        inertia += link.inertia + link.mass * float(centre @ centre)
+        moment += link.mass * leg.gravity * centre
+        place = place + link.length * along
+    return inertia, float(np.hypot(*moment)), float(np.arctan2(moment[0], -moment[1]))
+
+
+def pendulum(leg: Leg, j: int) -> ModelCheck:
+    """Joint j swings alone, neither spring nor damper: ``T = 4 sqrt(I / m g r) K(sin^2(A / 2))``."""
+    bare = replace(leg, joints=tuple(replace(joint, spring=None, damper=None) for joint in leg.joints))
+    pose = np.array([joint.rest for joint in leg.joints])
+    inertia, moment, hangs = outboard(leg, j, pose)
+    base = leg.tilt + float(pose[:j].sum())
+    expected = 4.0 * sqrt(inertia / moment) * float(ellipk(np.sin(SWING / 2) ** 2))
+    middle = -base - hangs
+    pose[j] = middle + SWING
+    times = np.linspace(0.0, PERIODS * expected, SAMPLES)
+    locked = Conditions(locked=tuple(i for i in range(len(leg.joints)) if i != j))
+    motion = simulate(bare, pose, np.zeros(len(pose)), times, locked, tolerance=FINE)[:, j] - middle
+    source = "compound pendulum of finite swing, Goldstein, Classical Mechanics, 3rd ed., section 3.2 with K(k)"
+    return ModelCheck("period as a pendulum", leg.joints[j].name, expected, period(times, motion), PERIOD * expected,
+                      "s", source)  # fmt: skip
+
+
+def period(times: Array, motion: Array) -> float:
+    """Mean period, s, from the times at which an oscillation about 0 crosses it; nan without two full swings.
+
+    Each crossing is the root of the cubic through the four samples about it.
+    """
+    at = np.flatnonzero(motion[:-1] * motion[1:] < 0)
+    at = at[(at > 0) & (at < len(times) - 2)]
+    if len(at) < 3:
+        return float("nan")
+    crossings = []
+    for k in at:
+        # The inverse function through four samples, at 0 (Lagrange).
+        x, t = motion[k - 1 : k + 3], times[k - 1 : k + 3]
+        crossings.append(sum(t[a] * np.prod([-x[b] / (x[a] - x[b]) for b in range(4) if b != a]) for a in range(4)))
+    return float(2.0 * (crossings[-1] - crossings[0]) / (len(crossings) - 1))
+
+
+def oscillator(leg: Leg, j: int) -> ModelCheck:
+    """Joint j alone with its spring, and its damper where that is linear, without gravity: the damped oscillator.
+
+    The angle after a part of its undamped period, from ``AWAY`` and at rest.
+    """
+    joint = leg.joints[j]
+    assert joint.spring is not None
+    rate = joint.damper.rate if joint.damper is not None and joint.damper.rate is not None else 0.0
+    bare = replace(leg, gravity=0.0).with_joints(**{joint.name: {"damper": Damper(rate)}})
+    pose = np.array([each.rest for each in leg.joints])
+    inertia, _, _ = outboard(leg, j, pose)
+    natural, ratio = sqrt(joint.spring.rate / inertia), rate / (2.0 * sqrt(joint.spring.rate * inertia))
+    at = PART * 2 * pi / natural
+    pose[j] += AWAY
+    locked = Conditions(locked=tuple(i for i in range(len(leg.joints)) if i != j))
+    times = np.linspace(0.0, at, 200)
+    found = simulate(bare, pose, np.zeros(len(pose)), times, locked, tolerance=FINE)[-1, j] - joint.rest
+    source = "damped oscillator, Inman, Engineering Vibration, 4th ed., section 1.3"
+    expected = AWAY * damped(natural, ratio, at)
+    return ModelCheck(
+        "angle after 0.3 periods as an oscillator", joint.name, expected, float(found), ANGLE, "deg", source
+    )
+
+
+def damped(natural: float, ratio: float, time: float) -> float:
+    """Free motion from 1 at rest, of an oscillator with this natural frequency (rad/s) and damping ratio."""
+    root = np.sqrt(complex(ratio**2 - 1.0))
+    slow, fast = natural * (-ratio + root), natural * (-ratio - root)
+    if abs(slow - fast) < 1e-9 * natural:
+        return float(np.exp(-natural * time) * (1 + natural * time))
+    return float(((slow * np.exp(fast * time) - fast * np.exp(slow * time)) / (slow - fast)).real)
+
+
+def potential(leg: Leg, rotation: Array) -> float:
+    """Gravity and spring energy of a pose (n,) rad, J, link by link."""
+    place, absolute, total = np.zeros(2), leg.tilt, 0.0
+    for joint, angle in zip(leg.joints, rotation, strict=True):
+        absolute += float(angle)
+        along = np.array([np.sin(absolute), -np.cos(absolute)])
+        total += joint.link.mass * leg.gravity * float((place + joint.link.com * along)[1])
+        place = place + joint.link.length * along
+        if joint.spring is not None:
+            total += 0.5 * joint.spring.rate * (float(angle) - joint.rest) ** 2
+    return total
+
+
+def kinetic(leg: Leg, rotation: Array, rate: Array) -> float:
+    """Energy of motion of one state, J, link by link."""
+    absolute, spin, velocity, total = leg.tilt, 0.0, np.zeros(2), 0.0
+    for joint, angle, turning in zip(leg.joints, rotation, rate, strict=True):
+        absolute, spin = absolute + float(angle), spin + float(turning)
+        across = spin * np.array([np.cos(absolute), np.sin(absolute)])
+        centre = velocity + joint.link.com * across
+        total += 0.5 * joint.link.mass * float(centre @ centre) + 0.5 * joint.link.inertia * spin**2
+        total += 0.5 * joint.armature * float(turning) ** 2
+        velocity = velocity + joint.link.length * across
+    return total
+
+
+def rest(leg: Leg) -> list[ModelCheck]:
+    """Put where the potential energy is least, and let go without dampers, the leg stays there for a second."""
+    start = rest_pose(leg)
+    scale = max(1e-9, potential(leg, start + AWAY) - potential(leg, start))
+
+    def height(pose: Array) -> float:
+        return potential(leg, pose) / scale
+
+    least = minimize(height, start + AWAY / 2, method="BFGS", options={"gtol": 1e-9}).x
+    motion = simulate(_undamped(leg), least, np.zeros(len(least)), np.linspace(0.0, 1.0, 201), tolerance=FINE)
+    source = "least potential energy of gravity and springs, by BFGS; the model's angle where it is farthest off"
+    checks = []
+    for j, joint in enumerate(leg.joints):
+        expected = float(leg.to_measured(least)[j])
+        found = float(leg.to_measured(motion[int(np.argmax(np.abs(motion[:, j] - least[j])))])[j])
+        checks.append(ModelCheck("angle at rest", joint.name, expected, found, ANGLE, "deg", source))
+    return checks
+
+
+def _undamped(leg: Leg) -> Leg:
+    return leg.with_joints(**{joint.name: {"damper": None} for joint in leg.joints})
+
+
+def _slowest(leg: Leg, pose: Array) -> float:
+    """The slowest natural frequency of a joint about the pose, all others held, rad/s."""
+    found = []
+    for j, joint in enumerate(leg.joints):
+        inertia, moment, _ = outboard(leg, j, pose)
+        found.append(sqrt(((joint.spring.rate if joint.spring is not None else 0.0) + moment) / inertia))
+    return min(found)
+
+
+def energy_kept(leg: Leg) -> list[ModelCheck]:
+    """Without dampers energy stays; with linear ones it falls by ``sum b dq^2`` over time."""
+    pose = rest_pose(leg)
+    start = pose + AWAY
+    times = np.linspace(0.0, min(2.0, 3 * 2 * pi / _slowest(leg, pose)), 4001)
+    released = potential(leg, start) - potential(leg, pose)
+    if released <= 0:
+        raise UserError(f"{leg.name}: the pose of rest is not one of least energy")
+    n, checks = len(pose), []
+    motion = simulate(_undamped(leg), start, np.zeros(n), times, tolerance=FINE, rates=True)
+    end = potential(leg, motion[-1, :n]) + kinetic(leg, motion[-1, :n], motion[-1, n:])
+    kept = 1.0 + (end - potential(leg, start)) / released
+    name = "energy without dampers, of that released"
+    checks.append(ModelCheck(name, "leg", 1.0, kept, SHARE, "1", "conservation of energy"))
+    rates = np.array([joint.damper.rate if joint.damper and joint.damper.rate else 0.0 for joint in leg.joints])
+    if not rates.any():
+        return checks
+    linear = leg.with_joints(
+        **{j.name: {"damper": Damper(float(rate))} for j, rate in zip(leg.joints, rates, strict=True)}
+    )
+    motion = simulate(linear, start, np.zeros(n), times, tolerance=FINE, rates=True)
+    power = motion[:, n:] ** 2 @ rates
+    step = times[1] - times[0]
+    lost = float(step / 3 * (power[0] + power[-1] + 4 * power[1:-1:2].sum() + 2 * power[2:-2:2].sum()))  # Simpson
+    end = potential(leg, motion[-1, :n]) + kinetic(leg, motion[-1, :n], motion[-1, n:])
+    taken = (potential(leg, start) - end) / released
+    name = "energy that the dampers take, of that released"
+    checks.append(ModelCheck(name, "leg", lost / released, taken, 10 * SHARE, "1", "the work of b dq/dt"))
+    return checks

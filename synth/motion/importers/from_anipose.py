@@ -1,0 +1,60 @@
+"""Anipose: triangulated points as CSV, columns ``NAME_x``, ``NAME_y``, ``NAME_z``, ``NAME_error``, ``NAME_score``.
+
+Written by ``anipose triangulate`` (Karashchuk et al., *Cell Reports* 36 (2021) 109730), with ``fnum`` the frame's
+number. The axes and the unit are those of the user's own calibration board.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.csv_rows import csv_rows
+from synth.files.import_project import Mapping
+from synth.files.paths import read_bytes
+from synth.motion.importers.registry import loader, text_start
+from synth.motion.importers.source import Markers
+
+SIZE_LIMIT = 400_000_000  # bytes
+_COLUMN = re.compile(r"(.+)_([xyz]|error|score|ncams)")
+UP = "z"  # where no plane is said: Anipose's own choice of axes is for z up
+
+
+def is_anipose(start: bytes, path: Path) -> bool:
+    """Whether the first line has a point's three coordinates and Anipose's own words beside them."""
+    head = text_start(start).partition("\n")[0].split(",")
+    parts = {match[1] for cell in head if (match := _COLUMN.fullmatch(cell.strip())) and match[2] == "ncams"}
+    return any({f"{part}_{axis}" for axis in "xyz"} <= {cell.strip() for cell in head} for part in parts)
+
+
+@loader("anipose", "Anipose CSV", is_anipose, "points", space=True, keys=frozenset({"likelihood"}))
+def read_anipose(path: Path, mapping: Mapping, name: str) -> Markers:
+    """Points in space; the file has no clock.
+
+    Raises
+    ------
+    UserError : a cell that is no number, or frames out of order.
+    """
+    rows = [row for _, row in csv_rows(read_bytes(path, SIZE_LIMIT, "cut the video"), name) if row]
+    head = [cell.strip() for cell in rows[0]]
+    try:
+        values = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows[1:]])
+    except ValueError as error:
+        raise UserError(Problem(f"holds a cell that is no number: {error}", name)) from None
+    if values.ndim != 2 or values.shape[1] != len(head):
+        raise UserError(Problem("has rows of another length than its header", name))
+    parts = list(dict.fromkeys(match[1] for cell in head if (match := _COLUMN.fullmatch(cell)) and match[2] == "x"))
+    positions = np.stack([values[:, [head.index(f"{part}_{axis}") for axis in "xyz"]] for part in parts], axis=1)
+    notes = []
+    if mapping.likelihood is not None:
+        scores = np.stack([values[:, head.index(f"{part}_score")] for part in parts], axis=1)
+        doubtful = ~(scores >= mapping.likelihood) & np.isfinite(positions).all(axis=2)
+        positions[doubtful] = np.nan
+        notes = [f"the score of {int(doubtful.sum())} points is below {mapping.likelihood:g}: taken as missing"]
+    frames = values[:, head.index("fnum")] if "fnum" in head else np.arange(len(values), dtype=float)
+    if not np.isfinite(frames).all() or (np.diff(frames) <= 0).any():
+        raise UserError(Problem("has frames without a number, or not in order", name))
+    return Markers(name, tuple(parts), positions, frames, None, "", tuple(notes), up=UP)

@@ -1,0 +1,70 @@
+"""DeepLabCut's own HDF5, which pandas writes by PyTables: one table, its columns scorer, body part, coordinate.
+
+Read by ``h5py``; the column names stand in it pickled, and are read without unpickling them (``plain_pickle``).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from synth.errors import Problem, UserError
+from synth.files.import_project import Mapping
+from synth.motion.importers.child import read_in_child
+from synth.motion.importers.deeplabcut import LEVELS, markers_of
+from synth.motion.importers.plain_pickle import plain_values
+from synth.motion.importers.registry import HDF5, loader
+from synth.motion.importers.source import Markers
+
+_READ = """
+import h5py
+with h5py.File(path, "r") as file:
+    tables = [name for name in file if "table" in file[name]]
+    found = [name for name in tables if "values_block_0" in (file[name]["table"].dtype.names or ())]
+    table = file[found[0]]["table"]
+    axes = file[found[0]].attrs["non_index_axes"]
+    arrays = {
+        "tables": numpy.array(found, dtype=str),
+        "values": numpy.asarray(table["values_block_0"], dtype=float),
+        "frames": numpy.asarray(table["index"], dtype=float),
+        "axes": numpy.frombuffer(bytes(axes), dtype=numpy.uint8),
+    }
+"""
+
+
+def is_deeplabcut_h5(start: bytes, path: Path) -> bool:
+    """Whether an HDF5 file holds a table as pandas writes it, with DeepLabCut's word for a coordinate's columns."""
+    if not start.startswith(HDF5):
+        return False
+    data = path.read_bytes()[:20_000_000]
+    return b"pandas_type" in data and b"likelihood" in data and b"values_block_0" in data
+
+
+@loader(
+    "deeplabcut-h5",
+    "DeepLabCut HDF5",
+    is_deeplabcut_h5,
+    "points",
+    keys=frozenset({"likelihood", "individual"}),
+    needs=("h5py", "hdf5"),
+)
+def read_deeplabcut_h5(path: Path, mapping: Mapping, name: str) -> Markers:
+    """Points of one animal, as ``read_deeplabcut`` gives them of the CSV.
+
+    Raises
+    ------
+    UserError : the table is not as DeepLabCut writes it, or several animals and none chosen.
+    """
+    content = read_in_child(_READ, path, name, "DeepLabCut HDF5")
+    try:
+        axes = plain_values(content["axes"].tobytes())
+        columns = [tuple(str(level) for level in column) for column in axes[0][1]]
+    except (ValueError, IndexError, TypeError) as error:
+        text = f"has column names that cannot be read ({error}); write it as CSV: analyze_videos(..., save_as_csv=True)"
+        raise UserError(Problem(text, name)) from None
+    levels = LEVELS if len(columns[0]) == len(LEVELS) else tuple(level for level in LEVELS if level != "individuals")
+    if len(columns) != content["values"].shape[1] or any(len(column) != len(levels) for column in columns):
+        raise UserError(Problem("has another table than DeepLabCut writes", name))
+    header = {level: [column[k] for column in columns] for k, level in enumerate(levels)}
+    return markers_of(header, np.asarray(content["frames"]), np.asarray(content["values"]), mapping, name)

@@ -1,0 +1,279 @@
+"""A chain of bodies with laws at its joints, stepped by Runge-Kutta 4 at a fixed fine step.
+
+Independent of the diagnosing program. A moving mount or a bending link is one more body. A coordinate that friction
+holds is rigid: its reaction is what friction must bear, so sticking is true sticking, not slow creep.
+"""
+
+# mypy: disable-error-code="no-untyped-def,untyped-decorator,no-untyped-call"
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from synth.planting import laws
+from synth.planting.bodies import DAMPING, FREE, RATE, accelerate
+from synth.planting.laws import BEARING, BRISTLES, MESH, SLACK, STICK_SLIP, fall
+
+
+@njit
+def _bristle_limits(law, p, q, w, load):
+    """Torque at which the bristles slide, and the deflection at which they do."""
+    if law == BRISTLES:
+        return fall(w, p[0], p[1], p[2], p[3]), p[4]
+    return p[0] * abs(p[1] * (q - p[2])) + p[3], p[4]
+
+
+@njit
+def _bristle_ahead(z, w, deflection, h):
+    """Z after ``h`` of z' = w - |w| z / deflection at constant w: exact, so that no step is too long."""
+    end = math.copysign(deflection, w) if w != 0.0 else z
+    return end + (z - end) * math.exp(-abs(w) * h / deflection)
+
+
+@njit
+def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0, z, tau, acc, force, load, dz, s):
+    """Accelerations and memory rates at one stage, ``dt`` after the step's start, where the speeds were ``w0``."""
+    for i in range(body.shape[0]):
+        tau[i] = -body[i, RATE] * (q[i] - body[i, FREE]) - body[i, DAMPING] * w[i]
+    for k in range(law.shape[0]):
+        i, j, p = at[k, 0], at[k, 1], par[k]
+        dz[k, 0] = dz[k, 1] = 0.0
+        if law[k] == STICK_SLIP:
+            tau[i] -= mode[k] * fall(w[i], p[0], p[1], p[2], p[3])
+        elif law[k] == BEARING:
+            tau[i] -= mode[k] * (p[0] * load[k] + p[1])
+        elif law[k] == BRISTLES or law[k] == MESH:
+            mean = 0.5 * (w0[i] + w[i])
+            limit, deflection = _bristle_limits(law[k], p, q[i], w[i], load[k])
+            bristle = _bristle_ahead(z[k, 0], mean, deflection, dt)
+            tau[i] -= limit * bristle / deflection + p[5] * (w[i] - abs(w[i]) * bristle / deflection)
+        elif law[k] == SLACK:
+            if mode[k] != 0:
+                tau[i] -= p[0] * (q[i] - p[1] - mode[k] * p[2]) + p[3] * w[i]
+        else:
+            a, b, dz[k, 0], dz[k, 1] = laws.torque(law[k], p, table, t, q[i], w[i], q[j], w[j], z[k, 0], z[k, 1])
+            tau[i] += a
+            if j != i:
+                tau[j] += b
+    accelerate(body, gravity, locked, tau, q, w, acc, force, s)
+    for k in range(law.shape[0]):
+        if law[k] == BEARING:
+            load[k] = math.hypot(force[at[k, 0], 1], force[at[k, 0], 2])
+
+
+@njit
+def _limit_at_rest(law, p, load):
+    return p[1] if law == STICK_SLIP else p[0] * load + p[1]
+
+
+@njit
+def _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
+    """Let go the one coordinate whose friction is overcome most; True if one was."""
+    worst, which, sense = 0.0, -1, 0
+    for k in range(law.shape[0]):
+        i = at[k, 0]
+        if (law[k] == STICK_SLIP or law[k] == BEARING) and mode[k] == 0 and not fixed[i]:
+            reaction = force[i, 0] - tau[i]  # what friction must supply for the hinge to stay
+            over = abs(reaction) - _limit_at_rest(law[k], par[k], load[k])
+            if over > worst:
+                worst, which, sense = over, k, (-1 if reaction > 0.0 else 1)
+    if which < 0:
+        return False
+    mode[which] = sense
+    held[at[which, 0]] = False
+    return True
+
+
+@njit
+def _margin(k, law, at, par, table, mode, fixed, q, w, z):
+    """How far law ``k`` is from its event (the sign changes there); 1 where it has none coming."""
+    i, p = at[k, 0], par[k]
+    if fixed[i]:
+        return 1.0
+    if law[k] == STICK_SLIP or law[k] == BEARING:
+        return mode[k] * w[i] if mode[k] != 0 else 1.0  # a slider comes to rest
+    if law[k] == SLACK:
+        u = q[i] - p[1]
+        if mode[k] != 0:
+            return mode[k] * (p[0] * (u - mode[k] * p[2]) + p[3] * w[i])  # a flank pushes, it cannot pull
+        return p[2] - abs(u - z[k, 0])
+    return 1.0
+
+
+@njit
+def _happen(k, law, at, par, table, mode, held, q, w, z):
+    """The event of law ``k``: the slider sticks, the arm leaves its flank or meets one."""
+    i, p = at[k, 0], par[k]
+    if law[k] == SLACK:
+        u = q[i] - p[1]
+        if mode[k] != 0:
+            z[k, 0], mode[k] = u - mode[k] * p[2], 0
+        else:
+            mode[k] = 1 if u > z[k, 0] else -1
+    else:
+        w[i], mode[k], held[i] = 0.0, 0, True
+
+
+@njit
+def _stage(h, q, w, a, z, d, w_start, qs, ws, zs):
+    """State ``h`` along the rates (w, a, d) from the step's start (q, w_start, z), into (qs, ws, zs)."""
+    for i in range(q.shape[0]):
+        qs[i] = q[i] + h * w[i]
+        ws[i] = w_start[i] + h * a[i]
+    for k in range(z.shape[0]):
+        zs[k, 0] = z[k, 0] + h * d[k, 0]
+        zs[k, 1] = z[k, 1] + h * d[k, 1]
+
+
+@njit
+def _advance(
+    body, gravity, held, law, at, par, table, mode, t, h, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s
+):
+    """One Runge-Kutta 4 step from (q, w, z), where the rates are (w, a1, d1), into (qn, wn, zn).
+
+    ``v`` (7, n) and ``m3`` (4, k, 2) hold the stages, ``s`` is the engine's scratch.
+    """
+    qs, w2, w3, w4, a2, a3, a4 = v[0], v[1], v[2], v[3], v[4], v[5], v[6]
+    zs, d2, d3, d4 = m3[0], m3[1], m3[2], m3[3]
+    half = 0.5 * h
+    _stage(half, q, w, a1, z, d1, w, qs, w2, zs)
+    derivative(
+        body, gravity, held, law, at, par, table, mode, t + half, half, qs, w2, w, zs, tau, a2, force, load, d2, s
+    )
+    _stage(half, q, w2, a2, z, d2, w, qs, w3, zs)
+    derivative(
+        body, gravity, held, law, at, par, table, mode, t + half, half, qs, w3, w, zs, tau, a3, force, load, d3, s
+    )
+    _stage(h, q, w3, a3, z, d3, w, qs, w4, zs)
+    derivative(body, gravity, held, law, at, par, table, mode, t + h, h, qs, w4, w, zs, tau, a4, force, load, d4, s)
+    for i in range(body.shape[0]):
+        qn[i] = q[i] + h / 6.0 * (w[i] + 2.0 * w2[i] + 2.0 * w3[i] + w4[i])
+        wn[i] = w[i] + h / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i])
+    for k in range(law.shape[0]):
+        for c in range(2):
+            zn[k, c] = z[k, c] + h / 6.0 * (d1[k, c] + 2.0 * d2[k, c] + 2.0 * d3[k, c] + d4[k, c])
+        i, p = at[k, 0], par[k]
+        if law[k] == BRISTLES or law[k] == MESH:
+            deflection = _bristle_limits(law[k], p, qn[i], wn[i], 0.0)[1]
+            zn[k, 0] = _bristle_ahead(z[k, 0], 0.5 * (w[i] + wn[i]), deflection, h)
+        elif law[k] == SLACK and mode[k] == 0:
+            zn[k, 0] = z[k, 0] * math.exp(-p[0] * h / p[3])  # a massless arm on spring and damper alone
+
+
+@njit
+def simulate(body, gravity, fixed, law, at, par, table, mode, z, q0, w0, start, h, count):
+    """Angles and speeds at ``count`` + 1 instants ``h`` apart; ``mode`` is changed in place.
+
+    A step in which something sticks, lets go or touches is cut there (secant on the event's margin, to about h^3).
+
+    Parameters
+    ----------
+    body : (n, 11), the columns named above; SI units.
+    fixed : (n,) bool, coordinates that are locked for the whole trial.
+    law, at, par : (k,) law numbers, (k, 2) coordinates, (k, 8) parameters.
+    table : (rows, 2), what laws look up; they know their rows.
+    mode, z : (k,) and (k, 2), state of contact or sticking, and memories, at the start.
+    start : s, the laws' time at the first instant.
+
+    Returns
+    -------
+    (count + 1, n), (count + 1, n)
+    """
+    n, m = body.shape[0], law.shape[0]
+    angle, speed = np.empty((count + 1, n)), np.empty((count + 1, n))
+    held, load = fixed.copy(), np.zeros(m)
+    tau, force = np.zeros(n), np.zeros((n, 3))
+    a1, d1 = np.zeros(n), np.zeros((m, 2))
+    v, m3, s = np.zeros((7, n)), np.zeros((4, m, 2)), np.zeros((n, 15))
+    q, w, z = q0.copy(), w0.copy(), z.copy()
+    qn, wn, zn = q.copy(), w.copy(), z.copy()
+    for k in range(m):
+        if law[k] == STICK_SLIP or law[k] == BEARING:
+            i = at[k, 0]
+            mode[k] = 0 if w[i] == 0.0 else (1 if w[i] > 0.0 else -1)
+            held[i] = fixed[i] or mode[k] == 0
+    angle[0], speed[0] = q, w
+    derivative(body, gravity, held, law, at, par, table, mode, start, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
+    for step in range(count):
+        rest, cuts = h, 0
+        while rest > 0.0:
+            t = start + (step + 1) * h - rest
+            derivative(body, gravity, held, law, at, par, table, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s)
+            while _release(body, law, at, par, table, mode, held, fixed, tau, force, load):
+                derivative(
+                    body, gravity, held, law, at, par, table, mode, t, 0.0, q, w, w, z, tau, a1, force, load, d1, s
+                )
+            _advance(
+                body, gravity, held, law, at, par, table, mode,
+                t, rest, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+            )  # fmt: skip
+            used, first = rest, -1
+            for k in range(m):
+                if _margin(k, law, at, par, table, mode, fixed, qn, wn, zn) < 0.0:
+                    if cuts > 12:  # chatter: the event is taken at the step's end
+                        first = k
+                        continue
+                    used, first = _locate(
+                        k, used, first,
+                        body, gravity, held, law, at, par, table, mode, fixed,
+                        t, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+                    )  # fmt: skip
+            q[:], w[:], z[:, :] = qn, wn, zn
+            if first >= 0:
+                _happen(first, law, at, par, table, mode, held, q, w, z)
+            cuts += 1
+            rest = rest - used if first >= 0 else 0.0
+        angle[step + 1], speed[step + 1] = q, w
+    return angle, speed
+
+
+@njit
+def _locate(
+    k, used, first,
+    body, gravity, held, law, at, par, table, mode, fixed,
+    t, q, w, z, a1, d1, tau, force, load, qn, wn, zn, v, m3, s,
+):  # fmt: skip
+    """Shorten the step to law ``k``'s event, if it comes before ``used``; leaves the state at the new end."""
+    low, at_low = 0.0, max(_margin(k, law, at, par, table, mode, fixed, q, w, z), 0.0)
+    high, at_high = used, _margin(k, law, at, par, table, mode, fixed, qn, wn, zn)
+    if at_high >= 0.0:
+        return used, first
+    here = used
+    for _ in range(3):
+        here = low + (high - low) * at_low / (at_low - at_high) if at_low > 0.0 else 0.0
+        _advance(
+            body,
+            gravity,
+            held,
+            law,
+            at,
+            par,
+            table,
+            mode,
+            t,
+            here,
+            q,
+            w,
+            z,
+            a1,
+            d1,
+            tau,
+            force,
+            load,
+            qn,
+            wn,
+            zn,
+            v,
+            m3,
+            s,
+        )
+        value = _margin(k, law, at, par, table, mode, fixed, qn, wn, zn)
+        if here == 0.0 or value == 0.0:
+            break
+        if value < 0.0:
+            high, at_high = here, value
+        else:
+            low, at_low = here, value
+    return here, k

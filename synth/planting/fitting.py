@@ -1,0 +1,306 @@
+"""What tolerances and initial states can explain: the plain leg fitted to recordings, in the generator's own engine.
+
+Gauss-Newton with the Jacobian at the true leg (numerical, kept: parameters move by their tolerances only), priors as
+wide as the tolerances that end where a part would be sent back (``setup.WORST`` tolerances from the design: with ten
+thousand samples a normal prior alone lets a mass wander by fifty tolerances), an initial angle and speed for each free
+joint and trial without prior. What is left is the gap. The same with one more parameter freed tells whether another
+cause would do as well. Kept against renewed Jacobian: 1-5 % of the gap at 12 floors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from synth.planting.model import PARAMETERS, Array, Leg, Motion, swing
+from synth.planting.setup import WORST, Setup
+
+Places = NDArray[np.integer[Any]]
+MOST_SAMPLES = 160  # a trial and joint; fewer than recorded, each then weighs for those left out
+UNIT = {"tilt": 0.01, "scale": 0.01, "offset": 0.01, "latency": 0.001}  # rad, 1, rad, s
+
+# rad, 1, s: beyond these a cause is no error of a rig but another rig.
+LIKELY = {"tilt": 0.3, "scale": 0.3, "offset": 0.3, "latency": 0.1, "free_angle": 0.5}
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """One other cause: parameters freed of their prior (indices), and the effect and joint that they stand for."""
+
+    effect: str
+    joint: int  # -1: the base
+    freed: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """``change`` (p,) of the parameters, in tolerances or units; ``rms`` left, rad; ``cost``: chi squared and prior."""
+
+    change: Array
+    rms: float
+    cost: float
+
+
+class Plain:
+    """The plain model of one case: its parameters' columns, computed once, and fits with them.
+
+    Parameters are the tolerances' (7 n, each in its tolerance), then tilt of the mount, then scale, offset and latency
+    of each channel; the latter are nought unless an ``Alternative`` frees them.
+    """
+
+    def __init__(self, case: Setup, floor: float, states: Sequence[Array]) -> None:
+        self.case, self.floor, self.trials = case, floor, case.trials
+        n = case.true.n
+        self.step = float(np.clip(0.5 / case.settle, 1e-4, 2.5e-3))
+        self.names = [(name, j) for name in PARAMETERS for j in range(n)]
+        self.common_count = len(self.names)
+        self.names += [("tilt", -1), *((kind, j) for kind in ("scale", "offset", "latency") for j in range(n))]
+        self.times = [self._times(i) for i in range(len(self.trials))]
+        counts = [self._whole(i) / len(x) for i, x in enumerate(self.times)]
+        self.weight = np.sqrt(counts)
+        self.given = [i for i, t in enumerate(self.trials) if not t.held_out]
+        self.centre = np.zeros(len(self.names))  # the prior's: the nominal leg
+        for k, (name, j) in enumerate(self.names[: self.common_count]):
+            self.centre[k] = float(case.nominal.of(name)[j] - case.true.of(name)[j]) / self._unit(name, j)
+        self.common: dict[int, Array] = {}
+        self.own: list[tuple[Array, Array]] = []
+        self._columns(states)
+
+    def _whole(self, number: int) -> float:
+        """Samples for which those that are used stand."""
+        own = self.case.own_times
+        return self.trials[number].duration * self.case.sampling if own is None else float(len(own[number]))
+
+    def _times(self, number: int) -> Array:
+        times = self.case.times(number)
+        return times[:: max(1, len(times) // MOST_SAMPLES)]
+
+    def _unit(self, name: str, joint: int) -> float:
+        if name in UNIT:
+            return UNIT[name]
+        return self.case.width(name, joint)
+
+    def quieter(self, floor: float) -> None:
+        """The same with a lower noise floor."""
+        ratio = self.floor / floor
+        self.common = {i: c * ratio for i, c in self.common.items()}
+        self.own = [(q, r * ratio) for q, r in self.own]
+        self.floor = floor
+
+    def free(self, number: int) -> list[int]:
+        """Joints that move in a trial."""
+        return [j for j in range(self.case.true.n) if j not in self.trials[number].locked]
+
+    def _leg(self, change: Array) -> Leg:
+        true = self.case.true
+        values = true.values.copy()
+        for k in np.flatnonzero(change[: self.common_count]):
+            name, j = self.names[k]
+            values[PARAMETERS.index(name), j] += change[k] * self._unit(name, j)
+        return true.with_values(values)
+
+    def _motion(self, number: int, change: Array, state: Array) -> Motion:
+        n = self.case.true.n
+        tilt = change[self.common_count] * UNIT["tilt"]
+        return swing(self._leg(change), self.trials[number], state[:n], state[n:], self.step, tilt)
+
+    def predict(self, number: int, change: Array, state: Array) -> Array:
+        """Rotations (m, n) as the sensors give them, from the state (angles, speeds) at the recording's start."""
+        n, leg = self.case.true.n, self.case.true
+        motion, times = self._motion(number, change, state), self.times[number]
+        angle = motion.at(times)
+        scale, offset, latency = change[self.common_count + 1 :].reshape(3, n)
+        for j in np.flatnonzero(latency).tolist():
+            late = times - latency[j] * UNIT["latency"]
+            angle[:, j] = motion.joint(j, late)
+        angle = angle + UNIT["scale"] * scale * (angle + leg.sign * leg.zero) + UNIT["offset"] * offset
+        return np.asarray(angle)
+
+    def _columns(self, states: Sequence[Array]) -> None:
+        """The Jacobian at the true leg: common columns for the given trials, each trial's own for all."""
+        n, p = self.case.true.n, len(self.names)
+        self.common, self.own = {}, []
+        zero = np.zeros(p)
+        for i, state in enumerate(states):
+            motion = self._motion(i, zero, state)
+            free, here = self.free(i), motion.at(self.times[i])
+            size = self.weight[i] / self.floor
+
+            def column(there: Array, free: list[int] = free, here: Array = here) -> Array:
+                return np.asarray((there - here)[:, free].ravel())
+
+            own = np.empty((here[:, free].size, 2 * len(free)))
+            for c, j in enumerate([*free, *(n + f for f in free)]):
+                moved, by = state.copy(), 1e-4 if j < n else 1e-3
+                moved[j] += by
+                own[:, c] = column(self._motion(i, zero, moved).at(self.times[i])) / by
+            self.own.append(tuple(np.linalg.qr(own * size)))  # type: ignore[arg-type]
+            if self.trials[i].held_out:
+                continue
+            common = np.empty((len(own), p))
+            for c, (name, j) in enumerate(self.names):
+                there = here.copy()
+                if name == "scale":
+                    there[:, j] += UNIT["scale"] * (here[:, j] + self.case.true.sign[j] * self.case.true.zero[j])
+                elif name == "offset":
+                    there[:, j] += UNIT["offset"]
+                elif name == "latency":
+                    speed = Motion(motion.step, motion.speed, np.gradient(motion.speed, motion.step, axis=0))
+                    there[:, j] -= UNIT["latency"] * speed.joint(j, self.times[i])
+                else:
+                    there = self._motion(i, zero + 0.2 * (np.arange(p) == c), state).at(self.times[i])
+                    there = here + (there - here) / 0.2
+                common[:, c] = column(there)
+            self.common[i] = common * size
+
+    def fit(
+        self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int] = (), rounds: int = 6
+    ) -> Fitted:
+        """Fit the given trials' target rotations, starting at the states given; ``freed`` have no prior."""
+        used = np.array(sorted({*range(self.common_count), *freed}))
+        weak = np.array([1e-3 if k in freed else 1.0 for k in used])  # the prior's weight
+        change, state = np.zeros(len(self.names)), {i: np.array(states[i]) for i in self.given}
+        reduced = {i: self.common[i][:, used] - q @ (q.T @ self.common[i][:, used]) for i, q in self._bases()}
+        normal = sum(r.T @ r for r in reduced.values()) + np.diag(weak**2)
+        best = self._tried(targets, change, state, used, weak)
+        assert best is not None, "the true leg's own motion"
+        share = 1.0
+        for _ in range(rounds):
+            fitted, left = best
+            pull = weak**2 * (self.centre - fitted.change)[used]
+            slope = sum(reduced[i].T @ left[i] for i in self.given) + pull
+            step = share * self._bounded(normal, slope, fitted.change, used, freed)
+            moved, ahead = fitted.change.copy(), {i: s.copy() for i, s in state.items()}
+            moved[used] += step
+            for i in self.given:
+                self._shift(i, ahead[i], share * left[i] - self.common[i][:, used] @ step)
+            found = self._tried(targets, moved, ahead, used, weak)
+            if found is None or found[0].cost >= fitted.cost:
+                share *= 0.3
+                continue
+            best, state = found, ahead
+            if found[0].cost > 0.998 * fitted.cost and share == 1.0:
+                break
+        return best[0]
+
+    def _tried(
+        self, targets: Sequence[Array], change: Array, state: dict[int, Array], used: Places, weak: Array
+    ) -> tuple[Fitted, dict[int, Array]] | None:
+        """Summary and residuals at given parameters and states; None where the leg cannot be simulated."""
+        try:
+            left = {i: self._left(i, targets[i], change, state[i]) for i in self.given}
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None
+        return self._summary(change, left, (change - self.centre)[used] * weak), left
+
+    def linear_cost(self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int]) -> float:
+        """The cost that ``fit`` would reach if all were linear: one solve, no simulation beyond the first."""
+        if not hasattr(self, "_now"):
+            zero = np.zeros(len(self.names))
+            self._now = {i: self._left(i, targets[i], zero, states[i]) for i in self.given}
+            self._projected = {i: self.common[i] - q @ (q.T @ self.common[i]) for i, q in self._bases()}
+        used = np.array(sorted({*range(self.common_count), *freed}))
+        weak = np.array([1e-3 if k in freed else 1.0 for k in used])
+        columns = np.concatenate([self._projected[i][:, used] for i in self.given] + [np.diag(weak)])
+        bases = dict(self._bases())
+        ends = [self._now[i] - bases[i] @ (bases[i].T @ self._now[i]) for i in self.given]
+        right = np.concatenate([*ends, weak * self.centre[used]])
+        zero = np.zeros(len(self.names))
+        solution = self._bounded(columns.T @ columns, columns.T @ right, zero, used, freed)
+        return float(((right - columns @ solution) ** 2).sum())
+
+    def explained(self, targets: Sequence[Array], other: Sequence[Array], states: Sequence[Array]) -> float:
+        """RMS (floors) left of the targets' motion by a multiple of another cause's motion and by the tolerances.
+
+        Linear: each motion is the difference to the plain leg's from the same ``states``.
+        """
+        zero, used = np.zeros(len(self.names)), np.arange(self.common_count + 1)
+        rows, ends, count = [], [], 0.0
+        for i, q in self._bases():
+            wanted, theirs = (self._left(i, t[i], zero, states[i]) for t in (targets, other))
+            block = np.column_stack([self.common[i][:, : self.common_count], theirs])
+            rows.append(block - q @ (q.T @ block))
+            ends.append(wanted - q @ (q.T @ wanted))
+            count += float(self.weight[i] ** 2) * wanted.size
+        weak = np.append(np.ones(self.common_count), 1e-3)
+        centre = np.append(self.centre[: self.common_count], 0.0)
+        columns, right = np.concatenate([*rows, np.diag(weak)]), np.concatenate([*ends, weak * centre])
+        solution = self._bounded(columns.T @ columns, columns.T @ right, zero, used, [])
+        rest = (right - columns @ solution)[: len(right) - len(weak)]
+        return float(np.sqrt(rest @ rest / count))
+
+    def _bounded(self, normal: Array, slope: Array, change: Array, used: Places, freed: Sequence[int]) -> Array:
+        """The step that minimises step' normal step / 2 - slope' step while no tolerance is left (freed ones may)."""
+        half = np.linalg.cholesky(normal)
+        reach = np.array([1e6 if k in freed or k >= self.common_count else WORST for k in used])
+        low = np.minimum((self.centre - change)[used] - reach, -1e-12)
+        high = np.maximum((self.centre - change)[used] + reach, 1e-12)
+        return np.asarray(lsq_linear(half.T, np.linalg.solve(half, slope), (low, high), method="bvls").x)
+
+    def held_out(self, targets: Sequence[Array], states: Sequence[Array], change: Array) -> float:
+        """RMS (rad) left on the held-out trials with the parameters given, their initial states fitted."""
+        left, numbers = {}, [i for i in range(len(self.trials)) if i not in self.given]
+        for i in numbers:
+            state, last = np.array(states[i]), np.inf
+            for _ in range(6):
+                rest = self._left(i, targets[i], change, state)
+                square = float(rest @ rest)
+                if square > 0.999 * last:
+                    break
+                last = square
+                left[i] = rest
+                self._shift(i, state, rest)
+        return self._summary(change, left, np.zeros(1)).rms
+
+    def _bases(self) -> list[tuple[int, Array]]:
+        return [(i, self.own[i][0]) for i in self.given]
+
+    def _left(self, i: int, target: Array, change: Array, state: Array) -> Array:
+        """Residuals of the moving joints, in floors, each counted for the samples left out."""
+        rest = (target - self.predict(i, change, state))[:, self.free(i)].ravel()
+        return np.asarray(rest * self.weight[i] / self.floor)
+
+    def _shift(self, i: int, state: Array, rest: Array) -> None:
+        q, r = self.own[i]
+        free = self.free(i)
+        state[[*free, *(self.case.true.n + f for f in free)]] += np.linalg.solve(r, q.T @ rest)
+
+    def _summary(self, change: Array, left: dict[int, Array], prior: Array) -> Fitted:
+        square = sum(float(e @ e) for e in left.values())
+        count = sum(float(self.weight[i] ** 2) * e.size for i, e in left.items())
+        return Fitted(change.copy(), float(np.sqrt(square / count)) * self.floor, square + float(prior @ prior))
+
+    def plausible(self, other: Alternative, change: Array) -> bool:
+        """Whether an alternative has a value that a leg could have: nothing early, no link of half its mass."""
+        for k in other.freed:
+            name, j = self.names[k]
+            value = change[k] * self._unit(name, j)
+            if name == "latency" and value < 0.0:
+                return False
+            limit = LIKELY.get(name)
+            if limit is None:
+                limit = 0.6 * float(self.case.true.of(name)[j])
+            if abs(value) > limit:
+                return False
+        return True
+
+    def alternatives(self) -> list[Alternative]:
+        """Causes that are no more than a parameter or a sensor's error, and so are cheap to try."""
+        n, index = self.case.true.n, {name: k for k, name in enumerate(self.names)}
+        found = [Alternative("base_tilt", -1, (index["tilt", -1],))]
+        for j in range(n):
+            found += [
+                Alternative("spring_preload", j, (index["free_angle", j],)),
+                Alternative("link_mass", j, (index["mass", j], index["inertia", j])),
+                Alternative("link_inertia", j, (index["com", j], index["inertia", j])),
+                Alternative("encoder_offset", j, (index["offset", j],)),
+                Alternative("encoder_scale", j, (index["scale", j],)),
+            ]
+            if n > 1:
+                found.append(Alternative("latency", j, (index["latency", j],)))
+        return found

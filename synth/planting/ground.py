@@ -1,0 +1,199 @@
+"""One leg with its trials and sensors: the gap that a cause leaves, the size that leaves a wanted one, and rivals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from synth.planting.effects import AT_BASE, EFFECTS
+from synth.planting.fitting import Fitted, Plain
+from synth.planting.forms import Form, Scale, Unfit
+from synth.planting.model import Array, Motion, Truth, fastest, release
+from synth.planting.sensors import Sensor
+from synth.planting.setup import COUNTS, NOISE, Setup
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One effect with its size found."""
+
+    effect: str
+    joint: int  # -1: base, -2: all
+    strength: float
+    reached: float
+    form: Form
+    size: float
+
+
+class Ground:
+    """Leg, trials and sensors before any effect: plain motions, columns, and the gap that a truth leaves."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.floor = setup.floor
+        self.step = self.fine(Truth(setup.true))
+        self.plain = [release(Truth(setup.true), t, self.step) for t in setup.trials]
+        self.times = [setup.times(i) for i in range(len(setup.trials))]
+        self.scale = self._scale()
+        if self.scale.travel.max() < 12 * self.floor:
+            raise Unfit("hardly moves")
+        states = [self._state(m, t.start) for m, t in zip(self.plain, setup.trials, strict=True)]
+        self.model = Plain(setup, self.floor, states)
+
+    def fine(self, truth: Truth) -> float:
+        """A step that follows the fastest mode and every event."""
+        quick = max(fastest(truth, t) for t in self.setup.trials)
+        if quick > 2.5e4:
+            raise Unfit("too stiff to simulate")
+        return float(np.clip(0.7 / quick, 2.5e-5, 2.5e-4))  # a stiff link's own modes need stability only
+
+    def _state(self, motion: Motion, start: float) -> Array:
+        at = np.array([start])
+        speed = Motion(motion.step, motion.speed, np.gradient(motion.speed, motion.step, axis=0))
+        return np.concatenate([motion.at(at)[0], speed.at(at)[0]])
+
+    def _scale(self) -> Scale:
+        given = [i for i, t in enumerate(self.setup.trials) if not t.held_out]
+        free = {i: [j for j in range(self.setup.true.n) if j not in self.setup.trials[i].locked] for i in given}
+        travel, speed = np.zeros(self.setup.true.n), np.zeros(self.setup.true.n)
+        low, high = np.full(self.setup.true.n, 99.0), np.full(self.setup.true.n, -99.0)
+        rests = []
+        for i in given:
+            j, motion = free[i], self.plain[i]
+            travel[j] = np.maximum(travel[j], np.ptp(motion.angle, axis=0)[j])
+            speed[j] = np.maximum(speed[j], np.abs(motion.speed).max(axis=0)[j])
+            low[j] = np.minimum(low[j], motion.angle.min(axis=0)[j])
+            high[j] = np.maximum(high[j], motion.angle.max(axis=0)[j])
+            if not self.setup.trials[i].tilt and not self.setup.trials[i].tip_mass:
+                rests.append(motion.angle[-1])
+        leg = self.setup.true
+        slow = min(self._own_rate(j, travel, speed) for j in range(leg.n))
+        if not rests:
+            rests = [self.plain[i].angle[-1] for i in given]
+        return Scale(travel, speed, low, high, np.mean(rests, axis=0), slow)
+
+    def _own_rate(self, j: int, travel: Array, speed: Array) -> float:
+        """1/s of a joint's spring on its inertia; without a spring, how fast it goes through its travel."""
+        k = float(self.setup.true.of("spring")[j])
+        if k > 0.0:
+            return math.sqrt(k / self.setup.true.outboard(j))
+        return 2.0 * float(speed[j] / travel[j]) if travel[j] > 0.0 else math.inf
+
+    def run(self, truth: Truth, sensor: Sensor, every: bool) -> list[Motion | None]:
+        """Motions of the trials (only the given ones unless ``every``)."""
+        simple = (
+            not truth.laws
+            and truth.base is None
+            and not truth.bends
+            and not truth.tilt
+            and truth.leg is self.setup.true
+            and not truth.rotors
+            and not any(truth.drive)
+        )
+        if simple and sensor.reach == 0:
+            return list(self.plain)
+        step = self.step if simple else self.fine(truth)
+        found: list[Motion | None] = []
+        for trial in self.setup.trials:
+            if trial.held_out and not every:
+                found.append(None)
+                continue
+            longer = trial._replace(duration=trial.duration + sensor.reach)
+            found.append(release(truth, longer, step, self.scale.rest))
+        return found
+
+    def targets(self, motions: list[Motion | None], sensor: Sensor) -> tuple[list[Array], list[Array]]:
+        """Noise-free readings turned into rotations at the fit's times, and the states to start the fit from."""
+        leg, seen, states = self.setup.true, [], []
+        for i, (motion, trial) in enumerate(zip(motions, self.setup.trials, strict=True)):
+            if motion is None:
+                seen.append(np.zeros(0))
+                states.append(np.zeros(0))
+                continue
+            rotation = (sensor.read(leg, motion, self.model.times[i], trial.start) - leg.zero) * leg.sign
+            state = self._state(motion, trial.start)
+            locked = list(trial.locked)
+            state[locked] = rotation[:, locked].mean(axis=0)
+            seen.append(rotation)
+            states.append(state)
+        return seen, states
+
+    def gap(self, truth: Truth, sensor: Sensor) -> Fitted:
+        """What the truth leaves on the given trials after tolerances and initial states."""
+        return self.model.fit(*self.targets(self.run(truth, sensor, False), sensor))
+
+    def _quieten(self, share: float) -> bool:
+        """Take the next better sensor, if it is worth it: the floor falls at least to ``share`` of what it is."""
+        if self.setup.keeps_sensor:
+            return False
+        for noise in sorted(NOISE, reverse=True):
+            floor = math.sqrt(noise**2 + (2 * math.pi / COUNTS[-1]) ** 2 / 12)
+            if noise < float(np.max(self.setup.noise)) and floor < 0.9 * share * self.floor:
+                self.setup = replace(self.setup, noise=noise, counts=COUNTS[-1])
+                self.floor = floor
+                self.model.quieter(floor)
+                return True
+        return False
+
+    def find(self, effect: str, joint: int, form: Form, strength: float, near: float = 0.04) -> Cause:
+        """The size whose gap is ``strength`` floors, to within the share ``near``.
+
+        By false position in the logarithms of both, kept in its bracket. The gap is no power of the size: it may be
+        nothing until the tolerances are used up, and then rise steeply.
+        """
+        top = math.log(form.largest)
+        x = top + math.log(min(0.5, 0.03 * strength))
+        low: tuple[float, float] | None = None  # (log size, log gap / strength), below
+        high: tuple[float, float] | None = None
+        for _ in range(12):
+            size = math.exp(x)
+            reached = self.gap(*form.build(size)).rms / self.floor
+            miss = math.log(max(reached, 1e-6) / strength)
+            if abs(miss) < near:
+                return Cause(effect, joint, strength, reached, form, size)
+            if miss < 0 and x >= top - 1e-9:
+                if not self._quieten(reached / strength):
+                    raise Unfit(f"{effect}: {reached:.2g} floors at most")
+                low = high = None
+                continue
+            if miss < 0:
+                low = (x, miss)
+            else:
+                high = (x, miss)
+            if low is None or high is None:
+                x = min(x - float(np.clip(miss, -1.5, 2.5)), top)
+            else:
+                share = float(np.clip(-low[1] / (high[1] - low[1]), 0.15, 0.85))
+                x = low[0] + share * (high[0] - low[0])
+        raise Unfit(f"{effect}: no size found")
+
+    def nearest(
+        self, rng: np.random.Generator, truth: Truth, sensor: Sensor, names: Sequence[str], joints: Sequence[int]
+    ) -> tuple[str, int, float]:
+        """The library-like effect among ``names`` that explains most: effect, joint, share of the gap that it leaves.
+
+        Each in one of the generator's own forms, at a size whose gap is alike, then times any number: a linear guess.
+        """
+        targets, states = self.targets(self.run(truth, sensor, False), sensor)
+        gap = self.model.fit(targets, states).rms / self.floor
+        best = ("", -1, 1.0)
+        for name in names:
+            for j in [-1] if name in AT_BASE else joints:
+                try:
+                    form = EFFECTS[name](rng, self.setup, self.scale, max(j, 0))
+                    size = 0.1 * form.largest
+                    for _ in range(2):
+                        seen = self.targets(self.run(*(built := form.build(size)), False), built[1])[0]
+                        reached = self.model.fit(seen, states).rms / self.floor
+                        size, last = min(size * float(np.clip(gap / max(reached, 1e-6), 0.05, 20)), form.largest), size
+                        if abs(size / last - 1) < 0.4:
+                            break
+                    share = self.model.explained(targets, seen, states) / gap
+                except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+                    continue
+                if share < best[2]:
+                    best = (name, j, share)
+        return best

@@ -1,0 +1,173 @@
+"""Torque laws of joints, as functions of time, angle, speed and memory; compiled, and called by the engine a stage.
+
+A law is a number (below), the coordinate it acts on, sometimes a second one, and up to eight parameters. Angles are
+relative to the spring's free angle where a law belongs to a spring, else rotations. None of these forms is one of the
+diagnosing program's; the sources of the formulas stand at each.
+"""
+
+# mypy: disable-error-code="no-untyped-def,untyped-decorator,no-untyped-call"
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+# Dry friction with true sticking: the engine locks the coordinate; par: sliding torque, static torque, Stribeck speed,
+# shape (0: 1 / (1 + (w/ws)^2), 1: exp(-|w|/ws)).
+STICK_SLIP = 1
+# LuGre bristles (Canudas de Wit et al., IEEE TAC 40, 1995); par: as above, bristle deflection [rad], micro-damping.
+BRISTLES = 2
+# Dry friction of a plain bearing, true sticking; par: mu * radius [m], constant part [N m].
+BEARING = 3
+# Bristle friction on the torque that spring and damper transmit; par: mu, spring rate, free angle, -, deflection [rad].
+MESH = 4
+CROSS = 5  # Cross fluid: b w / (1 + (|w|/wc)^m); par: b, wc, m. The law gives the difference to b w.
+PLATEAU = 6  # power law b w (|w|/wc)^(n-1) above wc, b w below; par: b, wc, n
+DRAG = 7  # par: a, c, v: -(a |w| w + c w^3)
+EYRING = 8  # par: a, w0: -a w0 (sinh(w/w0) - w/w0), Eyring's thermally activated flow less its linear part
+TANH_SPRING = 9  # par: k, x0, u0: softening, -k (u0 tanh(u/u0) - u)
+QUINTIC_SPRING = 10  # par: c, x0: -c u^5
+SINH_SPRING = 11  # par: k, x0, u0: -k (u0 sinh(u/u0) - u)
+PIECEWISE_SPRING = 12  # par: k, x0, u1: further rate k beyond |u| > u1
+SOFT_ONE_SIDED = 13  # par: dk, x0, width: -dk (u + sqrt(u^2 + width^2) - width) / 2
+SHIFTED_ONE_SIDED = 14  # par: dk, x0, shift: -dk max(u - shift, 0)
+BOUC_WEN = 15  # par: k1, delta, n, gamma share; z' = w - |w| |z/d|^(n-1) z/d (1-g) - g w |z/d|^n (Wen, 1976)
+TWO_MAXWELL = 16  # par: k1, tau1, k2, tau2: Prony series, torque -(k1 z0 + k2 z1), z' = w - z/tau
+SLACK = 17  # backlash with a massless arm that loses contact; par: k, x0, half gap, b; memory: arm angle less x0
+SLACK_ARM = 18  # the same with an arm of inertia J and Hunt-Crossley flanks; par: k, x0, half gap, b, J, flank, loss
+HUNT_CROSSLEY = 19  # par: stiffness, angle, side, exponent, loss: k d^n (1 + c d') (Hunt and Crossley, 1975)
+RUBBER_STOP = 20  # par: stiffness, angle, side, depth, damping: k D (exp(d/D) - 1) + c d' (pressing only)
+# Not in any library:
+CABLE = 21  # spring between two joints (biarticular); par: k, r_i, r_j, x0, one-sided (0/1)
+COGGING = 22  # par: a, count a turn, phase
+FADING_DAMPER = 23  # par: b, share lost, time constant, time before the release: heats up during a trial
+CREEPING_SPRING = 24  # par: k, shift, time constant: free angle creeps within a trial
+MAGNET = 25  # par: a, harmonic, phase
+RUB_SPOT = 26  # par: a, angle, width: friction felt only near one angle; -a bump(q) tanh(w/0.05)
+KNOCKS = 27  # par: torque, period, phase, width: short pulses, as of a tugging cable
+DRIVE = 29  # known torque; par: amplitude, frequency, phase, a second of each, what is added, how late
+DRIVE_TABLE = 30  # known torque as recorded; par: share, what is added, how late, first row of the table, rows
+DAMPER_TABLE = 31  # damper as measured; par: rate that the chain has already, first row, rows
+LOOSE_SPRING = 28  # par: k, x0, share, time constant: rate falls during the trial (clamp slipping)
+
+STUCK_LAWS = (STICK_SLIP, BEARING)
+
+
+@njit
+def fall(w, weak, strong, speed, shape):
+    """Friction torque at speed ``w``, from ``strong`` at rest to ``weak`` at high speed."""
+    if strong == weak:
+        return weak
+    r = abs(w) / speed
+    share = math.exp(-r) if shape > 0.5 else 1.0 / (1.0 + r * r)
+    return weak + (strong - weak) * share
+
+
+@njit
+def torque(law, p, table, t, q, w, qj, wj, z0, z1):
+    """Torques on the law's coordinate and on its second one, and the rates of its two memories."""
+    if law == CROSS:
+        return p[0] * w * (1.0 - 1.0 / (1.0 + (abs(w) / p[1]) ** p[2])), 0.0, 0.0, 0.0
+    if law == PLATEAU:
+        r = abs(w) / p[1]
+        return (p[0] * w * (1.0 - r ** (p[2] - 1.0)) if r > 1.0 else 0.0), 0.0, 0.0, 0.0
+    if law == DRAG:
+        return -(p[0] * abs(w) * w + p[1] * w * w * w), 0.0, 0.0, 0.0
+    if law == EYRING:
+        r = w / p[1]
+        return -p[0] * p[1] * (math.sinh(r) - r), 0.0, 0.0, 0.0
+    if law == TANH_SPRING:
+        u = q - p[1]
+        return -p[0] * (p[2] * math.tanh(u / p[2]) - u), 0.0, 0.0, 0.0
+    if law == QUINTIC_SPRING:
+        u = q - p[1]
+        return -p[0] * u**5, 0.0, 0.0, 0.0
+    if law == SINH_SPRING:
+        u = q - p[1]
+        return -p[0] * (p[2] * math.sinh(u / p[2]) - u), 0.0, 0.0, 0.0
+    if law == PIECEWISE_SPRING:
+        u = q - p[1]
+        over = abs(u) - p[2]
+        return (-p[0] * math.copysign(over, u) if over > 0.0 else 0.0), 0.0, 0.0, 0.0
+    if law == SOFT_ONE_SIDED:
+        u = q - p[1]
+        return -0.5 * p[0] * (u + math.sqrt(u * u + p[2] * p[2]) - p[2]), 0.0, 0.0, 0.0
+    if law == SHIFTED_ONE_SIDED:
+        u = q - p[1] - p[2]
+        return (-p[0] * u if u > 0.0 else 0.0), 0.0, 0.0, 0.0
+    if law == BOUC_WEN:
+        r = z0 / p[1]
+        size = abs(r) ** (p[2] - 1.0)
+        rate = w - (1.0 - p[3]) * abs(w) * size * r - p[3] * w * size * abs(r)
+        return -p[0] * z0, 0.0, rate, 0.0
+    if law == TWO_MAXWELL:
+        return -(p[0] * z0 + p[2] * z1), 0.0, w - z0 / p[1], w - z1 / p[3]
+    if law == SLACK_ARM:
+        y, v = z0, z1
+        over = (q - p[1]) - y
+        push, depth, closing = 0.0, abs(over) - p[2], math.copysign(1.0, over) * (w - v)
+        if depth > 0.0:
+            push = math.copysign(max(p[5] * depth**1.5 * (1.0 + p[6] * closing), 0.0), over)
+        return -push, 0.0, v, (push - p[0] * y - p[3] * v) / p[4]
+    if law == HUNT_CROSSLEY:
+        depth = p[2] * (q - p[1])
+        if depth <= 0.0:
+            return 0.0, 0.0, 0.0, 0.0
+        return -p[2] * max(p[0] * depth ** p[3] * (1.0 + p[4] * p[2] * w), 0.0), 0.0, 0.0, 0.0
+    if law == RUBBER_STOP:
+        depth = p[2] * (q - p[1])
+        if depth <= 0.0:
+            return 0.0, 0.0, 0.0, 0.0
+        press = p[0] * p[3] * (math.exp(min(depth / p[3], 30.0)) - 1.0) + p[4] * max(p[2] * w, 0.0)
+        return -p[2] * press, 0.0, 0.0, 0.0
+    if law == DRIVE:
+        late = t - p[7]
+        return p[0] * math.sin(p[1] * late + p[2]) + p[3] * math.sin(p[4] * late + p[5]) + p[6], 0.0, 0.0, 0.0
+    if law == DRIVE_TABLE:
+        return p[0] * looked_up(table, int(p[3]), int(p[4]), t - p[2], False) + p[1], 0.0, 0.0, 0.0
+    if law == DAMPER_TABLE:
+        return p[0] * w - math.copysign(looked_up(table, int(p[1]), int(p[2]), abs(w), True), w), 0.0, 0.0, 0.0
+    return outside(law, p, t, q, w, qj)
+
+
+@njit
+def looked_up(table, first, count, x, onward):
+    """Linear between rows ``first`` to ``first + count``; beyond the last as there, or (``onward``) straight on."""
+    low, high = first, first + count - 1
+    if x <= table[low, 0]:
+        return table[low, 1]
+    if x >= table[high, 0]:
+        if not onward:
+            return table[high, 1]
+        low = high - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[middle, 0] <= x:
+            low = middle
+        else:
+            high = middle
+    share = (x - table[low, 0]) / (table[high, 0] - table[low, 0])
+    return table[low, 1] + share * (table[high, 1] - table[low, 1])
+
+
+@njit
+def outside(law, p, t, q, w, qj):
+    """The laws that no library of the usual effects holds."""
+    if law == CABLE:
+        u = p[1] * q + p[2] * qj - p[3]
+        pull = 0.0 if (p[4] > 0.5 and u < 0.0) else p[0] * u
+        return -p[1] * pull, -p[2] * pull, 0.0, 0.0
+    if law in (COGGING, MAGNET):
+        return p[0] * math.sin(p[1] * q + p[2]), 0.0, 0.0, 0.0
+    if law == FADING_DAMPER:
+        return p[0] * p[1] * (1.0 - math.exp(-(t + p[3]) / p[2])) * w, 0.0, 0.0, 0.0
+    if law == CREEPING_SPRING:
+        return p[0] * p[1] * (1.0 - math.exp(-t / p[2])), 0.0, 0.0, 0.0
+    if law == RUB_SPOT:
+        return -p[0] * math.exp(-(((q - p[1]) / p[2]) ** 2)) * math.tanh(w / 0.05), 0.0, 0.0, 0.0
+    if law == KNOCKS:
+        r = ((t + p[2]) % p[1]) / p[3]
+        return (p[0] * math.sin(math.pi * r) if r < 1.0 else 0.0), 0.0, 0.0, 0.0
+    if law == LOOSE_SPRING:
+        return p[0] * (q - p[1]) * p[2] * (1.0 - math.exp(-t / p[3])), 0.0, 0.0, 0.0
+    return 0.0, 0.0, 0.0, 0.0

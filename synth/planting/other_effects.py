@@ -1,0 +1,207 @@
+"""Effects of parameters, sensors, stops, the mount and bending links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from synth.planting import bodies, laws
+from synth.planting.forms import Form, Scale, Unfit, between, spring_torque, sprung
+from synth.planting.model import Array, Base, Bend, Law, Truth
+from synth.planting.sensors import Sensor
+from synth.planting.setup import Setup
+
+
+def preload(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """The free angle shifted."""
+    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    sprung(setup, j)
+    free = float(setup.true.of("free_angle")[j])
+    return Form(
+        "free angle shifted",
+        math.radians(18.0),
+        lambda s: (Truth(setup.true.changed("free_angle", j, free + sign * s)), good),
+        lambda s: {"shift_deg": math.degrees(sign * s * float(setup.true.sign[j]))},
+    )
+
+
+def link_mass(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Mass and inertia in proportion."""
+    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    mass, inertia = float(setup.true.of("mass")[j]), float(setup.true.of("inertia")[j])
+    return Form(
+        "in proportion",
+        0.4 if sign < 0 else 0.8,
+        lambda s: (
+            Truth(setup.true.changed("mass", j, mass * (1 + sign * s)).changed("inertia", j, inertia * (1 + sign * s))),
+            good,
+        ),
+        lambda s: {"ratio": 1 + sign * s},
+    )
+
+
+def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Centre of mass off, inertia off, or both as when a part of the mass sits elsewhere."""
+    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    mass, com, inertia = (float(setup.true.of(name)[j]) for name in ("mass", "com", "inertia"))
+    kind = ("com", "inertia", "moved part")[int(rng.choice(3, p=[0.4, 0.2, 0.4]))]
+    place = rng.uniform(0.0, 0.2) if sign < 0 else rng.uniform(0.8, 1.0)
+    length = float(setup.true.of("length")[j])
+
+    def build(s: float) -> tuple[Truth, Sensor]:
+        if kind == "com":
+            return Truth(setup.true.changed("com", j, com * (1 + sign * s))), good
+        if kind == "inertia":
+            return Truth(setup.true.changed("inertia", j, inertia * (1 + (sign if s < 1 else 1.0) * s))), good
+        centre = (1 - s) * com + s * place * length  # a share s of the mass gathered at one place
+        spread = (1 - s) * (inertia + mass * (com - centre) ** 2) + s * mass * (place * length - centre) ** 2
+        return Truth(setup.true.changed("com", j, centre).changed("inertia", j, spread)), good
+
+    most = {"com": 0.35, "inertia": 2.0 if sign > 0 else 0.7, "moved part": 0.5}[kind]
+    return Form(
+        kind,
+        most,
+        build,
+        lambda s: {
+            "com_ratio": float(build(s)[0].leg.of("com")[j] / com),
+            "inertia_ratio": float(build(s)[0].leg.of("inertia")[j] / inertia),
+        },
+    )
+
+
+def _sensor(setup: Setup, name: str, most: float, change: Callable[[float], dict[str, Array]], unit: str) -> Form:
+    good = Sensor.good(setup.true.n)
+    return Form(
+        name,
+        most,
+        lambda s: (Truth(setup.true), replace(good, **change(s))),  # type: ignore[arg-type]
+        lambda s: {unit: float(next(v for v in (np.asarray(x).sum() for x in change(s).values())))},
+    )
+
+
+def _one(n: int, j: int, value: float) -> Array:
+    vector = np.zeros(n)
+    vector[j] = value
+    return vector
+
+
+def encoder_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """The reading shifted."""
+    sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
+    return _sensor(setup, "shift", math.radians(12.0), lambda s: {"offset": _one(n, j, sign * s)}, "offset_rad")
+
+
+def encoder_scale(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """The reading scaled about 0 deg."""
+    sign, n = float(rng.choice([-1.0, 1.0])), setup.true.n
+    return _sensor(setup, "scaled", 0.25, lambda s: {"scale": _one(n, j, sign * s)}, "scale_error")
+
+
+def quantisation(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Coarse counts, a whole number of them a turn."""
+    n = setup.true.n
+
+    def change(s: float) -> dict[str, Array]:
+        return {"width": _one(n, j, 2 * math.pi / max(round(2 * math.pi / s), 1))}
+
+    return _sensor(setup, "rounded", 2 * math.pi / 90, change, "count_rad")
+
+
+def latency(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A pure delay of any length, or a first-order lag."""
+    n = setup.true.n
+    if n == 1:
+        raise Unfit("one channel alone: late against nothing")
+    if rng.random() < 0.6:
+        return _sensor(setup, "delay", setup.longest_lag, lambda s: {"latency": _one(n, j, s)}, "delay_s")
+    return _sensor(setup, "first-order lag", 0.75 * setup.longest_lag, lambda s: {"lag": _one(n, j, s)}, "lag_s")
+
+
+def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Hunt-Crossley or rubber, on the side to which the leg swings; sized by how far it reaches into the motion."""
+    inside = [t.pose[j] for t in setup.trials if j not in t.locked]
+    side = 1.0 if np.mean(inside) < scale.rest[j] else -1.0
+    nearest = max(side * x for x in inside)  # releases lie on the free side
+    end = float(scale.high[j]) if side > 0 else -float(scale.low[j])
+    room = end - max(nearest, side * float(scale.rest[j]) - 0.3 * float(scale.travel[j])) - math.radians(0.5)
+    if room < math.radians(0.5):
+        raise Unfit("the joint does not swing beyond where it is released")
+    k, top = float(setup.true.of("spring")[j]), float(scale.speed[j])
+    k = k if k > 0.0 else spring_torque(setup, scale, j) / float(scale.travel[j])
+    stiff = k * between(rng, 5, 40)
+    good = Sensor.good(setup.true.n)
+    if rng.random() < 0.5:
+        power, loss = rng.uniform(1.2, 1.6), rng.uniform(0.05, 0.5) / top
+        rate = stiff / math.radians(2.0) ** (power - 1)
+        name, shape = "Hunt-Crossley", (power, loss)
+        law = laws.HUNT_CROSSLEY
+    else:
+        damping = float(setup.true.of("damper")[j]) * rng.uniform(0.3, 2.0)
+        name, shape, law, rate = "rubber", (math.radians(rng.uniform(1.0, 4.0)), damping), laws.RUBBER_STOP, stiff
+    return Form(
+        name,
+        room,
+        lambda s: (Truth(setup.true, (Law(law, j, (rate, side * (end - s), side, *shape)),)), good),
+        lambda s: {"stop_rad": side * (end - s), "side": side, "stiffness": rate},
+    )
+
+
+def base_compliance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A mount that slides and rocks, or rocks with a drag for damping; sized by its compliance."""
+    leg = setup.true
+    whole, reach = float(leg.of("mass").sum()), float(leg.of("length").sum())
+    mass, arm = whole * rng.uniform(0.5, 2.5), -reach * rng.uniform(0.5, 1.5)  # the pivot lies below the hip
+    inertia, ratio = mass * arm**2, rng.uniform(0.02, 0.15)
+    carried = (mass + whole) * arm**2
+    good = Sensor.good(leg.n)
+    both, share = rng.random() < 0.6, rng.uniform(0.3, 0.7)
+
+    def build(s: float) -> tuple[Truth, Sensor]:
+        omega = scale.slow / math.sqrt(s)
+        rock = (bodies.HINGE, 0.0, arm, 0.0, inertia, carried * omega**2 / (1 - share if both else 1.0))
+        if both:
+            push = (mass + whole) * omega**2 / share
+            slide = (bodies.SLIDE, 0.0, 0.0, 0.3 * mass, 0.0, push, 2 * ratio * math.sqrt(push * (mass + whole)))
+            parts: tuple[tuple[float, ...], ...] = (slide, (*rock, 2 * ratio * math.sqrt(rock[5] * carried)))
+            return Truth(leg, base=Base(parts)), good
+        swing = math.radians(0.5) * omega  # speed at which the drag equals the ratio's linear damping
+        law = Law(laws.DRAG, 0, (2 * ratio * carried * omega / swing, 0.0), base=True)
+        return Truth(leg, (law,), base=Base(((*rock, 0.1 * ratio * carried * omega),))), good
+
+    return Form(
+        "slides and rocks" if both else "rocks, with drag",
+        0.25,
+        build,
+        lambda s: {"natural_hz": scale.slow / math.sqrt(s) / 2 / math.pi, "mass": mass, "arm": arm},
+    )
+
+
+def base_tilt(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """The mount turned."""
+    sign, good = float(rng.choice([-1.0, 1.0])), Sensor.good(setup.true.n)
+    return Form(
+        "turned",
+        math.radians(12.0),
+        lambda s: (Truth(setup.true, tilt=sign * s), good),
+        lambda s: {"tilt_deg": math.degrees(sign * s)},
+    )
+
+
+def link_flexibility(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Two or three hinges along the link, or a cantilever's one and a softer end."""
+    leg, good = setup.true, Sensor.good(setup.true.n)
+    kind = int(rng.integers(0, 3))
+    shares = ((0.25, 0.75), (1 / 6, 0.5, 5 / 6), (0.15, 0.6))[kind]
+    weights = ((1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 2.5))[kind]
+    ratio, k = rng.uniform(0.02, 0.1), max(float(leg.of("spring")[j]), leg.outboard(j) * scale.slow**2)
+
+    def build(s: float) -> tuple[Truth, Sensor]:
+        rates = tuple(k / s * w * len(shares) for w in weights)
+        dampings = tuple(2 * ratio * math.sqrt(r * leg.outboard(j)) for r in rates)
+        return Truth(leg, bends=(Bend(j, shares, rates, dampings),)), good
+
+    name = ("two hinges", "three hinges", "cantilever")[kind]
+    return Form(name, 0.6, build, lambda s: {"compliance_over_spring": s, "rate": k / s})

@@ -1,0 +1,80 @@
+"""What the sensors make of the motion: late, scaled, shifted, coupled, noisy, counted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from synth.planting.model import Array, Leg, Motion
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """Errors of the reading; zero or empty where there is none. Angles rad, times s, (n,) a joint."""
+
+    offset: Array
+    scale: Array
+    width: Array  # rad, of a count that is coarser than the design's
+    latency: Array
+    lag: Array  # time constant of a first-order filter
+    talk: Array  # (n, n): reading += talk @ (reading - talk_about), as calibrated at rest
+    talk_about: Array
+    wobble: tuple[int, float, float, float] | None = None  # joint, amplitude, harmonic, phase: eccentric disc
+    drops: tuple[tuple[float, float], ...] = ()  # s after the recording's start, s lost: samples that went missing
+
+    @staticmethod
+    def good(n: int) -> Sensor:
+        """No error but the design's noise and counts."""
+        zero = np.zeros(n)
+        return Sensor(zero, zero, zero, zero, zero, np.zeros((n, n)), zero)
+
+    def times(self, times: Array, start: float) -> Array:
+        """When the samples were really taken, s from the release."""
+        late = np.zeros(len(times))
+        for when, lost in self.drops:
+            late += lost * (times >= when)
+        return times + start + late
+
+    @property
+    def reach(self) -> float:
+        """How much longer than the recording the motion must be, s."""
+        return sum(lost for _, lost in self.drops)
+
+    def read(self, leg: Leg, motion: Motion, times: Array, start: float, counted: bool = True) -> Array:
+        """(m, n) rad: noise-free readings at nominal ``times``; ``counted`` rounds where a count is coarse."""
+        taken = self.times(times, start)
+        rotation = np.empty((len(times), leg.n))
+        for j in range(leg.n):
+            seen = motion
+            if self.lag[j] > 0:
+                share = 1 - math.exp(-motion.step / self.lag[j])
+                first = motion.angle[0, j]
+                slow = first + lfilter([share], [1, share - 1], motion.angle[:, j] - first)
+                angle, speed = motion.angle.copy(), motion.speed.copy()
+                angle[:, j] = slow
+                speed[:, j] = np.gradient(slow, motion.step)
+                seen = Motion(motion.step, angle, speed)
+            rotation[:, j] = seen.joint(j, taken - self.latency[j])
+        angle = leg.reading(rotation)
+        angle = angle + (angle - self.talk_about) @ self.talk.T
+        if self.wobble is not None:
+            j, size, harmonic, phase = self.wobble
+            angle[:, j] += size * np.sin(harmonic * angle[:, j] + phase)
+        angle = angle * (1 + self.scale) + self.offset
+        if counted:
+            angle = np.where(self.width > 0, _rounded(angle, self.width), angle)
+        return np.asarray(angle)
+
+    def record(self, angle: Array, noise: float | Array, counts: float | Array, rng: np.random.Generator) -> Array:
+        """Readings (before counting) as recorded: noise, then counts, the design's or coarser; infinite ones: none."""
+        width = np.where(self.width > 0, self.width, 2 * math.pi / np.asarray(counts))
+        shaken = angle + noise * rng.standard_normal(angle.shape)
+        return np.where(width > 0, _rounded(shaken, width), shaken)
+
+
+def _rounded(angle: Array, width: Array) -> Array:
+    safe = np.where(width > 0, width, 1.0)
+    return np.asarray(np.round(angle / safe) * safe)

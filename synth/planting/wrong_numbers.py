@@ -1,0 +1,111 @@
+"""Causes that are wrong numbers: another spring or damper, a rotor, an error of a known torque's column."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from synth.planting.forms import Form, Maker, Scale, Unfit, spring_torque, sprung
+from synth.planting.model import Truth
+from synth.planting.sensors import Sensor
+from synth.planting.setup import Setup
+
+
+def spring_rate(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A spring of another rate, its free angle the same."""
+    k, good = sprung(setup, j), Sensor.good(setup.true.n)
+    sign = float(rng.choice([-1.0, 1.0]))
+    return Form(
+        "another rate",
+        0.85 if sign < 0 else 3.0,
+        lambda s: (Truth(setup.true.changed("spring", j, k * (1 + sign * s))), good),
+        lambda s: {"ratio": 1 + sign * s},
+    )
+
+
+def viscous_damping(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A damper of another rate; as a share of the joint's critical damping, so that it may be far from the design's."""
+    b, good = float(setup.true.of("damper")[j]), Sensor.good(setup.true.n)
+    critical = 2.0 * float(np.sqrt(setup.true.of("spring")[j] * setup.true.outboard(j)))
+    critical = critical if critical > 0.0 else 2.0 * scale.slow * setup.true.outboard(j)
+    sign = float(rng.choice([-1.0, 1.0])) if b > 0.0 else 1.0
+    most, unit = (0.9, b) if sign < 0 else (1.0, critical)
+    return Form(
+        "another rate",
+        most,
+        lambda s: (Truth(setup.true.changed("damper", j, b + sign * s * unit)), good),
+        lambda s: {"rate": b + sign * s * unit},
+    )
+
+
+def armature(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """A rotor behind a gear."""
+    good, load = Sensor.good(setup.true.n), setup.true.outboard(j)
+    return Form(
+        "rotor",
+        1.5,
+        lambda s: (Truth(setup.true, rotors=((j, s * load),)), good),
+        lambda s: {"inertia": s * load},
+    )
+
+
+def _driven(setup: Setup, j: int) -> float:
+    """Largest torque of the drive at the joint, N m."""
+    found = setup.driven(j)
+    if found <= 0.0:
+        raise Unfit("no known torque at this joint")
+    return found
+
+
+def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """The torque above what its column says."""
+    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    most = min(_driven(setup, j), 0.5 * spring_torque(setup, scale, j))
+    return Form(
+        "offset",
+        most,
+        lambda s: (Truth(setup.true, drive=(0.0, sign * s, 0.0), drive_joint=j), good),
+        lambda s: {"offset": sign * s},
+    )
+
+
+def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """Another torque constant than the column was made with."""
+    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    _driven(setup, j)
+    return Form(
+        "gain",
+        0.6,
+        lambda s: (Truth(setup.true, drive=(sign * s, 0.0, 0.0), drive_joint=j), good),
+        lambda s: {"share": sign * s},
+    )
+
+
+def torque_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
+    """The drive acts late."""
+    good = Sensor.good(setup.true.n)
+    _driven(setup, j)
+    most = 0.6 / scale.slow
+    return Form(
+        "late", most, lambda s: (Truth(setup.true, drive=(0.0, 0.0, s), drive_joint=j), good), lambda s: {"delay_s": s}
+    )
+
+
+WRONG_NUMBERS: dict[str, Maker] = {
+    "spring_rate": spring_rate,
+    "viscous_damping": viscous_damping,
+    "armature": armature,
+    "torque_offset": torque_offset,
+    "torque_gain": torque_gain,
+    "torque_delay": torque_delay,
+}
+OF_TORQUE = ("torque_offset", "torque_gain", "torque_delay")
+# What a number of the leg that is two or three tolerances off is called, if it is named.
+CALLED: dict[str, tuple[str, ...]] = {
+    "length": (),
+    "mass": ("link_mass", "link_inertia"),
+    "com": ("link_inertia", "link_mass"),
+    "inertia": ("link_inertia", "link_mass", "armature"),
+    "spring": ("spring_rate",),
+    "damper": ("viscous_damping",),
+    "free_angle": ("spring_preload",),
+}

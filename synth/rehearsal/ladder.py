@@ -1,0 +1,54 @@
+"""Which size of each cause to plant next: up and down the ladder between what was missed and what was named."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from synth.rehearsal.outcome import CANNOT, Outcome
+from synth.rehearsal.plants import RUNGS, Task
+
+
+def next_rung(outcomes: Sequence[Outcome]) -> tuple[int, int]:
+    """Rung and draw of the next case of one cause, given its cases so far in the order in which they were made.
+
+    A search by halves for the least rung at which it is named; when that is found, anew with the next draw of the leg
+    and the forms, from the second rung again.
+    """
+    draw, low, high = 0, -1, len(RUNGS)
+    for outcome in outcomes:
+        if outcome.task.draw != draw:
+            draw, low, high = outcome.task.draw, -1, len(RUNGS)
+        if outcome.verdict == CANNOT or outcome.right:
+            high = min(high, outcome.task.rung)
+        else:
+            low = max(low, outcome.task.rung)
+        if high - low <= 1:
+            draw, low, high = draw + 1, -1, len(RUNGS)
+    return (low + high) // 2, draw
+
+
+def visible_from(outcomes: Sequence[Outcome]) -> int | None:
+    """The least rung from which on a cause is named in at least half of its cases; None where in none.
+
+    Shares are made to rise with the rung by pooling neighbours that fall (the pool-adjacent-violators algorithm, Ayer
+    et al., Ann. Math. Stat. 26 (1955) 641): one lucky small case does not make a size visible.
+    """
+    counted = [o for o in outcomes if o.counts]
+    blocks: list[list[float]] = []  # named, cases, first rung
+    for rung in sorted({o.task.rung for o in counted}):
+        here = [o.right for o in counted if o.task.rung == rung]
+        blocks.append([float(sum(here)), float(len(here)), float(rung)])
+        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
+            last = blocks.pop()
+            blocks[-1] = [blocks[-1][0] + last[0], blocks[-1][1] + last[1], blocks[-1][2]]
+    return next((int(first) for named, cases, first in blocks if named >= 0.5 * cases and named > 0), None)
+
+
+def round_of(wanted: Sequence[tuple[str, int]], done: dict[tuple[str, int], list[Outcome]], room: int) -> list[Task]:
+    """The next case of each cause, at most ``room``, those with the fewest cases first."""
+    order = sorted(wanted, key=lambda key: len(done.get(key, ())))
+    made = []
+    for effect, joint in order[:room]:
+        rung, draw = next_rung(done.get((effect, joint), ()))
+        made.append(Task(effect, joint, rung, draw))
+    return made

@@ -1,0 +1,118 @@
+"""One case from end to end in a process of its own: planted here, diagnosed by another that cannot open the answer."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import synth
+from synth.planting.forms import Unfit
+from synth.rehearsal.case_files import write_case
+from synth.rehearsal.outcome import CANNOT, FAILED, Outcome, accused
+from synth.rehearsal.plants import Field, Planted, Task
+from synth.rehearsal.users_rig import Rig, users_rig
+
+if TYPE_CHECKING:
+    from synth.files.gap_project import GapProject
+
+PACKAGE = Path(synth.__file__).resolve().parent
+LONGEST = 900.0  # s, of one diagnosis; longer is a failure
+SHOWN = 400  # letters of what a diagnosis that broke off said
+
+
+@dataclass(frozen=True)
+class Call:
+    """A task on the project of a file; ``kept`` : the folder with finished answers, closed to the diagnosis."""
+
+    project: str
+    kept: str
+    seed: int
+    task: Task
+    effects: tuple[str, ...] = ()  # files of the user's own effects, which take part as in any diagnosis
+
+
+def perform(call: Call) -> dict[str, Any]:
+    """Plant and diagnose; ``Outcome.as_json``."""
+    project, rig = _opened(call.project)
+    started = time.perf_counter()
+    planted = _planted(call)
+    task = call.task
+    if planted is None:
+        names = {-1: "base", -2: "all", **dict(enumerate(rig.nominal.names))}
+        none = Outcome(task, (task.effect, names[task.joint]), "", 0.0, None, (), CANNOT, (), 0.0, 0.0)
+        return none.as_json()
+    with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
+        case = write_case(project, rig, planted, Path(folder))
+        document, said = diagnosed(case, Path(folder) / "out", [Path(call.kept)], call.effects)
+    return _outcome(task, planted, document, said, time.perf_counter() - started).as_json()
+
+
+@lru_cache(maxsize=1)
+def _opened(path: str) -> tuple[GapProject, Rig]:
+    from synth.files.gap_project import read_gap_project
+    from synth.parts.resolver import resolver
+
+    project = read_gap_project(path, resolve_part=resolver())
+    return project, users_rig(project)
+
+
+@lru_cache(maxsize=2)
+def _field(path: str, seed: int, draw: int) -> Field:
+    return Field.of(_opened(path)[1], seed, draw)
+
+
+def _planted(call: Call) -> Planted | None:
+    task = call.task
+    letters = [ord(letter) for letter in task.effect]
+    rng = np.random.default_rng([call.seed, task.draw, task.rung, task.joint + 2, *letters])
+    try:
+        return _field(call.project, call.seed, task.draw).plant(rng, task)
+    except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+        return None
+
+
+def diagnosed(
+    case: Path, out: Path, closed: list[Path], effects: Sequence[str] = ()
+) -> tuple[dict[str, Any] | None, str]:
+    """``gap.json`` of a case by a process that can open neither these folders nor the generator; None and why not."""
+    folders = [*closed, PACKAGE / "planting", PACKAGE / "rehearsal"]
+    command = [sys.executable, str(PACKAGE / "commands" / "watched.py")]
+    command += [os.pathsep.join(str(folder.resolve()) for folder in folders), "--"]
+    command += ["gap", str(case), "--out", str(out), "--quiet"]
+    command += [word for file in effects for word in ("--effect", file)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])}
+    try:
+        ended = subprocess.run(
+            command, cwd=case.parent, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return None, f"longer than {LONGEST:g} s"
+    if ended.returncode:
+        return None, ended.stderr[-SHOWN:]
+    return json.loads((out / "gap.json").read_text(encoding="utf-8")), ""
+
+
+def _outcome(task: Task, planted: Planted, document: dict[str, Any] | None, said: str, seconds: float) -> Outcome:
+    causes = planted.answer["causes"]
+    main: dict[str, Any] = causes[0] if causes else {"form": "", "gap": 0.0, "size": None}
+    key = (main["effect"], main["joint"]) if causes else None
+    small = tuple((effect, joint) for effect, joint in planted.answer["small"])
+    if document is None:
+        return Outcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, said)
+    named = accused(document)
+    first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
+    probability = float(first[0]) if first else 0.0
+    return Outcome(
+        task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability, seconds
+    )

@@ -1,0 +1,120 @@
+"""What came of one planted case: what was planted, what the diagnosis said, and whether that was it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from synth.rehearsal.plants import LIBRARY, Task
+
+Key = tuple[str, str]  # effect and joint
+CANNOT, FAILED = "cannot", "failed"  # the joint cannot have such a cause; the diagnosis broke off
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One case.
+
+    ``planted`` : the main cause, None where nothing or where it could not be; ``gap`` rad and ``size`` (SI, see
+    ``sizes.MEANING``) of it; ``small`` : causes beside it. ``verdict`` : of the diagnosis, ``cannot`` or ``failed``;
+    ``named`` : causes that it accuses, the first first; ``probability`` of the first; ``shrink`` : by how much it says
+    the gap falls with the first.
+    """
+
+    task: Task
+    planted: Key | None
+    form: str
+    gap: float
+    size: float | None
+    small: tuple[Key, ...]
+    verdict: str
+    named: tuple[Key, ...]
+    probability: float
+    seconds: float
+    said: str = ""
+
+    @property
+    def kind(self) -> str:
+        """``cause`` of the library, ``stranger`` to it, or ``nothing``."""
+        if not self.task.effect:
+            return "nothing"
+        return "cause" if self.task.effect in LIBRARY else "stranger"
+
+    @property
+    def counts(self) -> bool:
+        """Whether the case was planted and diagnosed."""
+        return self.verdict not in (CANNOT, FAILED)
+
+    @property
+    def right(self) -> bool:
+        """The main cause is accused; of a stranger the verdict is unknown; of nothing, nothing that is not there is."""
+        if self.kind == "cause":
+            return self.planted in self.named
+        if self.kind == "stranger":
+            return self.verdict == "unknown"
+        return not set(self.named) - set(self.small)
+
+    @property
+    def taken_for(self) -> str:
+        """What the diagnosis says it is, in words: ``coulomb_friction (knee)``, ``none``, ``unknown``."""
+        if not self.counts:
+            return self.verdict
+        if self.planted is not None and self.planted in self.named:
+            return _words(self.planted)
+        return _words(self.named[0]) if self.named else self.verdict
+
+    def as_json(self) -> dict[str, Any]:
+        """One of ``plants`` in the result; the same is kept of an interrupted run."""
+        return {
+            "effect": self.task.effect,
+            "joint": self.task.joint,
+            "rung": self.task.rung,
+            "draw": self.task.draw,
+            "planted": None if self.planted is None else list(self.planted),
+            "form": self.form,
+            "gap": self.gap,
+            "size": self.size,
+            "small": [list(key) for key in self.small],
+            "verdict": self.verdict,
+            "named": [list(key) for key in self.named],
+            "probability": self.probability,
+            "seconds": self.seconds,
+            "said": self.said,
+        }
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> Outcome:
+        """The inverse of ``as_json``."""
+        task = Task(content["effect"], content["joint"], content["rung"], content["draw"])
+        planted = content["planted"]
+        return cls(
+            task,
+            None if planted is None else (planted[0], planted[1]),
+            content["form"],
+            content["gap"],
+            content["size"],
+            _keys(content["small"]),
+            content["verdict"],
+            _keys(content["named"]),
+            content["probability"],
+            content["seconds"],
+            content["said"],
+        )
+
+
+def accused(document: Mapping[str, Any]) -> tuple[Key, ...]:
+    """Causes that a ``gap.json`` names: the likeliest of the explanation first, then those that are tied with it."""
+    if document["verdict"] not in ("effect", "tie"):
+        return ()
+    order = [(c["effect"], c["joint"]) for c in document["ranked"]]
+    named = [(c["effect"], c["joint"]) for each in (document["explanation"], *document["tied"]) for c in each]
+    return tuple(sorted(dict.fromkeys(named), key=lambda key: order.index(key) if key in order else len(order)))
+
+
+def _keys(pairs: Sequence[Sequence[str]]) -> tuple[Key, ...]:
+    return tuple((effect, joint) for effect, joint in pairs)
+
+
+def _words(key: Key) -> str:
+    return f"{key[0]} ({key[1]})"

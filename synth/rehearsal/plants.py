@@ -1,0 +1,169 @@
+"""One planted case of a user's rig: a main cause of a wanted gap or none, small causes beside it, its recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.motion.smoothing import Mask
+from synth.planting.effects import AT_BASE, EFFECTS
+from synth.planting.forms import Form, Maker, Unfit
+from synth.planting.ground import Cause, Ground
+from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
+from synth.planting.together import together
+from synth.planting.wrong_numbers import OF_TORQUE, WRONG_NUMBERS
+from synth.rehearsal.sizes import size_of
+from synth.rehearsal.users_rig import Rig
+
+LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **WRONG_NUMBERS}.items() if k != "encoder_quantisation"}
+# Gap of a main cause over what stays unexplained beside it (noise and small causes): in steps of about three, which is
+# as near as a size can be told from a few draws.
+RUNGS = (1.0, 3.0, 10.0, 30.0)
+SMALL = 3  # causes beside the main one, of the share of the background each that adds up to it in squares
+POOL = 9  # of those, from which each case draws
+NEAR = 0.12  # share by which a gap may miss the rung's, well below a step
+ATTEMPTS = 4  # draws of a form, before a joint is said not to show it
+UNSEEN = ("joint_stop", "base_compliance", "dropped_samples")  # no small causes: they take the whole motion with them
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to plant: an effect ("" for none) at a joint (-1 the base) with the gap of a rung; ``draw`` of the leg."""
+
+    effect: str
+    joint: int
+    rung: int
+    draw: int
+
+    @property
+    def name(self) -> str:
+        """As a file's name."""
+        return f"{self.effect or 'nothing'}-{self.joint}-{self.rung}-{self.draw}"
+
+
+@dataclass(frozen=True)
+class Planted:
+    """Readings (m, n) rad a trial, nan where missing, and the answer, which no diagnosis sees."""
+
+    readings: tuple[Array, ...]
+    answer: Mapping[str, Any]
+
+
+@dataclass
+class Field:
+    """The user's rig with one leg drawn within its tolerances, and the small causes found for it."""
+
+    rig: Rig
+    ground: Ground
+    small: list[Cause] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, rig: Rig, seed: int, draw: int) -> Field:
+        """Leg number ``draw`` of a seed, with a pool of small causes.
+
+        Raises
+        ------
+        Unfit : the trials hardly move the leg.
+        """
+        rng = np.random.default_rng([seed, draw, 0xF1E1D])
+        made = cls(rig, Ground(rig.built(rng)))
+        made._sow(rng)
+        return made
+
+    @property
+    def unexplained(self) -> float:
+        """Rad RMS that noise and small causes leave."""
+        return math.hypot(self.ground.floor, self.rig.background)
+
+    def _sow(self, rng: np.random.Generator) -> None:
+        each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
+        if each < 1.0:  # the noise hides them
+            return
+        names = [name for name in (*LIBRARY, *OUTSIDERS) if name not in UNSEEN and name not in OF_TORQUE]
+        for name in rng.permutation(sorted(names)).tolist():
+            if len(self.small) == POOL:
+                return
+            cause = self._cause(rng, name, int(rng.integers(0, self.rig.nominal.n)), each, 3.0 * NEAR)
+            if cause is not None:
+                self.small.append(cause)
+
+    def _cause(self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float) -> Cause | None:
+        """The cause with that gap in floors; None where the joint cannot have it."""
+        maker = OUTSIDERS.get(effect) or LIBRARY[effect]
+        place = -1 if effect in AT_BASE else -2 if effect in EVERYWHERE else joint
+        for _ in range(ATTEMPTS):
+            try:
+                form: Form = maker(rng, self.ground.setup, self.ground.scale, max(joint, 0))
+                return self.ground.find(effect, place, form, strength, near)
+            except (Unfit, ArithmeticError, np.linalg.LinAlgError):
+                continue
+        return None
+
+    def plant(self, rng: np.random.Generator, task: Task) -> Planted | None:
+        """The case; None where the joint cannot have such a cause."""
+        ground, main = self.ground, []
+        if task.effect:
+            strength = RUNGS[task.rung] * self.unexplained / ground.floor
+            found = self._cause(rng, task.effect, task.joint, strength, NEAR)
+            if found is None:
+                return None
+            main.append(found)
+        others = [cause for cause in self.small if cause.effect != task.effect]
+        beside = [others[i] for i in rng.permutation(len(others))[:SMALL]]
+        truth, sensor = together(ground.setup, [*main, *beside])
+        readings = []
+        for i, (motion, trial) in enumerate(zip(ground.run(truth, sensor, True), self.rig.trials, strict=True)):
+            assert motion is not None
+            clean = sensor.read(ground.setup.true, motion, ground.times[i], trial.start, counted=False)
+            read = sensor.record(clean, self.rig.noise, self.rig.counts, rng)
+            readings.append(np.where(self._lost(i), np.nan, read))
+        return Planted(tuple(readings), self._answer(main, beside))
+
+    def _lost(self, number: int) -> Mask:
+        """(m, n) True where the user's own recording has no sample; a locked joint always has one."""
+        lost = self.rig.missing[number].copy()
+        lost[:, list(self.rig.trials[number].locked)] = False
+        return lost
+
+    def _answer(self, main: list[Cause], beside: list[Cause]) -> dict[str, Any]:
+        names = {-1: "base", -2: "all", **dict(enumerate(self.rig.nominal.names))}
+        ground = self.ground
+        return {
+            "causes": [
+                {
+                    "effect": cause.effect,
+                    "joint": names[cause.joint],
+                    "form": cause.form.name,
+                    "gap": cause.reached * ground.floor,
+                    "size": size_of(cause, ground.setup, ground.scale),
+                }
+                for cause in main
+            ],
+            "small": [[cause.effect, names[cause.joint]] for cause in beside],
+        }
+
+
+def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
+    """Every cause of the library at every joint that some trial to learn from leaves free, in random order."""
+    free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
+    driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
+    found = []
+    for effect in LIBRARY:
+        joints = [-1] if effect in AT_BASE else driven if effect in OF_TORQUE else free
+        if effect == "latency" and len(free) < 2:
+            continue  # late against nothing
+        found += [(effect, j) for j in joints]
+    order = np.random.default_rng([seed, 0x91A]).permutation(len(found))
+    return [found[i] for i in order]
+
+
+def strangers(rig: Rig, rng: np.random.Generator, count: int) -> list[tuple[str, int]]:
+    """So many causes that no library has, each at a joint drawn."""
+    free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
+    names = [name for name in OUTSIDERS if rig.nominal.n > 1 or name not in ("cable_coupling", "cross_talk")]
+    return [(str(rng.choice(names)), int(rng.choice(free))) for _ in range(count)]

@@ -1,0 +1,134 @@
+"""A rehearsal: round by round of planted cases on all cores, each kept when it is done."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from synth.batch.folder import Kept
+from synth.batch.local import run_here
+from synth.errors import UserError
+from synth.rehearsal.ladder import round_of
+from synth.rehearsal.one_case import Call, perform
+from synth.rehearsal.outcome import FAILED, Outcome
+from synth.rehearsal.plants import RUNGS, Task, places, strangers
+from synth.rehearsal.users_rig import Rig
+
+# A case with nothing planted and one that no library holds for so many causes: false alarms and missed strangers are
+# then told to a tenth or two by a default rehearsal.
+OTHERS = 8
+CASES_A_CAUSE = 2  # by default: the least that finds a rung by halves
+STRANGE_RUNG = 2  # of causes that no library holds: large enough to matter
+FEWEST = 1  # cases, and
+MOST = 20_000  # no user waits for more
+FILE = "outcome.json"
+WORDS = "finished cases of an interrupted `synth gap --rehearse`; the same command goes on from here\n"
+
+
+@dataclass
+class Rehearsal:
+    """What is rehearsed: the project's file, its rig and seed, ``count`` cases by ``workers``, on what it rests."""
+
+    project: Path
+    rig: Rig
+    seed: int
+    count: int
+    workers: int
+    identity: Mapping[str, str]
+    effects: tuple[str, ...] = ()
+    outcomes: list[Outcome] = field(default_factory=list)
+
+    def run(self, kept: Kept, earlier: Mapping[str, Outcome], tell: Callable[[str], None]) -> None:
+        """All cases, those that are kept or known from ``earlier`` taken as they are.
+
+        Raises
+        ------
+        UserError : every case of the first round broke off.
+        """
+        wanted = places(self.rig, self.seed)
+        clock = _Clock(self.count)
+        while len(self.outcomes) < self.count:
+            tasks = self._round(wanted)
+            made = dict(self._done(tasks, kept, earlier))
+            for task, outcome in made.items():
+                self._note(task, outcome, clock, tell)
+            rest = [task for task in tasks if task not in made]
+            here = (str(self.project), str(kept.folder), self.seed)
+            calls = [(task.name, Call(*here, task, self.effects)) for task in rest]
+            ended: dict[str, Outcome] = {}
+            for name, end in run_here(perform, calls, min(self.workers, max(len(rest), 1))) if rest else ():
+                if end.problems:
+                    raise UserError(list(end.problems))
+                if end.crash:
+                    raise RuntimeError(end.crash)
+                kept.save(name, self.identity, {FILE: json.dumps(end.value).encode()})
+                ended[name] = Outcome.from_json(end.value)
+                task = ended[name].task
+                clock.spent += ended[name].seconds
+                self._note(task, ended[name], clock, tell, counted=False)
+            self.outcomes += [made[t] if t in made else ended[t.name] for t in tasks]
+            if all(outcome.verdict == FAILED for outcome in self.outcomes):
+                raise UserError(f"every case breaks off: {self.outcomes[0].said.strip() or 'without a word'}")
+
+    def _round(self, wanted: Sequence[tuple[str, int]]) -> list[Task]:
+        """The next round: a case of each cause, and of what is not in the library, and of nothing."""
+        done: dict[tuple[str, int], list[Outcome]] = {}
+        for outcome in self.outcomes:
+            done.setdefault((outcome.task.effect, outcome.task.joint), []).append(outcome)
+        room = self.count - len(self.outcomes)
+        others = max(min(len(wanted) // OTHERS, room // OTHERS), 0)
+        number = sum(not outcome.task.effect for outcome in self.outcomes)
+        rng = np.random.default_rng([self.seed, number, 0x57A])
+        made = [Task("", 0, 0, number + i) for i in range(others)]
+        made += [Task(e, j, STRANGE_RUNG, number + i) for i, (e, j) in enumerate(strangers(self.rig, rng, others))]
+        made = list({task.name: task for task in made}.values())
+        return made + round_of(wanted, done, room - len(made))
+
+    def _done(self, tasks: Sequence[Task], kept: Kept, earlier: Mapping[str, Outcome]) -> list[tuple[Task, Outcome]]:
+        found = []
+        for task in tasks:
+            if task.name in earlier:
+                found.append((task, earlier[task.name]))
+            elif kept.has(task.name, self.identity):
+                content = json.loads((kept.files(task.name) / FILE).read_text(encoding="utf-8"))
+                found.append((task, Outcome.from_json(content)))
+        return found
+
+    def _note(
+        self, task: Task, outcome: Outcome, clock: _Clock, tell: Callable[[str], None], counted: bool = True
+    ) -> None:
+        clock.done += 1
+        if not counted:
+            clock.made += 1
+        name = task.effect.replace("_", " ") or "nothing"
+        where = f" ({outcome.planted[1]})" if outcome.planted else ""
+        times = f", {RUNGS[task.rung]:g} times what stays unexplained" if task.effect else ""
+        word = "named" if outcome.right and outcome.kind == "cause" else outcome.taken_for.replace("_", " ")
+        tell(f"  {clock.done}/{self.count} {name}{where}{times}: {word}{'' if counted is True else clock.left()}")
+
+
+@dataclass
+class _Clock:
+    """Cases done, those of them made in this run, and how long the rest will take at that pace."""
+
+    count: int
+    done: int = 0
+    made: int = 0
+    spent: float = 0.0
+    begun: float = field(default_factory=time.monotonic)
+
+    def left(self) -> str:
+        if not self.made:
+            return ""
+        seconds = (time.monotonic() - self.begun) / self.made * (self.count - self.done)
+        return f"; {seconds / 60:.0f} min left" if seconds >= 90 else f"; {seconds:.0f} s left"
+
+
+def default_count(rig: Rig, seed: int) -> int:
+    """Cases of a rehearsal of which nothing is said."""
+    return CASES_A_CAUSE * (len(places(rig, seed)) + 2 * (len(places(rig, seed)) // OTHERS))

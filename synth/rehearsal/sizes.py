@@ -1,0 +1,134 @@
+"""How large a planted cause is, in the figure by which people speak of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from synth.planting import laws
+from synth.planting.forms import Scale
+from synth.planting.ground import Cause
+from synth.planting.setup import Setup
+
+Told = Mapping[str, Any]
+MEANING = {
+    "coulomb_friction": ("friction torque", "N*m"),
+    "stribeck_friction": ("break-away torque", "N*m"),
+    "load_friction": ("friction torque at its load", "N*m"),
+    "shear_thinning_damping": ("share of the damper's torque lost at the fastest", "%"),
+    "quadratic_damping": ("drag torque at the fastest", "N*m"),
+    "hardening_spring": ("share of the spring's torque more or less at the widest", "%"),
+    "one_sided_spring": ("rate that differs on one side", "%"),
+    "spring_hysteresis": ("stiffness of the loop, of the spring's rate", "%"),
+    "backlash": ("whole play", "deg"),
+    "spring_preload": ("shift of the free angle", "deg"),
+    "link_mass": ("share of the mass", "%"),
+    "link_inertia": ("share of centre of mass or inertia, the larger", "%"),
+    "encoder_offset": ("shift of the reading", "deg"),
+    "encoder_scale": ("scale error", "%"),
+    "latency": ("delay or lag", "ms"),
+    "joint_stop": ("how far it reaches into the motion", "deg"),
+    "base_compliance": ("natural frequency of the mount", "Hz"),
+    "base_tilt": ("tilt", "deg"),
+    "link_flexibility": ("stiffness of the softest bend", "N*m/rad"),
+    "spring_rate": ("share of the rate", "%"),
+    "viscous_damping": ("rate more or less", "N*m*s/rad"),
+    "armature": ("inertia", "kg*m^2"),
+    "torque_offset": ("torque more or less", "N*m"),
+    "torque_gain": ("share of the torque", "%"),
+    "torque_delay": ("delay", "ms"),
+}
+
+
+def size_of(cause: Cause, setup: Setup, scale: Scale) -> float | None:
+    """SI value of what ``MEANING`` names; None for what has no such figure."""
+    told = cause.form.tell(cause.size)
+    known = _BY_EFFECT.get(cause.effect)
+    return None if known is None else abs(float(known(told, cause, setup, scale)))
+
+
+def _first(name: str) -> Callable[..., float]:
+    return lambda told, cause, setup, scale: told[name]
+
+
+def _ratio(*names: str) -> Callable[..., float]:
+    """The largest departure from 1 of those that are told."""
+    return lambda told, cause, setup, scale: max(abs(float(told[n]) - 1.0) for n in names if n in told)
+
+
+def _at_load(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+    j = cause.joint
+    if cause.form.name.startswith("bearing"):
+        return cause.size * setup.true.gravity * float(setup.true.of("mass")[j:].sum())
+    return cause.size * float(setup.true.of("spring")[j] * scale.travel[j])
+
+
+def _law_torque(cause: Cause, q: float, w: float) -> float:
+    """N m that a planted law without memory gives at a rotation and rate."""
+    law = cause.form.build(cause.size)[0].laws[0]
+    par = np.array([*law.par, *(8 - len(law.par)) * [0.0]])
+    return float(laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
+
+
+def _thinning(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+    top = float(scale.speed[cause.joint])
+    return _law_torque(cause, 0.0, top) / (float(setup.true.of("damper")[cause.joint]) * top)
+
+
+def _drag(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+    return _law_torque(cause, 0.0, float(scale.speed[cause.joint]))
+
+
+def _hardening(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+    j = cause.joint
+    k, free = float(setup.true.of("spring")[j]), float(setup.true.of("free_angle")[j])
+    end = max((float(scale.low[j]), float(scale.high[j])), key=lambda q: abs(q - free))
+    return _law_torque(cause, end, 0.0) / (k * (end - free))
+
+
+def _per_spring(name: str) -> Callable[..., float]:
+    return lambda told, cause, setup, scale: float(told[name]) / float(setup.true.of("spring")[cause.joint])
+
+
+def _more_damping(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+    return float(told["rate"]) - float(setup.true.of("damper")[cause.joint])
+
+
+def _late(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+    return float(told.get("delay_s", told.get("lag_s", math.nan)))
+
+
+def _radians(name: str) -> Callable[..., float]:
+    return lambda told, cause, setup, scale: math.radians(float(told[name]))
+
+
+_BY_EFFECT: dict[str, Callable[[Told, Cause, Setup, Scale], float]] = {
+    "coulomb_friction": _first("p0"),
+    "stribeck_friction": _first("p1"),
+    "load_friction": _at_load,
+    "shear_thinning_damping": _thinning,
+    "quadratic_damping": _drag,
+    "hardening_spring": _hardening,
+    "one_sided_spring": _per_spring("rate_change"),
+    "spring_hysteresis": _per_spring("p0"),
+    "backlash": lambda told, cause, setup, scale: 2.0 * math.radians(float(told["half_gap_deg"])),
+    "spring_preload": _radians("shift_deg"),
+    "link_mass": _ratio("ratio"),
+    "link_inertia": _ratio("com_ratio", "inertia_ratio"),
+    "encoder_offset": _first("offset_rad"),
+    "encoder_scale": _first("scale_error"),
+    "latency": _late,
+    "joint_stop": lambda told, cause, setup, scale: cause.size,
+    "base_compliance": _first("natural_hz"),
+    "base_tilt": _radians("tilt_deg"),
+    "link_flexibility": _first("rate"),
+    "spring_rate": _ratio("ratio"),
+    "viscous_damping": _more_damping,
+    "armature": _first("inertia"),
+    "torque_offset": _first("offset"),
+    "torque_gain": _first("share"),
+    "torque_delay": _late,
+}

@@ -1,0 +1,179 @@
+"""A user's project as the generator's own leg, trials and sensors; what the generator cannot take is said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.compiling.compiled import keep_code_of
+from synth.diagnosis.angle_trials import sensor
+from synth.drives.servo import Servo
+from synth.errors import Problem, UserError
+from synth.fit.recordings import Recording, recordings
+from synth.motion.smoothing import Mask
+from synth.planting import bodies, engine, laws
+from synth.planting.model import Leg, Trial, Truth, fastest
+from synth.planting.setup import LONGEST_LAG, Setup, as_built
+from synth.swing.damper_curves import torque_at
+from synth.swing.leg_model import Joint
+from synth.swing.leg_model import Leg as OurLeg
+
+if TYPE_CHECKING:
+    from synth.files.gap_project import GapProject
+
+keep_code_of(bodies, laws, engine)  # before anything of them is called
+
+# Share of each joint's motion (RMS) that small causes leave beside a main one; the same as ``gap --check`` takes.
+BACKGROUND = 0.01
+LEAST_COUNT = 0.1  # of the noise: a smaller step of the readings is the file's last digit
+TYPICAL_SPEED = 0.5  # of the fastest, at which a measured damper's rate is taken
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A user's rig for the generator.
+
+    ``nominal`` : the leg as designed; ``widths`` (7, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) a turn
+    (infinite: none shows); ``background`` rad RMS of what small causes leave; ``names`` and ``times`` of the trials,
+    ``missing`` (m, n) True where a sample is; ``left_out`` trials that could not be taken, each with its reason.
+    """
+
+    nominal: Leg
+    trials: tuple[Trial, ...]
+    names: tuple[str, ...]
+    times: tuple[Array, ...]
+    missing: tuple[Mask, ...]
+    widths: Array
+    noise: Array
+    counts: Array
+    background: float
+    left_out: tuple[str, ...]
+
+    def built(self, rng: np.random.Generator) -> Setup:
+        """The rig with a leg that is off within the tolerances."""
+        true = as_built(rng, self.nominal, self.widths)
+        quick = max(fastest(Truth(true), trial) for trial in self.trials)
+        sampling = float(np.median([(len(t) - 1) / t[-1] for t in self.times]))
+        setup = Setup(
+            nominal=self.nominal,
+            true=true,
+            trials=self.trials,
+            ranges=False,
+            noise=self.noise,
+            counts=self.counts,
+            sampling=sampling,
+            missing=0.0,
+            settle=quick,
+            own_times=self.times,
+            widths=self.widths,
+            keeps_sensor=True,
+        )
+        own = [np.sqrt(k / true.outboard(j)) for j, k in enumerate(true.of("spring")) if k > 0.0]
+        slowest = min(own) if own else 1.0 / max(float(t[-1]) for t in self.times)
+        return replace(setup, longest_lag=float(max(LONGEST_LAG, 0.5 / slowest)))
+
+
+def users_rig(project: GapProject) -> Rig:
+    """The project's leg, trials, noise, counts and tolerances.
+
+    Raises
+    ------
+    UserError : the leg holds what the generator's engine has no equations of, or no trial to learn from is left.
+    """
+    leg = project.leg
+    _refuse(leg)
+    kept = [trial for trial in project.trials if trial.leg is None]
+    left_out = [f"{t.name}: was made with a leg of its own, not for a rehearsal" for t in project.trials if t.leg]
+    if all(trial.held_out for trial in kept):
+        raise UserError("no trial to learn from is left for a rehearsal: all have a leg of their own or are held out")
+    made = recordings(leg, kept, ())
+    found = sensor([r for r, t in zip(made, kept, strict=True) if not t.held_out])
+    fastest_seen = np.max([np.abs(r.smoothed.rate).max(axis=0) for r in made], axis=0)
+    motion = [np.std(r.smoothed.angle[:, r.free], axis=0) for r in made if r.free]
+    counts = np.full(len(leg.joints), np.inf)
+    coarse = found.step > LEAST_COUNT * found.noise
+    counts[coarse] = 2.0 * np.pi / found.step[coarse]
+    rounding = np.where(coarse, found.step, 0.0) / np.sqrt(12.0)
+    return Rig(
+        _nominal(leg, fastest_seen),
+        tuple(_trial(r, t.held_out) for r, t in zip(made, kept, strict=True)),
+        tuple(trial.name for trial in kept),
+        tuple(r.time for r in made),
+        tuple(np.logical_not(r.counts) for r in made),
+        project.tolerance.widths(leg),
+        np.sqrt(np.maximum(found.noise**2 - rounding**2, (0.05 * found.noise) ** 2)),
+        counts,
+        BACKGROUND * float(np.sqrt(np.mean(np.concatenate(motion) ** 2))),
+        tuple(left_out),
+    )
+
+
+def _refuse(leg: OurLeg) -> None:
+    text = (
+        "the leg file gives it effects ({}); a rehearsal plants causes in the leg as designed, with an engine of its "
+    )
+    text += "own that does not have these. Take them out for the rehearsal"
+    found = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
+    problems = [Problem(text.format(", ".join(effects)), key=name) for name, effects in found if effects]
+    for joint in leg.joints:
+        if isinstance(joint.drive, Servo):
+            text = "is driven by a servo, of which the engine of rehearsals has no equations; it has known torques only"
+            problems.append(Problem(text, key=joint.name))
+    if problems:
+        raise UserError(problems)
+
+
+def _nominal(leg: OurLeg, fastest_seen: Array) -> Leg:
+    """The generator's leg, its rows in the order of ``planting.model.PARAMETERS``."""
+    rates, curves = [], []
+    for j, joint in enumerate(leg.joints):
+        rate, curve = _damper(joint, TYPICAL_SPEED * float(fastest_seen[j]))
+        rates.append(rate)
+        if curve is not None:
+            curves.append((j, curve))
+    links = [joint.link for joint in leg.joints]
+    values = np.array(
+        [
+            [link.length for link in links],
+            [link.mass for link in links],
+            [link.com for link in links],
+            [link.inertia for link in links],
+            leg.spring_rate,
+            rates,
+            leg.rest,
+        ]
+    )
+    return Leg(leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity, tuple(curves), leg.armature)
+
+
+def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
+    """N m s/rad, and the curve where there is one: rows of speed and torque from (0, 0) on."""
+    damper = joint.damper
+    if damper is None:
+        return 0.0, None
+    if damper.curve is None:
+        return damper.rate or 0.0, None
+    rows = np.vstack([[0.0, 0.0], np.column_stack([damper.curve.speed, damper.curve.torque])])
+    speed = max(speed, 1e-6)
+    return float(torque_at(damper.curve, np.array([speed]))[0]) / speed, rows
+
+
+def _trial(recording: Recording, held_out: bool) -> Trial:
+    """One trial: from the pose and speed at its start."""
+    smoothed, conditions = recording.smoothed, recording.conditions
+    known = recording.known_torque
+    return Trial(
+        pose=smoothed.angle[0].copy(),
+        duration=float(recording.time[-1]),
+        tip_mass=conditions.tip_mass,
+        locked=tuple(conditions.locked),
+        tilt=conditions.tilt,
+        held_out=held_out,
+        known=None if known is None else (np.asarray(known[0]), np.asarray(known[1])),
+        speed=smoothed.rate[0].copy(),
+        tip_inertia=conditions.tip_inertia,
+        tip_at=conditions.tip_at,
+    )

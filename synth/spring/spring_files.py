@@ -1,0 +1,127 @@
+"""The files of ``synth spring``: the result, the solid, the sheet for winding it."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from synth.errors import Problem, UserError
+from synth.files.output import write_json
+from synth.files.shown_units import METRIC, ShownUnits
+from synth.spring.spring_result import SpringDesign
+from synth.spring.winding_sheet import request_lines, winding_sheet
+
+FORMAT = '"format": "synth/spring/'  # near the start of every file that may be replaced
+
+
+def write_result(path: Path, content: Mapping[str, Any]) -> str:
+    """Write the JSON, whole or not at all; an earlier result is replaced, nothing else is.
+
+    Raises
+    ------
+    UserError
+        If another file has that name or it cannot be written.
+    """
+    name = str(path)
+    try:
+        if path.exists() and not (path.is_file() and _is_result(path)):
+            raise UserError(Problem("exists and is no result of synth spring; name another with --json", name))
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        os.close(handle)
+        try:
+            write_json(Path(temporary), content)
+            mask = os.umask(0)
+            os.umask(mask)
+            Path(temporary).chmod(0o666 & ~mask)
+            Path(temporary).replace(path)
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        if not isinstance(error, OSError) and "null" not in str(error):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise UserError(Problem(f"cannot be written: {reason}; name another place with --json", name)) from None
+    return name
+
+
+def write_spring(
+    spring: SpringDesign | None, content: Mapping[str, Any], folder: Path, shown: ShownUnits = METRIC
+) -> None:
+    """Write ``spring.json`` and, where there is a spring, its sheets, its request for quotation and its solid.
+
+    The solid is left out where its legs cannot be drawn: only tangent ones can.
+    """
+    write_json(folder / "spring.json", content)
+    if spring is None:
+        return
+    from reports import write_winding_sheet
+
+    write_winding_sheet(folder)
+    (folder / "winding_sheet.txt").write_text(winding_sheet(spring, shown), encoding="utf-8")
+    write_request(spring, shown, folder / "request_for_quotation.dxf")
+    if spring.convention == "tangent":
+        write_solid(spring, folder)
+
+
+def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:
+    """Write the dimensioned drawing that a maker can quote from."""
+    from cad.spring_request import SpringRequest, write_spring_request
+
+    request = SpringRequest(
+        wire=spring.wire_diameter * 1e3,
+        mean=spring.mean_diameter * 1e3,
+        coils=spring.body_coils,
+        body=spring.body_length * 1e3,
+        included_angle=math.degrees(spring.included_angle),
+        arms=(spring.leg_lengths[0] * 1e3, spring.leg_lengths[1] * 1e3),
+        hand=spring.hand,
+        lines=request_lines(spring, shown),
+    )
+    write_spring_request(request, path)
+
+
+def write_solid(spring: SpringDesign, folder: Path) -> None:
+    """Draw the free spring, check the solid against its closed form, write ``spring.step`` and ``spring.stl``.
+
+    Raises
+    ------
+    UserError
+        If it cannot be drawn, with the dimension.
+    """
+    from cad import SpringDimensions
+
+    arm = spring.leg_lengths[0] * 1e3
+    dimensions = SpringDimensions(
+        wire_diameter=spring.wire_diameter * 1e3,
+        mean_diameter=spring.mean_diameter * 1e3,
+        coils=spring.body_coils,
+        included_angle=math.degrees(spring.included_angle),
+        hand=spring.hand,
+    )
+    if problems := dimensions.problems():
+        raise UserError([Problem(f"it cannot be drawn: {problem}", key="--out") for problem in problems])
+
+    import cadquery as cq
+
+    from cad.checks import check_part, require
+    from cad.export import write_step, write_stl
+    from cad.parts import BuiltPart, Mesh
+    from cad.torsion_spring import build_spring, spring_mesh, spring_volume
+
+    solid = build_spring(dimensions, arm)
+    mesh = Mesh(*spring_mesh(dimensions, arm))
+    exact = spring_volume(dimensions, arm)
+    part = BuiltPart("spring", "spring", "spring", solid, mesh, False, exact, "wound")
+    require(tuple(check_part(part)))
+    assembly = cq.Assembly(name="spring_part").add(solid, name="spring", color=cq.Color(*part.colour))
+    write_step(assembly, folder / "spring.step")
+    write_stl([mesh], folder / "spring.stl")
+
+
+def _is_result(path: Path) -> bool:
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        return FORMAT in stream.read(200)

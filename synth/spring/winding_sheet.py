@@ -1,0 +1,142 @@
+"""What the one who winds a spring, and the one who quotes for it, needs: as text."""
+
+from __future__ import annotations
+
+import math
+
+from synth.files.shown_units import METRIC, ShownUnits
+from synth.spring.codes import CodeCheck
+from synth.spring.spring_result import GRADE, SpringDesign
+from synth.spring.winding import stress_relief
+
+
+def winding_sheet(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
+    """What the one who winds the spring needs, as text."""
+    sense = "clockwise" if spring.hand == "right" else "counter-clockwise"
+    closing, opening = math.degrees(spring.travel), math.degrees(spring.opening_travel)
+    lines = [
+        "WINDING SHEET: helical torsion spring of round wire",
+        "",
+        f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}; cut {_long(spring.wire_length, shown)} or "
+        "more",
+        f"Coil: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching",
+        f"      inside diameter {_size(spring.inside_diameter, shown)}, mean {_size(spring.mean_diameter, shown)}",
+        f"      body {_size(spring.body_length, shown)} long",
+        f"Legs: straight, {spring.convention}, {math.degrees(spring.included_angle):.1f} deg between them when free;",
+        f"      each {shown.text(spring.leg_lengths[0], 'm')} from the coil to where the load acts",
+        f"Turn: work must turn the far arm {sense} against the near one, seen from the near end: that closes the coil",
+        f"Use:  winds up by at most {closing:.4g} deg" + (f", opens by at most {opening:.4g} deg" if opening else ""),
+        "",
+        *_workshop(spring, shown),
+        "",
+        *_codes(spring, shown),
+        "",
+        *(
+            f"T{number}: {shown.text(point.torque, 'N*m')} at {math.degrees(point.angle):.4g} deg, within "
+            f"{shown.text(point.within, 'N*m', '.2g')}"
+            for number, point in enumerate(spring.load_points, 1)
+        ),
+        "To check it: torque at the leg against the angle from rest",
+        f"angle [deg]  torque [{shown.unit('N*m')}]",
+        *(f"{angle:<11}  {torque}" for angle, torque in _torques(spring, shown)),
+        "Where the coils rub on each other it may come out softer, "
+        f"{shown.value(spring.rate_friction_form, 'N*m/rad'):.4g} {shown.unit('N*m/rad')} instead of",
+        f"{shown.text(spring.rate_bending_form, 'N*m/rad')}.",
+        "",
+        f"Stress at full travel {_stress(spring.stress, spring.allowed_stress, shown)} allowed;",
+        f"it yields at {math.degrees(spring.free_travel):.1f} deg.",
+        f"Strength {shown.text(spring.tensile_strength, 'Pa', '.0f')}: {spring.strength_source}",
+        f"Yield {shown.text(spring.yield_stress, 'Pa', '.0f')}: {spring.yield_source}",
+        *(f"NOT KEPT: {violation.text}" for violation in spring.violations),
+        *(f"Note: {warning}" for warning in spring.warnings),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def request_lines(spring: SpringDesign, shown: ShownUnits = METRIC) -> list[str]:
+    """The words of a request for quotation: what to make, what to measure, and how far it may be off."""
+    plus = spring.tolerance
+    a_degree = f"{spring.rate * 1e3 * math.radians(1.0):.4g} N*mm/deg"
+    if shown.system == "inch":
+        a_degree = f"{shown.value(spring.rate, 'N*m/rad') * math.radians(1.0):.4g} in*lbf/deg"
+    arms = [f"{shown.value(length, 'm'):.4g}" for length in spring.leg_lengths]
+    lines = [
+        "REQUEST FOR QUOTATION: helical torsion spring of round wire",
+        f"Quantity: {spring.count}",
+        f"Wire: {spring.material}, {shown.text(spring.wire_diameter, 'm')}, within "
+        f"{shown.text(plus.wire_diameter, 'm', '.3g')}",
+        f"Body: {spring.body_coils:.3f} coils, {spring.hand}-hand, touching; mean diameter "
+        f"{_size(spring.mean_diameter, shown)}, within {shown.text(plus.mean_diameter, 'm', '.2g')}",
+        f"Arms: {spring.convention}, {arms[0]} and {arms[1]} {shown.unit('m')}",
+        f"Free angle: {math.degrees(spring.included_angle):.1f} deg, within {math.degrees(plus.free_angle):.2g} deg",
+        f"Rate: {shown.text(spring.rate, 'N*m/rad')} = {a_degree}, within {plus.rate:.1%}",
+        *(
+            f"T{number}: {shown.text(point.torque, 'N*m')} at {math.degrees(point.angle):.4g} deg of winding, within "
+            f"{shown.text(point.within, 'N*m', '.2g')}"
+            for number, point in enumerate(spring.load_points, 1)
+        ),
+        f"Works {math.degrees(spring.travel):.4g} deg closing, {math.degrees(spring.opening_travel):.4g} deg opening",
+    ]
+    if spring.arbor_diameter is not None:
+        lines.append(f"Over an arbor of {shown.text(spring.arbor_diameter, 'm')}, which it must not grip")
+    return [
+        *lines,
+        f"Stress relief: {stress_relief(spring.material) or 'as the maker of the wire says'}",
+        f"Quality: {GRADE['standard']}, grade {GRADE['torque']}, where the figures above do not say more",
+        "Drawn in mm, free, seen from the near end and from the side.",
+    ]
+
+
+def _size(length: float, shown: ShownUnits) -> str:
+    """A size that is measured with a calliper."""
+    return shown.text(length, "m", ".4f" if shown.system == "inch" else ".2f")
+
+
+def _long(length: float, shown: ShownUnits) -> str:
+    return shown.text(length, "m", ".1f" if shown.system == "inch" else ".0f")
+
+
+def _codes(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    """The spring by each code, its stress where it opens, how it lasts and how fast its coils swing."""
+    lines = [f"By {code_line(check, shown)}" for check in spring.codes]
+    if spring.opening_travel > 0.0:
+        opened = _stress(spring.opening_stress, spring.allowed_opening_stress, shown)
+        lines.append(f"Opening: {opened}, less since winding's own stresses then hurt")
+    span = shown.text(spring.stress_range_en, "Pa", ".0f")
+    lines.append(f"Stress range of EN 13906-3 over the whole travel: {span}")
+    if spring.life is not None:
+        one, ten = spring.life.factor_1e5, spring.life.factor_1e6
+        lines.append(f"Strength over stress (Gerber): {one:.2f} for 100 000 full turns, {ten:.2f} for a million")
+    lines.append(f"Coils swing by themselves at {spring.surge_frequency:.0f} Hz: keep the drive well below")
+    lines.append(f"Quality: DIN 2194, grade {GRADE['torque']} for torque, legs, free angle and diameter")
+    return lines
+
+
+def _torques(spring: SpringDesign, shown: ShownUnits) -> list[list[str]]:
+    angles = [spring.travel * part / 4.0 for part in range(1, 5)]
+    return [[f"{math.degrees(angle):.4g}", f"{shown.value(spring.rate * angle, 'N*m'):.4g}"] for angle in angles]
+
+
+def _workshop(spring: SpringDesign, shown: ShownUnits) -> list[str]:
+    """Mandrel, heat and tolerances."""
+    plus, angle = spring.tolerance, math.degrees(spring.tolerance.free_angle)
+    return [
+        f"Mandrel: begin with {_size(spring.mandrel_diameter, shown)} and {spring.mandrel_turns:.2f} turns. Wires",
+        "differ in spring-back: wind a trial coil, measure its inside diameter when free and change the mandrel by as",
+        "much as it is off.",
+        f"Heat: {stress_relief(spring.material) or 'relieve stress as the maker of the wire says'}.",
+        "",
+        f"Within: wire {shown.text(plus.wire_diameter, 'm', '.3g')}, mean diameter "
+        f"{shown.text(plus.mean_diameter, 'm', '.2g')}, free angle {angle:.2g} deg, plus or minus; the rate",
+        f"then is within {plus.rate:.1%}. It changes by 1 % for each 1 % of the mean diameter or of the coils, and by",
+        "4 % for each 1 % of the wire's diameter: measure the wire.",
+    ]
+
+
+def code_line(check: CodeCheck, shown: ShownUnits) -> str:
+    """The stress by one code beside what it allows."""
+    return f"{check.code}: {_stress(check.stress, check.allowed, shown)} allowed, safety {check.safety:.2f}"
+
+
+def _stress(stress: float, allowed: float, shown: ShownUnits) -> str:
+    return f"{shown.text(stress, 'Pa', '.0f')} of {shown.text(allowed, 'Pa', '.0f')}"

@@ -1,0 +1,104 @@
+"""Which torques of effects act in given lanes, and what these need of the integrator: memories, events, tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.swing.effects import Effect, effect_named
+from synth.swing.lane_layout import FIRST_LAW, MOST_MEMORIES, Layout
+
+BEND_TOLERANCE = 1e3  # a bristle's bend, of one at most, may be wrong by a thousand times as much as an angle
+
+
+@dataclass(frozen=True)
+class ActiveEffects:
+    """The effects of a chain with a torque, in the order of ``layout.laws``."""
+
+    layout: Layout
+    effects: tuple[Effect, ...]
+
+    @cached_property
+    def _needs_load(self) -> dict[int, np.ndarray[Any, Any]]:
+        """Index of each effect that uses the bearing force -> rows that make it do so where they are not zero."""
+        layout, found = self.layout, {}
+        for index, effect in enumerate(self.effects):
+            if effect.uses_load:
+                names = effect.by_load or effect.strengths
+                blocks = [layout.parameter_rows(effect.name, effect.index(name)) for name in names]
+                found[index] = np.concatenate([np.arange(layout.n_row)[block] for block in blocks])
+        return found
+
+    @cached_property
+    def _switches(self) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Rows that switch a torque on when they are not zero: curves', servos', each effect's; where each begins."""
+        layout = self.layout
+        groups = [list(range(layout.n_row)[layout.rows(block)]) for block in ("curve_slope", "servo_strength")]
+        for effect in self.effects:
+            blocks = [layout.parameter_rows(effect.name, effect.index(name)) for name in effect.strengths]
+            groups.append([row for block in blocks for row in range(layout.n_row)[block]])
+        starts = np.cumsum([0, *[len(group) for group in groups[:-1]]])
+        return np.array([row for group in groups for row in group]), starts
+
+    def active(self, lanes: Array) -> np.ndarray[Any, np.dtype[np.int64]]:
+        """(2, 2 + n_law) which extra torques any column of ``lanes`` (n_row, n_lane) switches on, as ``integrate``."""
+        rows, starts = self._switches
+        switches = np.logical_or.reduceat(np.any(lanes[rows] != 0.0, axis=1), starts)
+        both = np.array([switches, switches], dtype=np.int64)
+        for index, rows in self._needs_load.items():
+            if both[1, FIRST_LAW + index] and np.any(lanes[rows]):
+                both[0, FIRST_LAW + index] = 0
+        return both
+
+    def states(self, active: np.ndarray[Any, np.dtype[np.int64]], workspace: Array) -> tuple[Any, ...]:
+        """Rows of state and derivative, tolerance factors and events; puts memories that are on to their start.
+
+        A memory takes part at those joints alone where its effect is on in some lane: a bristle turning over at a joint
+        without friction would cost steps all the same.
+        """
+        layout, on = self.layout, []
+        switches = active[1, FIRST_LAW:]
+        remembering = [each for each, switch in zip(self.effects, switches, strict=True) if switch and each.memory]
+        for effect in remembering:
+            deflection = workspace[layout.rows("rotation")] - workspace[layout.rows("rest")]
+            values = [workspace[layout.parameter_rows(effect.name, p)] for p in range(len(effect.parameters))]
+            workspace[layout.rows(f"{effect.name} memory")] = effect.function("start")(deflection, *values)
+            strengths = [values[effect.index(name)] for name in effect.strengths]
+            on += [(effect.name, int(j)) for j in np.flatnonzero(np.any(np.array(strengths) != 0.0, axis=(0, 2)))]
+        return self._rows(on)
+
+    @cached_property
+    def _made(self) -> dict[tuple[tuple[str, int], ...], tuple[Any, ...]]:
+        """Cache of ``_rows``: the same few sets of memories recur."""
+        return {}
+
+    def _rows(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
+        """The result of ``states`` for these memories (effect, joint)."""
+        key = tuple(on)
+        if key not in self._made:
+            self._made[key] = self._newly(on)
+        return self._made[key]
+
+    def _newly(self, on: Sequence[tuple[str, int]]) -> tuple[Any, ...]:
+        layout = self.layout
+        if len(on) > MOST_MEMORIES:
+            raise ValueError(f"{len(on)} memories of effects at once; the integrator has room for {MOST_MEMORIES}")
+        state, derivative = layout.states(on)
+        factors = np.ones(len(state))
+        factors[2 * layout.n :] = [BEND_TOLERANCE if effect_named(name).bristle else 1.0 for name, _ in on]
+        bends, plays = (np.full((len(state), width), -1, dtype=np.int64) for width in (2, 3))
+        for index, (name, joint) in enumerate(on, start=2 * layout.n):
+            effect = effect_named(name)
+            if effect.bristle:
+                give = layout.parameter_rows(name, effect.index(effect.bristle)).start
+                bends[index] = layout.n + joint, give + joint
+            elif effect.play:
+                gap = layout.parameter_rows(name, effect.index(effect.play)).start
+                plays[index] = joint, gap + joint, layout.row("rest", joint)
+        rows = np.array(state, dtype=np.uint64), np.array(derivative, dtype=np.uint64)
+        return *rows, factors, bends, plays

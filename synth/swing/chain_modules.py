@@ -1,0 +1,64 @@
+"""The modules that a chain of links is made of: their text, and what their compiled code depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from synth.compiling import code_cache
+from synth.compiling.modules import source_file, with_constant
+from synth.swing import chain_source
+from synth.swing.effects import Effect
+from synth.swing.lane_layout import Layout
+
+PLAIN = ("chain", "plain")  # the modules that springs, linear dampers and gravity need
+# Modules that the compiled integrator inlines: a change of one compiles it anew.
+CALLED = (
+    "synth.swing.lane_layout", "synth.swing.driven_steps", "synth.swing.turning_events", "synth.swing.effects.inlined"
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ModuleText:
+    """A module to compile: its name, its text and the files that it depends on."""
+
+    name: str
+    text: str
+    depends_on: tuple[Path, ...]
+
+    @property
+    def parts(self) -> tuple[str, str, tuple[Path, ...]]:
+        """Name, text and files, as ``generate`` takes them."""
+        return self.name, self.text, self.depends_on
+
+    def load(self) -> ModuleType:
+        """Import it, compiled anew only where that is not on disk."""
+        return code_cache.load(*self.parts)
+
+    @property
+    def on_disk(self) -> bool:
+        """Whether it is compiled."""
+        return code_cache.on_disk(*self.parts)
+
+
+def chain_modules(layout: Layout, effects: tuple[Effect, ...]) -> dict[str, ModuleText]:
+    """Name -> module, of all that a chain of this layout may need; ``effects`` : in the order of ``layout.laws``."""
+    imports = {effect.name: effect.module for effect in effects}
+    modules = (
+        "synth.compiling.trigonometry",
+        "synth.drives.servo_law",
+        "synth.swing.effects.inlined",
+        *imports.values(),
+    )
+    files = tuple(source_file(module) for module in modules)
+    integrator = source_file("synth.swing.chain_integrator").read_text(encoding="utf-8")
+    plain = with_constant(integrator, "WHOLE", False)
+    called = tuple(map(source_file, CALLED))
+    return {
+        "chain": ModuleText(f"chain{layout.n}", chain_source.right_hand_side(layout), files[:1]),
+        "plain": ModuleText("plain", plain, called[:1]),
+        "torques": ModuleText("torques", chain_source.extra_torques(layout, imports), files),
+        "bearing": ModuleText(f"bearing{layout.n}", chain_source.bearing_forces(layout), files[:1]),
+        "integrator": ModuleText("integrator", integrator, called),
+    }

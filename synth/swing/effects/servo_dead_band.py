@@ -1,0 +1,31 @@
+"""A servo does nothing about small errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.swing.effects.definition import Effect, Parameter, Shape, size
+from synth.swing.lane_layout import SERVO
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_lanes import LegLanes
+
+
+def drive(legs: LegLanes, joint: int, sign: int, angle: Array) -> None:
+    """Errors up to ``angle`` (n_lane,) rad to either side count for nothing."""
+    legs.servo[SERVO.index("servo_dead_band"), joint] += angle
+
+
+EFFECT = Effect(
+    name="servo_dead_band",
+    meaning="a servo does nothing about small errors",
+    phrase="has a dead band",
+    formula="error = 0 up to angle, |error| - angle beyond",
+    source="definition; dead-zone register of position servos",
+    way="drive",
+    needs=("servo",),
+    parameters=(Parameter("angle", "rad", prior=size(0.03), meaning="to either side"),),
+    strengths=("angle",),
+    shapes=(Shape(("angle",), {}, ({}, {"angle": 0.03})),),
+)

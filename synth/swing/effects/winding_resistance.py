@@ -1,0 +1,34 @@
+"""A winding's resistance is another than stated: warm, or of another batch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from synth.swing.effects.definition import Effect, Parameter, Prior, Shape
+from synth.swing.lane_layout import SERVO
+
+if TYPE_CHECKING:
+    from synth.arrays import Array
+    from synth.swing.leg_lanes import LegLanes
+
+
+def drive(legs: LegLanes, joint: int, sign: int, share: Array) -> None:
+    """Resistance ``share`` (n_lane,) too high."""
+    for name in ("servo_strength", "servo_back_emf", "servo_sag"):
+        legs.servo[SERVO.index(name), joint] /= 1.0 + share
+
+
+EFFECT = Effect(
+    name="winding_resistance",
+    meaning="a winding's resistance is another than stated (heating: 0.39 % a kelvin)",
+    phrase="has another winding resistance",
+    formula="resistance = stated (1 + share)",
+    source="copper, temperature coefficient 0.00393/K at 20 degrees C: IEC 60028",
+    way="drive",
+    needs=("motor",),
+    parameters=(
+        Parameter("share", "1", prior=Prior(0.0, 0.2, lower=-0.8, upper=5.0), natural=False, meaning="too high"),
+    ),
+    strengths=("share",),
+    shapes=(Shape(("share",), {}),),
+)

@@ -1,0 +1,106 @@
+"""Rigid bodies put together: mass, centre and inertia of several as one (parallel axes), and a planar link from one.
+
+Frame: that of a joint as it is drawn, with the joint straight (q = 0): x to the right, y up along the links, z along
+the hinge towards the viewer. A link hangs from its joint along -y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from synth.arrays import Array
+from synth.swing.leg_model import Link
+
+Vector = tuple[float, float, float]
+Tensor = tuple[float, float, float, float, float, float]
+PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # xx, yy, zz, xy, xz, yz
+
+
+@dataclass(frozen=True)
+class Body:
+    """``mass`` kg, ``centre`` m, ``inertia`` kg m^2 about the centre: xx, yy, zz, xy, xz, yz of the matrix."""
+
+    mass: float
+    centre: Vector
+    inertia: Tensor
+
+    @property
+    def matrix(self) -> Array:
+        """(3, 3) kg m^2 about the centre."""
+        return _matrix(self.inertia)
+
+    @property
+    def about_hinge(self) -> float:
+        """Kg m^2 about the z axis of the frame."""
+        x, y, _ = self.centre
+        return self.inertia[2] + self.mass * (x * x + y * y)
+
+    def shifted(self, by: Vector) -> Body:
+        """The body moved by ``by`` m."""
+        x, y, z = (a + b for a, b in zip(self.centre, by, strict=True))
+        return Body(self.mass, (x, y, z), self.inertia)
+
+    def share(self, part: float) -> Body:
+        """The body with this part of its mass."""
+        xx, yy, zz, xy, xz, yz = (part * value for value in self.inertia)
+        return Body(part * self.mass, self.centre, (xx, yy, zz, xy, xz, yz))
+
+    def link(self, length: float) -> Link:
+        """The planar link that moves as this body does, but for its centre's offset across the link.
+
+        A planar link has its centre on the line between its joints. The inertia about the joint is the body's own; what
+        the offset does to gravity is left out (``offset_torque`` tells how much that is).
+        """
+        across, along = self.centre[0], -self.centre[1]
+        return Link(length, self.mass, along, self.inertia[2] + self.mass * across**2)
+
+
+def together(bodies: Iterable[Body]) -> Body:
+    """Several bodies as one.
+
+    Raises
+    ------
+    ValueError : there is none.
+    """
+    several = list(bodies)
+    mass = sum(body.mass for body in several)
+    if mass <= 0.0:
+        raise ValueError("no body has a mass")
+    x, y, z = (sum(body.mass * body.centre[axis] for body in several) / mass for axis in range(3))
+    total = np.zeros((3, 3))
+    for body in several:
+        away = np.array(body.centre) - (x, y, z)
+        total += body.matrix + body.mass * (away @ away * np.eye(3) - np.outer(away, away))
+    return Body(mass, (x, y, z), _tensor(total))
+
+
+def of_link(link: Link) -> Body:
+    """A planar link as a body: about the other axes it is a thin rod of its length, which its figures leave open."""
+    across, about, along = rod_inertias(link)
+    return Body(link.mass, (0.0, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))
+
+
+def rod_inertias(link: Link) -> Vector:
+    """Kg m^2 across the hinge, about it, and along the link; what a planar leg leaves open is a rod's."""
+    across = max(link.mass * link.length**2 / 12, link.inertia)
+    return across, link.inertia, max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
+
+
+def offset_torque(body: Body, gravity: float) -> float:
+    """The most (N m) that gravity turns a joint by because its link's centre lies beside the line of the link."""
+    return abs(body.mass * gravity * body.centre[0])
+
+
+def _matrix(tensor: Tensor) -> Array:
+    made = np.zeros((3, 3))
+    for (i, j), value in zip(PLACES, tensor, strict=True):
+        made[i, j] = made[j, i] = value
+    return made
+
+
+def _tensor(matrix: Array) -> Tensor:
+    xx, yy, zz, xy, xz, yz = (float(matrix[place]) for place in PLACES)
+    return xx, yy, zz, xy, xz, yz

@@ -1,0 +1,141 @@
+"""One or two links held by position servos, stepped as servo firmware and a rigid body would: for blind cases alone.
+
+Independent of the diagnosing program: semi-implicit Euler at ``STEP``, friction as the torque that would stop the joint
+within a step, cut off at its budget (as in Duclusaud et al., BAM, arXiv 2410.08650, section III.C), the controller at
+its own period with the command held between (no interpolation), the winding at steady current.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+STEP = 1e-4  # s; half of it moves no joint of these cases by more than 0.01 deg
+PERIOD = 2  # steps between two looks of the controller at command and angle: 5 kHz
+# Columns a joint. Link: length, mass, com, inertia about it. Servo: duty a radian, duty s a radian, largest duty,
+# torque constant, resistance, largest current, dead band, delay of the command, rotor's inertia. Friction: dry, more at
+# rest, speed over which that falls, its power, share of the motor's torque, share of the load's, viscous. What is in no
+# library: rate to which the controller limits the command (0: none), cogging torque, cogs a turn, integral gain.
+LINK = ("length", "mass", "com", "inertia")
+SERVO = ("gain", "damping", "duty", "constant", "resistance", "current", "dead", "delay", "rotor")
+FRICTION = ("dry", "rest", "speed", "power", "of_motor", "of_load", "viscous")
+OTHER = ("rate", "cogging", "cogs", "integral")
+COLUMNS = (*LINK, *SERVO, *FRICTION, *OTHER)
+AT = {name: k for k, name in enumerate(COLUMNS)}
+
+
+class Rig(NamedTuple):
+    """``joints`` (n, column) and the ohms of the source."""
+
+    joints: Array
+    source: float
+
+    def changed(self, joint: int, **values: float) -> Rig:
+        """With other numbers at one joint."""
+        joints = self.joints.copy()
+        for name, value in values.items():
+            joints[joint, AT[name]] = value
+        return Rig(joints, self.source)
+
+
+def follow(rig: Rig, times: Array, command: Array, supply: float) -> Array:
+    """(m, n) rad at ``times`` (m,) s, evenly spaced, of a rig told ``command`` (m, n) rad from rest at its first."""
+    return np.asarray(_follow(rig.joints, rig.source, times, np.ascontiguousarray(command), supply))
+
+
+@njit(cache=True)
+def _follow(joints, source, times, command, supply):  # type: ignore[no-untyped-def]
+    n, count = joints.shape[0], len(times)
+    spacing = times[1] - times[0]
+    per = max(round(spacing / STEP), 1)
+    h = spacing / per
+    q, w = command[0].copy(), np.zeros(n)
+    duty, wound, slewed = np.zeros(n), np.zeros(n), command[0].copy()
+    motor, load, free = np.zeros(n), np.zeros(n), np.zeros(n)
+    out = np.empty((count, n))
+    for i in range(count):
+        out[i] = q
+        for s in range(per if i < count - 1 else 0):
+            now = i * spacing + s * h
+            if (i * per + s) % PERIOD == 0:
+                for j in range(n):
+                    p = joints[j]
+                    k = min(max(int((now - p[11]) / spacing), 0), count - 1)
+                    wanted = command[k, j]
+                    if p[20] > 0.0:
+                        most = p[20] * PERIOD * h
+                        wanted = slewed[j] + min(max(wanted - slewed[j], -most), most)
+                    slewed[j] = wanted
+                    error = wanted - q[j]
+                    error -= min(max(error, -p[10]), p[10])
+                    wound[j] = min(max(wound[j] + p[23] * error * PERIOD * h, -p[6]), p[6])
+                    duty[j] = min(max(p[4] * error - p[5] * w[j] + wound[j], -p[6]), p[6])
+            _torques(joints, source, supply, duty, q, w, motor, load)
+            _step(joints, h, q, w, motor, load, free)
+    return out
+
+
+@njit(cache=True)
+def _torques(joints, source, supply, duty, q, w, motor, load):  # type: ignore[no-untyped-def]
+    """Motors' torques and gravity's, in place."""
+    for j in range(len(q)):
+        p = joints[j]
+        current = (duty[j] * supply - p[7] * w[j]) / (p[8] + source * duty[j] * duty[j])
+        current = min(max(current, -p[9]), p[9])
+        motor[j] = p[7] * current + p[21] * math.sin(p[22] * q[j])
+    g = 9.81
+    if len(q) == 1:
+        load[0] = -joints[0, 1] * g * joints[0, 2] * math.sin(q[0])
+    else:
+        far = joints[1, 1] * g * joints[1, 2] * math.sin(q[0] + q[1])
+        near = (joints[0, 1] * joints[0, 2] + joints[1, 1] * joints[0, 0]) * g * math.sin(q[0])
+        load[0], load[1] = -near - far, -far
+
+
+@njit(cache=True)
+def _step(joints, h, q, w, motor, load, free):  # type: ignore[no-untyped-def]
+    """One step of h s in place; with two links each joint's friction sees the inertia that the other leaves free."""
+    n = len(q)
+    if n == 1:
+        p = joints[0]
+        inertia = p[3] + p[1] * p[2] * p[2] + p[12]
+        acting = motor[0] + load[0]
+        acting += _friction(p, acting, inertia, motor[0], load[0], w[0], h)
+        w[0] += h * acting / inertia
+        q[0] += h * w[0]
+        return
+    a, b = joints[0], joints[1]
+    c = b[1] * a[0] * b[2]
+    far = b[3] + b[1] * b[2] * b[2]
+    m11 = a[3] + a[1] * a[2] * a[2] + b[1] * a[0] * a[0] + far + 2.0 * c * math.cos(q[1]) + a[12]
+    m12 = far + c * math.cos(q[1])
+    m22 = far + b[12]
+    turning = c * math.sin(q[1])
+    f0 = motor[0] + load[0] + turning * (2.0 * w[0] * w[1] + w[1] * w[1])
+    f1 = motor[1] + load[1] - turning * w[0] * w[0]
+    det = m11 * m22 - m12 * m12
+    # Joint by joint, each with the other's latest friction: four rounds settle what sticks.
+    r0, r1 = 0.0, 0.0
+    for _ in range(4):
+        seen = f0 - m12 / m22 * (f1 + r1)
+        r0 = _friction(a, seen, det / m22, motor[0], load[0], w[0], h)
+        seen = f1 - m12 / m11 * (f0 + r0)
+        r1 = _friction(b, seen, det / m11, motor[1], load[1], w[1], h)
+    free[0] = (m22 * (f0 + r0) - m12 * (f1 + r1)) / det
+    free[1] = (m11 * (f1 + r1) - m12 * (f0 + r0)) / det
+    for j in range(2):
+        w[j] += h * free[j]
+        q[j] += h * w[j]
+
+
+@njit(cache=True)
+def _friction(p, acting, inertia, motor, load, w, h):  # type: ignore[no-untyped-def]
+    """Torque of friction: what would stop the joint within the step, cut off at its budget."""
+    budget = p[13] + p[14] * math.exp(-((abs(w) / p[15]) ** p[16])) + abs(p[17] * motor - p[18] * load) + p[19] * abs(w)
+    stopping = inertia / h * w + acting
+    return -math.copysign(min(abs(stopping), budget), stopping)

@@ -1,0 +1,54 @@
+"""The generator of servo-driven legs against the program's engine, and its rigs as the files say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blind.servo_engine import follow
+from blind.servos import LIBRARY, OUTSIDE, _setup, _write, make_case, plan
+from synth.files.gap_project import read_gap_project
+from synth.fit.recordings import recordings
+from synth.swing.chain import simulate
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_both_engines_move_the_design_alike(seed: int, tmp_path: Path) -> None:
+    """Two engines that share no line: a held command at 1 kHz against straight lines, 0.1 ms steps against RK5(4)."""
+    rng = np.random.default_rng(seed)
+    setup = _setup(rng)
+    moved = setup.moved(setup.design)
+    joints = len(setup.design.joints)
+    _write(rng, setup, moved, 0.0, [f"joint{k + 1}" for k in range(joints)], tmp_path / "rig")
+    project = read_gap_project(tmp_path / "rig" / "gap.yaml")
+    for k, recording in enumerate(recordings(project.leg, project.trials, ())):
+        start = moved[k][0]
+        found = simulate(project.leg, start, 0.0 * start, recording.time, signals=recording.signals)
+        assert np.degrees(np.sqrt(np.mean((found - moved[k]) ** 2))) < 0.05
+
+
+def test_friction_holds_a_joint_that_the_motor_cannot_move() -> None:
+    setup = _setup(np.random.default_rng(1))
+    stuck = setup.design.changed(0, dry=50.0)
+    moved = follow(stuck, setup.times, setup.commands[0], setup.supply)
+    np.testing.assert_allclose(moved[:, 0], moved[0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "effect"), [("single", "gear_load_friction"), ("none", "gear_load_friction")])
+def test_a_rig_is_as_large_as_its_answer_says(kind: str, effect: str, tmp_path: Path) -> None:
+    name, answer = make_case(77, 3, kind, effect, tmp_path)
+    project = read_gap_project(tmp_path / name / "gap.yaml")
+    assert sum(trial.held_out for trial in project.trials) == 2
+    assert len(answer["effects"]) == (kind == "single")
+    assert len(answer["small"]) == 3
+    if kind == "single":
+        assert answer["before_deg"] > 20.0 * answer["noise_floor_deg"]
+        assert answer["best_possible_deg"] < 0.4 * answer["before_deg"]
+
+
+def test_every_cause_comes_in_turn() -> None:
+    drawn = [effect for _, kind, effect in plan(1, 80) if kind == "single"]
+    assert {drawn.count(effect) for effect in LIBRARY} <= {3, 4, 5}
+    assert {effect for _, kind, effect in plan(1, 80) if kind == "unknown"} == set(OUTSIDE)

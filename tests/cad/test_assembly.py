@@ -1,0 +1,43 @@
+"""The order of assembly holds every part once, and what must be done before another is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cad import (
+    AdapterDimensions,
+    BoreDimensions,
+    DamperDimensions,
+    EncoderDimensions,
+    JointDimensions,
+    SpringDimensions,
+)
+from cad.assembly import assembly, exploded, numbers_at
+from cad.joint import build_joint
+from cad_joints import cleared
+
+KNEE = JointDimensions("knee", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"encoder": EncoderDimensions(), "damper": DamperDimensions(adapter=AdapterDimensions())},
+        {"springs": 2, "damper": DamperDimensions(bore=BoreDimensions("square", 14.0))},
+    ],
+    ids=["encoder and adapter", "pair and insert"],
+)
+def test_every_part_is_put_in_once_and_in_an_order_that_can_be(change):
+    joint = build_joint(cleared(replace(KNEE, **change)))
+    steps = assembly(joint)
+    listed = [name for step in steps for name in step.parts]
+    assert sorted(listed) == sorted(part.name for part in joint.parts)
+    at = {name.removeprefix("knee_"): number for number, step in enumerate(steps) for name in step.parts}
+    order = ["upper", "bearing_a", "damper_bracket", "spring", "seat", "collar_a", "shaft", "pin", "collar_b", "damper"]
+    found = [at[name] for name in order]
+    assert found == sorted(found)
+    apart = exploded(joint)
+    assert len(apart) == len(joint.parts)
+    assert {number for _, _, number in apart} == {int(words) for words, _ in numbers_at(apart)}

@@ -1,0 +1,188 @@
+"""What the commands share: --log, --units, --allow-outside, completion, and the exit statuses."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from synth.cli import COMMANDS, main, parser_of
+from synth.commands import warmup
+from synth.commands.completion import SHELLS, options_of
+from synth.errors import CannotBeHad, UserError
+from synth.files.paths import allowing_outside, name_from, repository_root, shared
+from synth.files.shown_units import ShownUnits, shown_for, written_system
+
+FIT = Path(__file__).parents[2] / "synth" / "examples" / "fit"
+SPRING = ["spring", "-q", "--rate", "1 N*m/rad", "--travel", "20 deg"]
+
+
+def test_a_log_keeps_command_result_and_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "run.log"
+    assert main([*SPRING, "--log", str(log)]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    text = log.read_text(encoding="utf-8")
+    assert "synth spring -q --rate '1 N*m/rad'" in text
+    assert all(line in text for line in shown)
+    assert text.rstrip().endswith("ended with status 0")
+    assert main(["spring", "--rate", "1 N", "--travel", "20 deg", "--log", str(log)]) == 2
+    again = log.read_text(encoding="utf-8")
+    assert again.startswith(text)
+    assert "mistake: --rate:" in again
+
+
+def test_a_log_replaces_no_other_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = tmp_path / "trial.csv"
+    other.write_text("time [s],hip [deg]\n")
+    assert main([*SPRING, "--log", str(other)]) == 2
+    assert "is no log of synth" in capsys.readouterr().err
+    assert other.read_text() == "time [s],hip [deg]\n"
+
+
+def test_a_log_has_a_bug_s_traceback(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(*_: object) -> int:
+        raise ZeroDivisionError("ours")
+
+    monkeypatch.setattr(warmup, "run", run)
+    with pytest.raises(ZeroDivisionError):
+        main(["warmup", "--log", str(tmp_path / "l")])
+    assert "ZeroDivisionError: ours" in (tmp_path / "l").read_text()
+
+
+@pytest.mark.parametrize(
+    ("raised", "status"), [("CannotBeHad('none fits')", 1), ("UserError('is wrong')", 2), ("ValueError('ours')", 70)]
+)
+def test_exit_statuses(raised: str, status: int) -> None:
+    code = f"""
+import sys
+from synth.errors import *
+from synth.commands import warmup
+from synth.cli import main
+def run(*_): raise {raised}
+warmup.run = run
+sys.argv = ["synth", "warmup"]
+sys.exit(main())
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == status
+    assert ("Traceback" in done.stderr) == (status == 70)
+
+
+def test_no_part_in_the_catalogue_is_an_answer_not_a_mistake() -> None:
+    assert issubclass(CannotBeHad, UserError)
+    from synth.files.project_options import DamperChoice, PartsOptions
+    from synth.parts.catalogs import Catalogue
+    from synth.parts.part_candidates import damper_candidates
+
+    catalogue = Catalogue.load()
+    sold_out = PartsOptions(without=tuple(row.part for row in catalogue.dampers))
+    with pytest.raises(CannotBeHad, match="no damper in the catalogue"):
+        damper_candidates(catalogue, DamperChoice(), 1.0, "knee", sold_out)
+
+
+def shared_project(tmp_path: Path) -> Path:
+    """A project in REPO/a whose leg lies in REPO/shared."""
+    project = tmp_path / "repo" / "a"
+    shutil.copytree(FIT, project)
+    (tmp_path / "repo" / "shared").mkdir()
+    (project / "robot.leg.yaml").rename(tmp_path / "repo" / "shared" / "robot.leg.yaml")
+    text = (project / "fit.yaml").read_text().replace("leg: robot.leg.yaml", "leg: ../shared/robot.leg.yaml")
+    (project / "fit.yaml").write_text(text)
+    return project
+
+
+def test_a_leg_may_lie_elsewhere_in_the_repository(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    project = shared_project(tmp_path)
+    words = ["fit", str(project / "fit.yaml"), "--out", str(tmp_path / "out"), "--dry-run"]
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "leads out of" in said
+    assert "--allow-outside" in said
+    assert main([*words, "--allow-outside"]) == 0
+    (tmp_path / "repo" / ".git").mkdir()
+    assert main(words) == 0
+    assert repository_root(project) == (tmp_path / "repo").resolve()
+    assert name_from(project, project / "../shared/robot.leg.yaml") == "../shared/robot.leg.yaml"
+
+
+def test_what_lies_outside_the_repository_is_refused(tmp_path: Path) -> None:
+    project = shared_project(tmp_path)
+    (tmp_path / "repo" / ".git").mkdir()
+    (tmp_path / "other.leg.yaml").write_text("kind: leg\n")
+    (project / "link.leg.yaml").symlink_to(tmp_path / "other.leg.yaml")
+    for name in ("../../other.leg.yaml", "link.leg.yaml"):
+        with pytest.raises(UserError, match="leads out of"):
+            shared(project, name)
+        with allowing_outside():
+            assert shared(project, name).exists()
+    with pytest.raises(UserError, match="absolute"), allowing_outside():
+        shared(project, str(tmp_path / "other.leg.yaml"))
+
+
+def test_trials_stay_in_the_project_s_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Results are named after them: one outside would write outside."""
+    project = shared_project(tmp_path)
+    (project / "trials").rename(tmp_path / "repo" / "trials")
+    text = (project / "fit.yaml").read_text().replace("trials/", "../trials/")
+    (project / "fit.yaml").write_text(text)
+    assert main(["fit", str(project / "fit.yaml"), "--out", str(tmp_path / "o"), "--allow-outside", "--dry-run"]) == 2
+    assert '".."' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("texts", "system"),
+    [
+        (["rate: 15 in-lb/rad", "length: 1/2 in"], "inch"),
+        (["arbor: 12 mm", "length: 1.25 in # 1 in, 2 in, 3 in", "mass: 3 kg"], "metric"),
+        (["name: 3 in a row"], "inch"),
+        (["rate: 1.7 Nm/rad"], "metric"),
+        ([], "metric"),
+    ],
+)
+def test_units_of_the_input_are_seen(texts: list[str], system: str) -> None:
+    assert written_system(texts) == system
+
+
+def test_a_result_s_quantity_keeps_its_meaning_in_other_units(tmp_path: Path) -> None:
+    """1 N m/rad is 8.850 746 in lbf/rad (SP 811)."""
+    shown = ShownUnits("inch").of({"value": 1.0, "unit": "N*m/rad", "interval90": [0.5, None]}, "N*m/rad")
+    assert shown["value"] == pytest.approx(8.850746, rel=1e-6)
+    assert shown["interval90"] == [pytest.approx(4.425373, rel=1e-6), None]
+    (tmp_path / "a.yaml").write_text("length: 3 in\n")
+    assert shown_for(None, [tmp_path / "a.yaml", tmp_path / "gone.yaml"]).system == "inch"
+    assert shown_for("metric", [tmp_path / "a.yaml"]).system == "metric"
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_completion_has_every_command_and_option(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    for name in COMMANDS:
+        assert name in script
+        for option in options_of(parser_of(name)):
+            assert all((each[2:] if shell == "fish" else each) in script for each in option.names if "--" in each)
+
+
+def test_bash_completes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["completion", "bash"]) == 0
+    (tmp_path / "c").write_text(capsys.readouterr().out)
+
+    def completed(*words: str) -> list[str]:
+        given = " ".join(json.dumps(word) for word in words)
+        code = (
+            f'source c; COMP_WORDS=({given}); COMP_CWORD={len(words) - 1}; _synth; printf "%s\\n" "${{COMPREPLY[@]}}"'
+        )
+        done = subprocess.run(
+            ["bash", "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path, timeout=30
+        )
+        return done.stdout.split()
+
+    assert completed("synth", "spr") == ["spring"]
+    assert completed("synth", "spring", "--uni") == ["--units"]
+    assert completed("synth", "spring", "--units", "") == ["inch", "metric"]
+    assert "gap" in completed("synth", "init", "g")
+    assert completed("synth", "catalog", "sh") == ["show"]

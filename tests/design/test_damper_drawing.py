@@ -1,0 +1,43 @@
+"""A damper as it is drawn: what is known is taken, what is not is named with its key."""
+
+from __future__ import annotations
+
+import pytest
+
+from synth.design.damper_drawing import ASKED, drawn_damper
+
+KNOWN = {
+    "outer_diameter": 0.042, "body_length": 0.018, "bolt_circle": 0.054, "bolts": 3, "bolt_diameter": 0.0045,
+    "shaft_side": "bore", "shaft_form": "square", "shaft_size": 0.006,
+}  # fmt: skip
+
+
+def test_what_is_known_is_drawn_and_nothing_is_asked_for() -> None:
+    found = drawn_damper(KNOWN, 8.0, "cad.dampers.hip")
+    sizes = (found.outer_diameter, found.body_length, found.bolt_circle, found.bolt_diameter)
+    assert sizes == pytest.approx((42.0, 18.0, 54.0, 4.5))
+    assert (found.bolt_count, found.adapter) == (3, None)
+    assert (found.bore.form, found.bore.size) == ("square", pytest.approx(6.0))
+    assert found.unknown == ()
+
+
+def test_what_is_not_known_is_named_with_the_key_that_takes_it() -> None:
+    found = drawn_damper({}, 8.0, "cad.dampers.hip")
+    assert len(found.unknown) == len(ASKED)
+    assert "the circle of its screws (cad.dampers.hip.bolt_circle)" in found.unknown
+    one = drawn_damper({key: value for key, value in KNOWN.items() if key != "bolts"}, 8.0, "cad.dampers.hip")
+    assert one.unknown == ("their number (cad.dampers.hip.bolts)",)
+
+
+@pytest.mark.parametrize("form", ["round", "d", "square", "hex"])
+def test_a_shaft_of_its_own_gets_an_adapter(form: str) -> None:
+    found = drawn_damper({**KNOWN, "shaft_side": "shaft", "shaft_form": form}, 8.0, "cad.dampers.hip")
+    assert found.adapter is not None
+    assert (found.adapter.form, found.adapter.output_diameter) == (form, pytest.approx(6.0))
+    assert found.adapter.output_grip >= 2 * 6.0
+
+
+def test_a_small_body_has_screws_outside_the_shaft_s_collar() -> None:
+    """Of a damper of 11 mm nothing else is known; the collars of 8 and 10 mm shafts are 16 and 20 mm wide."""
+    found = drawn_damper({"outer_diameter": 0.011}, 8.0, "cad.dampers.hip")
+    assert found.bolt_circle == pytest.approx(30.0)

@@ -1,0 +1,93 @@
+"""Which part goes to which link, what a link's figures hold already, and what is said of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from synth.design.link_masses import alike, built_links, link_warnings, with_links
+from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
+from synth.swing.leg_model import Joint, Leg, Link
+from synth.swing.rigid_body import Body, of_link
+
+LENGTH = 0.2
+
+
+def part(joint: str, group: str, mass: float, at: float, family: str = "upper", basis: str = SOLID) -> PartMass:
+    """A part ``at`` m above its joint (along the links), of no size."""
+    return PartMass(f"{joint}_{group}", joint, family, group, Body(mass, (0.0, at, 0.0), (0.0,) * 6), basis)
+
+
+PARTS = (
+    part("hip", "upper", 0.9, 0.02),  # on the body: no link's
+    part("hip", "lower", 0.10, -0.02),
+    part("hip", "spring", 0.04, 0.0, "spring"),
+    part("hip", "lower", 0.03, -0.1, "link"),
+    part("knee", "upper", 0.06, 0.01, "damper", ASSUMED["damper"]),
+    part("knee", "lower", 0.05, -0.02),
+    part("knee", "spring", 0.02, 0.0, "spring"),
+    part("knee", "lower", 0.01, -0.1, "link"),
+)
+
+
+def leg(includes: str, mass: float = 0.08) -> Leg:
+    link = Link(LENGTH, mass, 0.1, 4e-4, includes)  # type: ignore[arg-type]
+    return Leg("leg", (Joint("hip", link), Joint("knee", link)))
+
+
+def test_parts_are_added_to_links_that_hold_none_and_the_tube_is_the_link() -> None:
+    hip, knee = built_links(leg("none"), PARTS)
+    assert hip.body.mass == pytest.approx(0.08 + 0.10 + 0.02 + 0.06 + 0.01)
+    assert knee.body.mass == pytest.approx(0.08 + 0.05 + 0.01)
+    moment = 0.08 * 0.1 + 0.10 * 0.02 + 0.06 * (LENGTH - 0.01) + 0.01 * LENGTH
+    assert hip.link.com == pytest.approx(moment / hip.body.mass)
+    about = 4e-4 + 0.08 * 0.1**2 + 0.10 * 0.02**2 + 0.06 * (LENGTH - 0.01) ** 2 + 0.01 * LENGTH**2
+    assert hip.link.inertia + hip.link.mass * hip.link.com**2 == pytest.approx(about)
+    assert [name for name, _, _ in knee.parts] == ["knee_lower", "knee_spring"]
+
+
+def test_figures_that_hold_everything_stand_where_they_can() -> None:
+    hip, knee = built_links(leg("joint", 0.5), PARTS)
+    assert hip.stands
+    assert knee.stands
+    assert with_links(leg("joint", 0.5), (hip, knee)) == leg("joint", 0.5)
+    assert knee.drawn.mass == pytest.approx(0.05 + 0.01 + 0.01)
+
+
+def test_figures_that_cannot_be_give_way_to_what_is_drawn() -> None:
+    """Drawn tube and parts of 220 g cannot be on a link of 80 g."""
+    hip, knee = built_links(leg("joint"), PARTS)
+    assert not hip.stands
+    assert hip.body.mass == pytest.approx(0.10 + 0.02 + 0.03 + 0.06 + 0.01)
+    assert knee.stands
+    (joint, text), *others = link_warnings((hip, knee), {})
+    assert joint == "hip"
+    assert "220 g instead of 80 g" in text
+    assert [name for name, _ in others] == ["knee"]
+    assert "weighs 70 g" in others[0][1]
+
+
+def test_assumed_masses_are_named_with_the_key_that_takes_them() -> None:
+    links = built_links(leg("none"), PARTS)
+    said = [text for _, text in link_warnings(links, {"knee_upper": "assumed"})]
+    named = [text for text in said if "60 g of its link's 270 g are assumed, of knee_upper" in text]
+    assert len(named) == 1
+    assert "cad: {masses:" in named[0]
+
+
+def test_links_are_alike_within_half_a_per_cent() -> None:
+    assert alike(leg("none", 0.080), leg("none", 0.0803))
+    assert not alike(leg("none", 0.080), leg("none", 0.081))
+
+
+def test_a_weighed_part_that_is_none_is_told() -> None:
+    assert unknown_parts({"hip_lower": 0.1, "hip_lowr": 0.1}, PARTS) == ["hip_lowr"]
+
+
+def test_masses_read_back() -> None:
+    body = Body(0.0123, (0.001, -0.02, 0.003), (1e-6, 2e-6, 3e-6, 1e-7, -2e-7, 3e-8))
+    item = PartMass("hip_lower", "hip", "lower", "lower", body, SOLID)
+    again = mass_from(mass_json(item))
+    assert again.body.mass == pytest.approx(body.mass)
+    assert again.body.centre == pytest.approx(body.centre)
+    assert again.body.inertia == pytest.approx(body.inertia)
+    assert of_link(Link(0.2, 0.1, 0.1, 1e-4)).mass == 0.1

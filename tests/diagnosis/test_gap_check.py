@@ -1,0 +1,226 @@
+"""The check of recordings: tampered ones are named, and what passes for what agrees with closed forms."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import HANGING, NOISE, ONE, TWO, off, recorded, with_effects
+from synth.cli import main
+from synth.diagnosis.check import run
+from synth.diagnosis.check.finding import Finding
+from synth.diagnosis.check.result import Check
+from synth.diagnosis.check.separability import Showing
+from synth.files.gap_project import GapProject, Tolerance
+from synth.files.trial_list import Trial
+from synth.swing.leg_model import Damper, Leg, Spring
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap"
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "cases" / "gap"
+
+
+def project(leg: Leg, trials: list[Trial]) -> GapProject:
+    return GapProject(Path("gap.yaml"), leg.name, leg, tuple(trials), Tolerance(), 0, (), ())
+
+
+def showing(found: Check, effect: str, joint: str) -> Showing:
+    return next(each for each in found.showings if each.key == (effect, joint))
+
+
+def sine(found: Check, first: tuple[str, str], second: tuple[str, str]) -> float:
+    keys = [each.key for each in found.showings]
+    return float(found.sines[keys.index(first), keys.index(second)])
+
+
+def faults(found: Check) -> list[Finding]:
+    return [finding for finding in found.findings if finding.level == "fault"]
+
+
+@pytest.fixture(scope="module")
+def clean() -> Check:
+    return run.check(project(TWO, recorded(off(TWO, 3), seed=1)))
+
+
+def test_good_recordings_have_no_fault_and_show_what_is_there(clean: Check) -> None:
+    assert clean.usable
+    assert "can be used" in clean.sentence
+    assert [channel.noise for channel in clean.channels] == pytest.approx([NOISE, NOISE], rel=0.1)
+    assert all(channel.count == 0.0 for channel in clean.channels)
+    assert all(lag.late.low is not None and lag.late.low < 0.0 < (lag.late.high or 0.0) for lag in clean.lags)
+
+
+def test_a_tilted_mount_and_a_shifted_reading_are_one_thing_of_a_pendulum_without_a_spring() -> None:
+    """Closed form: gravity alone knows where down is, so to turn both base and reading changes nothing."""
+    bare = HANGING.with_joints(knee={"spring": Spring(0.0, 1.8), "damper": Damper(0.004)})
+    swings = [replace(trial) for trial in recorded(bare, np.array([[0.5], [-0.4], [0.7]]) - 0.0, held_out=0)]
+    found = run.check(project(bare, swings))
+    assert sine(found, ("base_tilt", "base"), ("encoder_offset", "knee")) < 0.03
+    assert sine(found, ("base_tilt", "base"), ("coulomb_friction", "knee")) > 0.5
+    cluster = next(each for each in found.clusters if ("base_tilt", "base") in each.keys)
+    assert ("encoder_offset", "knee") in cluster.keys
+
+
+def test_a_pendulum_on_a_spring_without_gravity_tells_no_mass_from_inertia() -> None:
+    """Closed form: the equation has the inertia about the joint alone, to which mass, com and rotor all add."""
+    weightless = replace(ONE, gravity=0.0)
+    found = run.check(project(weightless, recorded(weightless, np.array([[0.5], [-0.4], [0.7]]), held_out=0)))
+    assert sine(found, ("link_mass", "knee"), ("armature", "knee")) < 0.05
+    assert sine(found, ("armature", "knee"), ("link_inertia", "knee")) < 0.05
+
+
+def test_what_first_shows_leaves_three_deviations_after_a_fit_of_all_tolerances() -> None:
+    """The claim itself: friction of the size that is said to show, in recordings without noise, then fitted away."""
+    from synth.diagnosis.angle_search import as_designed, fit_nominal
+    from synth.diagnosis.check.responses import VISIBLE
+    from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+
+    away = np.array([[0.5], [-0.4], [0.7]])
+    noisy = recorded(ONE, away, held_out=0)
+    found = run.check(project(ONE, noisy))
+    shown = showing(found, "coulomb_friction", "knee").visible_from
+    assert shown is not None
+    rubbing = with_effects(ONE, {"knee": {"coulomb_friction": {"torque": shown["torque"].value}}})
+    still = recorded(rubbing, away, noise=0.0, held_out=0)
+    scene, _ = scene_of(ONE, noisy, Tolerance(), 0)
+    noise = scene.bench.noise
+    quiet, _ = scene_of(ONE, still, Tolerance(), 0)
+    sized = np.hypot(noise, run.REMAINDER * np.array([channel.motion for channel in found.channels]))
+    bench = replace(quiet.bench, noise=sized)
+    fitted = fit_nominal(bench, as_designed(bench))
+    left = sum(float(r @ r) for r in fitted.residuals) + float(fitted.unknowns @ fitted.unknowns)
+    assert np.sqrt(left) == pytest.approx(VISIBLE, rel=0.25)
+
+
+def test_half_the_remainder_shows_half_the_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = recorded(ONE, np.array([[0.5], [-0.4], [0.7]]), noise=1e-6, held_out=0)
+    whole = run.check(project(ONE, trials))
+    monkeypatch.setattr(run, "REMAINDER", 0.5 * run.REMAINDER)
+    half = run.check(project(ONE, trials))
+    for effect, name in (("coulomb_friction", "torque"), ("backlash", "gap")):
+        first, second = (showing(found, effect, "knee").visible_from for found in (whole, half))
+        assert first is not None
+        assert second is not None
+        assert second[name].value == pytest.approx(0.5 * first[name].value, rel=0.25)
+
+
+def _frozen(trial: Trial) -> Trial:
+    angles = trial.angles.copy()
+    angles[10:30, 1] = angles[10, 1]
+    return replace(trial, angles=angles)
+
+
+def _held(trial: Trial) -> Trial:
+    angles = trial.angles.copy()
+    angles[:, 0] = angles[0, 0]
+    return replace(trial, angles=angles)
+
+
+def _holes(trial: Trial) -> Trial:
+    kept = np.r_[0:40, 70:201]
+    return replace(trial, time=trial.time[kept], angles=trial.angles[kept])
+
+
+@pytest.mark.parametrize(
+    ("tamper", "level", "words", "joint"),
+    [
+        (_frozen, "fault", "frozen there", "knee"),
+        (_held, "fault", "frozen, or the joint was held", "hip"),
+        (_holes, "doubt", "1 hole in its samples", ""),
+    ],
+)
+def test_a_damaged_recording_is_named(tamper: Callable[[Trial], Trial], level: str, words: str, joint: str) -> None:
+    trials = recorded(off(TWO, 3), seed=1)
+    trials[1] = tamper(trials[1])
+    found = run.check(project(TWO, trials))
+    (finding,) = [each for each in found.findings if words in each.text]
+    assert (finding.level, finding.recording, finding.joint) == (level, trials[1].name, joint)
+    assert finding.remedy
+
+
+def test_columns_exchanged_in_all_recordings_show_against_the_design() -> None:
+    trials = [replace(t, angles=t.angles[:, ::-1]) for t in recorded(off(TWO, 3), seed=1)]
+    found = run.check(project(TWO, trials))
+    assert "the columns of hip and knee look exchanged" in faults(found)[0].text
+
+
+def test_a_joint_measured_the_other_way_round_shows_against_the_design() -> None:
+    trials = recorded(off(TWO, 3), seed=1)
+    turned = [replace(t, angles=np.column_stack([t.angles[:, 0], 2.0 * TWO.zero[1] - t.angles[:, 1]])) for t in trials]
+    found = run.check(project(TWO, turned))
+    assert "knee looks measured the other way round" in faults(found)[0].text
+
+
+def test_seconds_labelled_milliseconds_are_named() -> None:
+    trials = [replace(t, time=t.time / 1000.0) for t in recorded(off(TWO, 3), seed=1)]
+    (fault,) = faults(run.check(project(TWO, trials)))
+    assert "seconds labelled ms" in fault.text
+
+
+def test_too_few_samples_and_coarse_counts_are_named() -> None:
+    trials = recorded(off(TWO, 3), seed=1, noise=1e-6)
+    few = [replace(t, time=t.time[::12], angles=t.angles[::12]) for t in trials]
+    assert any("samples a period" in each.text for each in run.check(project(TWO, few)).findings)
+    count = np.radians(3.0)
+    coarse = [replace(t, angles=np.round(t.angles / count) * count) for t in trials]
+    assert any("one count is 3 deg" in each.text for each in run.check(project(TWO, coarse)).findings)
+
+
+def test_a_late_channel_is_measured() -> None:
+    late = with_effects(TWO, {"knee": {"latency": {"delay": 0.02}}})
+    found = run.check(project(TWO, recorded(late, noise=np.radians(0.02))))
+    lag = next(each for each in found.lags if each.joint == "knee")
+    assert lag.late.value == pytest.approx(0.02, rel=0.25)
+    assert any("late against the other channels" in each.text and each.joint == "knee" for each in found.findings)
+
+
+def test_the_command_answers_first_and_writes_only_where_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["gap", "--check", str(EXAMPLE / "gap.yaml"), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert said.splitlines()[0].startswith("7 recordings can be used")
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"check.json", "report.html"}
+    assert "What passes for what" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["gap.yaml"], "--out is missing"),
+        (["gap.yaml", "--check", "--dry-run"], "exclude each other"),
+        (["none.yaml", "--check"], "none.yaml"),
+    ],
+)
+def test_what_cannot_be_checked_is_one_message(
+    words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(EXAMPLE, tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "here")
+    before = sorted(tmp_path.rglob("*"))
+    assert main(["gap", *words]) == 2
+    assert message in capsys.readouterr().err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared cases are not here")
+@pytest.mark.parametrize(("scale", "named"), [(1000.0, "Is the time in another unit?"), (1.0, "")])
+def test_milliseconds_labelled_s_are_refused_by_name(
+    scale: float, named: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    case = tmp_path / "case"
+    shutil.copytree(SHARED / "skdqbm9z", case)
+    file = case / "trials" / "02.csv"
+    head, *rows = file.read_text().splitlines()
+    changed = [f"{float(row.split(',')[0]) * scale:.6f},{row.partition(',')[2]}" for row in rows]
+    file.write_text("\n".join([head, *changed]) + "\n")
+    status = main(["gap", "--check", str(case / "gap.yaml")])
+    captured = capsys.readouterr()
+    assert status == (2 if named else 0)
+    if named:
+        assert "02.csv" in captured.err
+        assert named in captured.err

@@ -1,0 +1,52 @@
+"""A number that is off by some of a user's tolerances is told so, and is no mechanism."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import TWO, heavier, recorded
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
+from synth.diagnosis.plants.swinging_chain.tolerance_words import in_tolerances, in_words
+from synth.diagnosis.result import Cause
+from synth.estimation.intervals import Estimate
+from synth.files.gap_project import Tolerance
+from synth.swing.tolerances import Tolerances
+
+USUAL = Tolerances.of(TWO, Tolerance())
+
+
+def cause(effect: str, parameter: str, value: float, joint: str = "knee") -> Cause:
+    return Cause(effect, joint, {parameter: Estimate(value, "1")})
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        (cause("link_mass", "share", 0.031), "three of your tolerances"),
+        (cause("link_mass", "share", -0.05), "five of your tolerances"),
+        (cause("spring_rate", "rate", 4 * 0.03 * 1.5), "four of your tolerances"),
+        (cause("viscous_damping", "rate", -2 * 0.05 * 0.015), "two of your tolerances"),
+        (cause("spring_preload", "shift", np.radians(3.0)), "six of your tolerances"),
+        (cause("link_mass", "share", 0.4), ""),
+        (cause("link_mass", "share", 0.01), ""),
+        (cause("coulomb_friction", "torque", 0.01), ""),
+        (cause("base_tilt", "tilt", 0.01, "base"), ""),
+    ],
+)
+def test_a_wrong_number_is_counted_in_tolerances(found: Cause, words: str) -> None:
+    assert in_tolerances(found, TWO, USUAL) == words
+
+
+def test_a_mass_is_told_as_a_share() -> None:
+    told = in_words(cause("link_mass", "share", 0.031), "plain", TWO, USUAL)
+    assert told == "the knee's link is 3.1 % heavier than designed, three of your tolerances"
+
+
+def test_sure_to_one_per_cent_and_wrong_by_four_is_told_as_that() -> None:
+    """A user who is sure to 1 % of a mass and wrong by 4 %: the mass is named, in his tolerances, and no mechanism."""
+    built = heavier(TWO, "knee", 0.04)
+    result = diagnose(TWO, recorded(built, noise=np.radians(0.01)), Tolerance(com=0.002, inertia=0.002, spring=0.002))
+    assert result.verdict == "effect"
+    assert (result.explanation[0].effect, result.explanation[0].joint) == ("link_mass", "knee")
+    assert "four of your tolerances" in result.sentence

@@ -1,0 +1,165 @@
+"""Trials left out: their errors as a refit of its own gives them, and what odds and verdicts make of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import NOISE, TWO, off, recorded, with_effects
+from synth.diagnosis.angle_search import as_designed, fit_nominal
+from synth.diagnosis.angle_trials import angle_trial
+from synth.diagnosis.hypotheses import Assessed, Hypotheses, Unseen
+from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
+from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+from synth.diagnosis.prediction_error import PredictionErrors
+from synth.diagnosis.remainder import Remainder
+from synth.diagnosis.score import score
+from synth.diagnosis.unseen import folds, independent, jackknife, unseen
+from synth.diagnosis.verdict import judge, of_no_account, paying
+from synth.diagnosis.workbench import Fit
+from synth.files.gap_project import Tolerance
+from synth.fit.recordings import recordings
+
+TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+FOUND = candidates(TWO, TRIALS, scales(TWO, TRIALS))
+
+
+def cause(effect: str, joint: str) -> Candidate:
+    return next(candidate for candidate in FOUND if candidate.key == (effect, joint))
+
+
+FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "knee")
+DRAG = cause("quadratic_damping", "knee")
+
+
+def left(*ratios: float, independent: float = 8.0) -> Unseen:
+    """One RMS over the noise a trial."""
+    squares = np.array(ratios)[:, None] ** 2
+    return Unseen(squares, np.full(squares.shape, 100.0), np.full(len(ratios), independent))
+
+
+def assessed(unseen: Unseen | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None) -> Assessed:
+    fit = Fit(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
+    return Assessed(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
+
+
+def test_white_errors_are_independent_and_slow_ones_are_not() -> None:
+    """Of an AR(1) series with coefficient a, n (1 - a)/(1 + a) (Priestley 1981, section 5.3.2)."""
+    generator = np.random.default_rng(1)
+    noise = generator.standard_normal(20_000)
+    slow = np.zeros(len(noise))
+    for k in range(1, len(noise)):
+        slow[k] = 0.9 * slow[k - 1] + noise[k]
+    assert independent(noise, 1e9) == pytest.approx(len(noise), rel=0.1)
+    assert independent(slow, 1e9) == pytest.approx(len(noise) * 0.1 / 1.9, rel=0.25)
+    assert independent(noise, 50.0) == 50.0
+    assert independent(np.ones(500), 50.0) < 5.0
+
+
+def test_the_jackknife_of_means_is_the_standard_error() -> None:
+    """Of five values' mean, but for Student's widening of so few: 2.132 for 1.645."""
+    values = np.array([1.0, 2.0, 4.0, 7.0, 11.0])
+    each = np.array([[np.delete(values, k).mean()] for k in range(5)])
+    assert jackknife(each)[0] == pytest.approx(values.std(ddof=1) / np.sqrt(5) * 2.132 / 1.6449, rel=1e-3)
+
+
+def test_left_out_errors_are_those_of_a_refit_without_the_fold() -> None:
+    built = with_effects(off(TWO, 3), {"knee": {"coulomb_friction": {"torque": 0.05}}})
+    scene, _ = scene_of(TWO, recorded(built, held_out=0), Tolerance(), 0)
+    bench = scene.bench
+    nominal = fit_nominal(bench, as_designed(bench))
+    (found,) = unseen(bench, [nominal])
+    assert [len(fold) for fold in folds(bench)] == [1, 1, 1, 1]
+    for out, trial in enumerate(bench.trials):
+        rest = replace(bench, trials=tuple(t for i, t in enumerate(bench.trials) if i != out))
+        again = fit_nominal(rest, as_designed(rest))
+        ((prediction, _),) = score(bench, again, [trial])
+        direct = np.sqrt(np.mean(((prediction - trial.measured) / scene.usual)[trial.counts] ** 2))
+        assert np.sqrt(found.by_trial[out]) == pytest.approx(direct, rel=0.05)
+
+
+def test_at_the_noise_floor_the_odds_are_those_of_the_fits() -> None:
+    plain = [
+        assessed(None, ratio=5.0, cost=300.0),
+        assessed(None, FRICTION, cost=100.0),
+        assessed(None, DRAG, cost=105),
+    ]
+    known = [replace(item, unseen=left(*[ratio] * 4)) for item, ratio in zip(plain, (5.0, 1.0, 1.5), strict=True)]
+    assert far_share(known) == 0.0
+    assert weigh(known, CALIBRATED) == pytest.approx(weigh(plain, CALIBRATED))
+
+
+def test_far_from_the_noise_trials_left_out_decide_and_not_the_fits() -> None:
+    """Where every trial differs alike the bootstrap adds nothing: the odds are (r1/r2)^(2 sum m / 2)."""
+    none = assessed(left(200, 200, 200), cost=900.0)
+    worse = assessed(left(110, 110, 110), FRICTION, cost=100.0)  # the better of the two in sample, by far
+    better = assessed(left(100, 100, 100), DRAG, cost=400.0)
+    weights = weigh([none, worse, better], CALIBRATED)
+    assert weights[2] / weights[1] == pytest.approx((110 / 100) ** 24, rel=1e-3)
+    judged = judge(Hypotheses(none, (worse, better), ()))
+    assert judged.accepted.keys == (("quadratic_damping", "knee"),)
+
+
+def test_a_difference_that_hangs_on_one_trial_is_no_certainty() -> None:
+    none = assessed(left(200, 200, 200, 200))
+    steady = assessed(left(60, 60, 60, 60), FRICTION)
+    leading = assessed(left(12, 63, 63, 63), DRAG)
+    weights = weigh([none, steady, leading], CALIBRATED)
+    alike = weigh([none, steady, assessed(left(*[leading.unseen.typical] * 4), DRAG)], CALIBRATED)  # type: ignore[union-attr]
+    assert 0.02 < weights[1] / weights[2] < 0.5
+    assert alike[1] / alike[2] < 1e-4
+
+
+def test_nothing_is_missing_where_causes_help_less_than_trials_differ() -> None:
+    """However far above the noise: a remainder of 250 to 900 floors, of which the best cause takes 15 %."""
+    none = assessed(left(300, 1000, 500, 700))
+    little = assessed(left(255, 850, 425, 595), FRICTION)
+    judged = judge(Hypotheses(none, (little,), ()))
+    assert judged.verdict == "none"
+    steady = judge(Hypotheses(assessed(left(*[600] * 4)), (assessed(left(*[300] * 4), FRICTION),), ()))
+    assert steady.verdict == "effect"
+
+
+def test_unknown_is_what_a_free_torque_takes_and_no_cause_does() -> None:
+    none = assessed(left(*[500] * 4))
+    some = assessed(left(*[430] * 4), FRICTION)
+    found = Hypotheses(none, (some,), ())
+    assert judge(found, free=left(*[100] * 4)).verdict == "unknown"
+    assert judge(found, free=left(*[100] * 4)).accepted.keys == (("coulomb_friction", "hip"),)
+    assert judge(Hypotheses(none, (), ()), free=left(*[480] * 4)).verdict == "none"
+    assert judge(Hypotheses(none, (), ()), free=left(*[100] * 4)).verdict == "unknown"
+
+
+def test_a_further_cause_must_take_a_tenth_on_trials_left_out() -> None:
+    none, single = assessed(left(*[100] * 3)), assessed(left(*[50] * 3), FRICTION)
+    tenth = replace(assessed(left(*[39] * 3), FRICTION, OFFSET), ratio=20.0)
+    less = replace(tenth, unseen=left(*[41] * 3))
+    assert paying([none, single, tenth], 0.4) == [none, single, tenth]
+    assert paying([none, single, less], 0.4) == [none, single]
+    assert paying([none, single, replace(tenth, unseen=None)], 0.4) == [none, single]
+
+
+def test_a_trial_that_goes_astray_does_not_decide_what_is_taken() -> None:
+    none, found = assessed(left(100, 100, 100, 100)), assessed(left(20, 20, 20, 300), FRICTION)
+    assert taken(found, none) == pytest.approx(1.0 - (0.2**3 * 3.0) ** 0.25, abs=1e-3)
+
+
+def test_a_gap_below_the_accuracy_asked_for_is_none() -> None:
+    none, single = assessed(left(*[100] * 3)), assessed(left(*[10] * 3), FRICTION)
+    judged = of_no_account(judge(Hypotheses(none, (single,), ())), none)
+    assert (judged.verdict, judged.accepted, judged.none) == ("none", none, 1.0)
+
+
+def test_what_remains_is_what_the_noise_does_not_explain() -> None:
+    counts = np.full((2, 4), 50.0)
+    squares = {"before": counts * 26.0 * NOISE**2, "after": counts * 5.0 * NOISE**2}
+    errors = PredictionErrors(squares, counts, counts * NOISE**2, 0)
+    found = Remainder.of(errors, "after", {"hip": 0.2, "knee": 0.8}, {"release": 0.4, "swing": 0.6})
+    assert found.rms.value == pytest.approx(2.0 * NOISE)
+    assert found.share == pytest.approx(0.4)
+    assert found.times_noise == pytest.approx(2.0)
+    assert found.place() == "at the knee while it swings"
+    assert set(found.as_json()) == {"rms", "share", "times_noise", "where"}

@@ -1,0 +1,44 @@
+"""Covariances from information: the inverse where there is one, and a message where the fit diverged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from synth.errors import UserError
+from synth.estimation.intervals import NULL, covariance_of
+from synth.fit.draws import DRAWS, draws
+
+
+def test_a_regular_information_is_inverted() -> None:
+    root = np.random.default_rng(1).normal(size=(4, 4)) * np.array([1e-6, 1.0, 1e3, 1e5])
+    information = root.T @ root
+    scale = np.sqrt(np.outer(np.diag(information), np.diag(information)))
+    np.testing.assert_allclose(covariance_of(information) * scale, np.linalg.inv(information / scale), rtol=1e-6)
+
+
+def test_a_direction_without_information_gets_a_huge_variance() -> None:
+    covariance = covariance_of(np.array([[1.0, 1.0], [1.0, 1.0]]))
+    along, across = np.array([1.0, 1.0]) / np.sqrt(2), np.array([1.0, -1.0]) / np.sqrt(2)
+    assert along @ covariance @ along == pytest.approx(0.5, abs=1e-3)
+    assert across @ covariance @ across == pytest.approx(1.0 / NULL, rel=1e-6)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_not_finite_is_told_and_not_decomposed(bad: float) -> None:
+    matrix = np.diag([1.0, bad, 2.0])
+    with pytest.raises(UserError, match="the simulated motion diverges"):
+        covariance_of(matrix)
+    with pytest.raises(UserError, match="the simulated motion diverges"):
+        draws(np.zeros(3), matrix, None, None, 0)
+
+
+def test_draws_have_the_covariance_they_are_drawn_from() -> None:
+    """Sample covariance of n normal draws: relative deviation of an element about sqrt(2/n)."""
+    root = np.array([[1.0, 0.0], [1.9, 0.1]])
+    covariance = root @ root.T
+    found = np.cov(draws(np.array([3.0, -1.0]), covariance, None, None, 4), rowvar=False)
+    scale = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+    assert np.abs(found - covariance).max() < 4.0 * np.sqrt(2.0 / DRAWS) * scale.max()
+    correlation = found[0, 1] / np.sqrt(found[0, 0] * found[1, 1])
+    assert correlation > 0.99

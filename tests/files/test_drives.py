@@ -1,0 +1,141 @@
+"""``drive:`` in the leg file and the columns of driven trials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.drives.servo import Motor, Servo, TorqueDrive
+from synth.errors import UserError
+from synth.files.leg_file import read_leg, write_leg
+from synth.files.recording import read_recording
+
+LEG = """kind: leg
+name: arm
+joints:
+  - name: arm
+    zero: 10 deg
+    sign: -1
+    link: {{length: 0.1 m, mass: 0.5 kg, com: 0.05 m, inertia: 1e-3 kg*m^2}}
+    drive: {drive}
+"""
+MOTOR = "motor: {resistance: 3.5 ohm, torque_constant: 2 mN*m/A, gear_ratio: 200, efficiency: 80 %}"
+SERVO = "{kind: servo, gain: 2 1/rad, damping_gain: 0.01 s/rad, delay: 5 ms, dead_band: 1 deg, duty_limit: 90 %, "
+SERVO += "current_limit: 1.5 A, supply: 12 V, source_resistance: 0.2 ohm, " + MOTOR + "}"
+
+
+def leg_file(folder: Path, drive: str) -> Path:
+    path = folder / "arm.leg.yaml"
+    path.write_text(LEG.format(drive=drive), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("drive", "wanted"),
+    [
+        (
+            SERVO,
+            Servo(2.0, 0.01, 0.005, np.radians(1.0), 0.9, np.inf, 1.5, 12.0, 0.2, Motor(3.5, 2e-3, 200.0, 0.8)),
+        ),
+        (
+            "{kind: servo, gain: 20 N*m/rad, damping_gain: 0.5 N*m*s/rad, torque_limit: 3 N*m}",
+            Servo(20.0, 0.5, torque_limit=3.0),
+        ),
+        ("{kind: voltage, " + MOTOR + "}", Servo(0.0, motor=Motor(3.5, 2e-3, 200.0, 0.8), open_duty=1.0)),
+        (
+            "{kind: torque, motor: {torque_constant: 0.1 N*m/A, gear_ratio: 6}}",
+            TorqueDrive(Motor(np.inf, 0.1, 6.0)),
+        ),
+    ],
+)
+def test_a_drive_is_read_and_written(tmp_path: Path, drive: str, wanted: Servo | TorqueDrive) -> None:
+    leg = read_leg(leg_file(tmp_path, drive))
+    found = leg.joints[0].drive
+    assert found is not None
+    assert type(found) is type(wanted)
+    if isinstance(found, Servo) and isinstance(wanted, Servo):
+        assert found.numbers == pytest.approx(wanted.numbers)
+    else:
+        assert found == wanted
+    write_leg(leg, tmp_path / "again.leg.yaml")
+    again = read_leg(tmp_path / "again.leg.yaml").joints[0].drive
+    assert again == found
+
+
+@pytest.mark.parametrize(
+    ("drive", "words"),
+    [
+        ("{kind: servo}", '"gain" is missing'),
+        ("{kind: servo, gain: 20 N*m/rad, supply: 12 V}", '"supply" means nothing'),
+        ("{kind: servo, gain: 20 N*m/rad, " + MOTOR + ", supply: 12 V}", "with a motor a gain is a duty"),
+        ("{kind: servo, gain: 2 1/rad}", "without a motor a gain is a torque"),
+        ("{kind: servo, gain: -2 N*m/rad}", "at least 0"),
+        ("{kind: servo, gain: 2 1/rad, " + MOTOR + "}", '"supply" is missing'),
+        ("{kind: voltage}", '"motor" is missing'),
+        ("{kind: voltage, motor: {torque_constant: 1 N*m/A}}", '"resistance" of the motor is missing'),
+        ("{kind: torque, delay: 5 ms, motor: {torque_constant: 1 N*m/A}}", '"delay" means nothing'),
+        ("{kind: hydraulic}", "hydraulic"),
+    ],
+)
+def test_mistakes_of_a_drive(tmp_path: Path, drive: str, words: str) -> None:
+    with pytest.raises(UserError, match=words) as caught:
+        read_leg(leg_file(tmp_path, drive))
+    assert all(problem.line == 8 for problem in caught.value.problems)
+
+
+def trial(folder: Path, header: str, row: str) -> Path:
+    path = folder / "trial.csv"
+    rows = [row.format(t=0.01 * k, k=k) for k in range(20)]
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_columns_of_a_servo(tmp_path: Path) -> None:
+    """An empty cell lies on the line between its neighbours; commands are held, and keep the measured angles' sense."""
+    leg = read_leg(leg_file(tmp_path, SERVO))
+    path = trial(tmp_path, "time [s],arm [deg],arm command [deg],supply [V],arm enabled [1]", "{t},{k},{k},11.{k},1")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[3] = "0.02,2,,,1"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    signals = read_recording(path, leg).signals
+    assert signals is not None
+    assert len(signals.time) == 20
+    np.testing.assert_allclose(signals.command[1:, 0], np.radians(np.arange(1.0, 20.0) - 0.5), atol=1e-12)
+    assert signals.supply[2, 0] == pytest.approx(0.5 * (11.1 + 11.3))
+    assert signals.enabled.min() == 1.0
+
+
+def test_current_is_a_known_torque(tmp_path: Path) -> None:
+    leg = read_leg(leg_file(tmp_path, "{kind: torque, motor: {torque_constant: 0.1 N*m/A, gear_ratio: 6}}"))
+    recorded = read_recording(trial(tmp_path, "time [s],arm [deg],arm current [A]", "{t},{k},2"), leg)
+    assert recorded.torques is not None
+    np.testing.assert_allclose(recorded.torques, 1.2)
+
+
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [
+        ("time [s],arm [deg]", 'column "arm command \\[deg\\]" is missing'),
+        ("time [s],arm [deg],arm command [deg],arm current [A]", "has no drive that takes it"),
+        ("time [s],arm [deg],arm command [V]", "command"),
+    ],
+)
+def test_mistakes_of_driven_columns(tmp_path: Path, header: str, words: str) -> None:
+    leg = read_leg(leg_file(tmp_path, SERVO))
+    row = ",".join(["{t}", *["{k}"] * header.count(",")])
+    with pytest.raises(UserError, match=words):
+        read_recording(trial(tmp_path, header, row), leg)
+
+
+def test_a_jump_of_a_command_stays_one(tmp_path: Path) -> None:
+    """Between two samples the controller holds the earlier command, to the very end."""
+    leg = read_leg(leg_file(tmp_path, SERVO))
+    rows = "\n".join(f"{0.01 * k:.2f},0,{30 if k >= 10 else 0}" for k in range(20))
+    path = tmp_path / "jump.csv"
+    path.write_text(f"time [s],arm [deg],arm command [deg]\n{rows}\n", encoding="utf-8")
+    signals = read_recording(path, leg).signals
+    assert signals is not None
+    at = np.interp([0.05, 0.0999, 0.1, 0.15], signals.time, signals.command[:, 0])
+    np.testing.assert_allclose(np.degrees(at), [0.0, 0.0, 30.0, 30.0], atol=1e-9)

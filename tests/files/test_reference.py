@@ -1,0 +1,118 @@
+"""The reference: every key has a text, the pages are those of the classes, the schemas fit the examples."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import synth
+from synth.cli import main
+from synth.files.hopper_gap_project import is_hopper_gap
+from synth.files.reference.json_schema import json_schema
+from synth.files.reference.keys import model_of, rows
+from synth.files.reference.pages import pages
+from synth.files.reference.result_texts import COLUMNS, RESULTS
+from synth.files.reference.sections import KINDS, sections
+from synth.files.reference.texts import KIND_TEXTS, SECTION_TEXTS, TEXTS
+from synth.files.validate import COMMANDS
+from synth.files.yaml_lines import load
+
+ROOT = Path(synth.__file__).parent
+FOLDER = ROOT.parent / "docs" / "reference"
+EXAMPLES = sorted((ROOT / "examples").rglob("*.yaml"))
+EVERY = [(kind, section) for kind, whole in KINDS.items() for section in sections(whole).values()]
+
+
+def test_every_key_has_a_text_and_every_text_a_key() -> None:
+    keys = {f"{section.name}.{name}" for _, section in EVERY for name in model_of(section).model_fields}
+    assert keys - TEXTS.keys() == set()
+    assert TEXTS.keys() - keys == set()
+    assert {section.name for _, section in EVERY} - set(SECTION_TEXTS) == {whole.name for whole in KINDS.values()}
+    assert set(KIND_TEXTS) == set(KINDS)
+
+
+def test_every_kind_that_a_command_reads_has_a_page() -> None:
+    without = {"reproduce"}  # its one key is `tolerance`, as of fit
+    assert set(COMMANDS) - without <= set(KINDS)
+
+
+def test_rows_say_type_unit_default_and_range() -> None:
+    mass = {row.name: row for row in rows(KINDS["leg"].inner["joints"].inner["link"])}["mass"]
+    assert (mass.type, mass.unit, mass.allowed, mass.default) == ("quantity", "g", "more than 0 g", None)
+    assert mass.example == "740 g"
+    cad = {row.name: row for row in rows(KINDS["leg-design"].inner["cad"])}
+    assert (cad["wall"].default, cad["encoder"].default) == ("3 mm", "true")
+    assert cad["wall"].why.startswith("seven lines of print")
+    fit = {row.name: row for row in rows(KINDS["fit"])}
+    assert fit["release"].allowed == "free, recorded"
+    assert fit["leg"].example == "rat.leg.yaml"
+
+
+def test_the_pages_are_those_of_the_classes() -> None:
+    """After a change of a key: make reference."""
+    written = {path.name: path.read_text(encoding="utf-8") for path in FOLDER.iterdir()}
+    assert written == pages()
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: str(path.relative_to(ROOT / "examples")))
+def test_the_schemas_take_the_examples_and_refuse_what_is_misspelt(path: Path) -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    content = load(path).value
+    kind = "gap-of-jumps" if content["kind"] == "gap" and is_hopper_gap(path) else content["kind"]
+    schema = json_schema(kind)
+    jsonschema.Draft7Validator.check_schema(schema)
+    found = list(jsonschema.Draft7Validator(schema).iter_errors(content))
+    assert [error.message for error in found] == []
+    assert list(jsonschema.Draft7Validator(schema).iter_errors({**content, "trails": []}))
+
+
+def test_a_bare_number_is_no_quantity_for_the_schema() -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    link = json_schema("leg")["properties"]["joints"]["items"]["anyOf"][0]["properties"]["link"]
+    good = {"length": "200 mm", "mass": "1/2 lb", "com": "3.5 in", "inertia": "3.5e-3 kg*m^2"}
+    assert not list(jsonschema.Draft7Validator(link).iter_errors(good))
+    for bad in ({"length": 200}, {"length": "200"}, {"mass": "heavy"}):
+        assert list(jsonschema.Draft7Validator(link).iter_errors(good | bad))
+
+
+def paths_of(value: Any, place: str, names: set[str]) -> set[str]:
+    """Paths of a result's fields; a quantity is one field, a name of ``names`` is NAME."""
+    if isinstance(value, dict) and not {"value", "unit"} <= value.keys():
+        found = set()
+        for key, inner in value.items():
+            named = "NAME" if key in names or " of the " in key or key.endswith((".csv", ".yaml")) else key
+            found |= paths_of(inner, f"{place}.{named}" if place else named, names)
+        return found
+    if isinstance(value, list) and value and isinstance(value[0], (dict, list)):
+        return set().union(*(paths_of(item, f"{place}[]", names) for item in value))
+    return {place}
+
+
+def unexplained(found: set[str], texts: Mapping[str, str]) -> set[str]:
+    """Paths that no text's path fits, NAME standing for any word."""
+    patterns = [re.compile(re.escape(key).replace("NAME", r"[^.\[\]]+")) for key in texts]
+    return {path for path in found if not any(pattern.fullmatch(path) for pattern in patterns)}
+
+
+def test_every_field_of_a_result_has_a_text(tmp_path: Path) -> None:
+    fitted = synth.fit(ROOT / "examples" / "fit" / "fit.yaml")
+    fitted.save(tmp_path / "fit")
+    synth.spring("1.7 Nm/rad", "40 deg").save(tmp_path / "spring")
+    assert (
+        main(["import", str(ROOT / "examples" / "import" / "import.yaml"), "--out", str(tmp_path / "import"), "-q"])
+        == 0
+    )
+    names = {*fitted.joints, "trials", "synth", "numpy", "scipy"} - {"trials"}
+    for name, texts in RESULTS.items():
+        content = json.loads((tmp_path / name.removesuffix(".json") / name).read_text(encoding="utf-8"))
+        found = paths_of(content, "", names)
+        empty = {path for path in found if path.split(".")[-1] in ("rise_time", "damping_ratio", "damped_frequency")}
+        assert unexplained(found - empty, texts) == set(), name
+    head = (tmp_path / "fit" / "responses" / "source" / "check.csv").read_text(encoding="utf-8").splitlines()[0]
+    for column in head.split(","):
+        assert not unexplained({column}, COLUMNS["responses/source/*.csv of synth fit"])

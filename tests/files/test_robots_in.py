@@ -1,0 +1,275 @@
+"""Robots in: a planar chain out of MJCF and URDF moves as MuJoCo moves the whole robot with the rest locked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from fit.simulated_legs import robot
+from synth.cli import main
+from synth.errors import UserError
+from synth.files.gap_project import read_gap_project
+from synth.files.leg_file import read_leg
+from synth.files.mjcf import mjcf_text
+from synth.files.robot_xml import urdf_file
+from synth.files.robots.planar_chain import pick_leg
+from synth.files.robots.robot_project import read_robot, robot_leg
+from synth.swing.chain import simulate
+from synth.swing.leg_model import Joint, Leg
+
+FASTEST = np.full(3, 10.0)
+# A quadruped's leg: trunk, abduction, thigh with an off-plane motor and a wheel on a joint of its own, calf whose axis
+# points the other way, foot. Centres of mass lie on the links' lines but off the plane.
+ROBOT = """<mujoco model="quad"><compiler angle="radian" autolimits="true"/>
+<option integrator="RK4" timestep="1e-4"><flag contact="disable"/></option>
+<worldbody><body name="trunk" pos="0 0 1"><inertial pos="0 0 0" mass="5" diaginertia=".1 .1 .1"/>{free}
+ <body name="hip" pos=".2 -.05 0"><inertial pos="0 0 0" mass=".7" diaginertia="1e-3 1e-3 1e-3"/>
+  {abduction}
+  <body name="thigh" pos="0 -.08 0">
+   <inertial pos="0 .02 -.06" mass="1" fullinertia="5e-3 4.6e-3 7e-4 0 0 2e-4"/>
+   <joint name="thigh" axis="0 1 0" damping=".05" armature=".01" stiffness="2" springref=".4" range="-.7 4.5"/>
+   <geom type="capsule" fromto="0 0 0 0 0 -.2" size=".01" mass="0"/>
+   <body name="wheel" pos="0 .03 -.1"><inertial pos="0 0 0" mass=".2" diaginertia="1e-4 1e-4 1e-4"/>{wheel}</body>
+   <body name="calf" pos="0 0 -.213">
+    <inertial pos="0 .001 -.12" mass=".25" diaginertia="1.5e-3 1.5e-3 4e-5"/>
+    <joint name="calf" axis="0 -1 0" damping=".02" armature=".002" ref=".3"/>
+    <body name="foot" pos="0 0 -.213"><inertial pos="0 0 0" mass=".06" diaginertia="1e-5 1e-5 1e-5"/>
+     <geom type="sphere" size=".02" mass="0"/></body>
+ </body></body></body></body></worldbody>{actuator}</mujoco>"""
+FREE = {"free": "<freejoint/>", "abduction": '<joint name="abduction" axis="1 0 0"/>',
+        "wheel": '<joint name="wheel" axis="0 1 0"/>',
+        "actuator": '<actuator><position joint="thigh" kp="50"/></actuator>'}  # fmt: skip
+LOCKED = dict.fromkeys(FREE, "")
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+def sizes(joint: Joint) -> tuple[float, float, float, float]:
+    """The link's numbers."""
+    return joint.link.length, joint.link.mass, joint.link.com, joint.link.inertia
+
+
+def moved_by_mujoco(text: str, start: dict[str, float], seconds: float) -> list[float]:
+    """Readings of the joints after a time at rest from the start, the whole robot simulated."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for name, reading in start.items():
+        data.joint(name).qpos[0] = reading
+    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
+    return [float(data.joint(name).qpos[0]) for name in start]
+
+
+def moved_by_us(leg: Leg, start: dict[str, float], seconds: float) -> list[float]:
+    first = leg.to_rotation(np.array(list(start.values())))
+    ours = simulate(leg, first, [0.0] * len(first), np.array([0.0, seconds]), tolerance=1e-9)[-1]
+    return [float(value) for value in leg.to_measured(ours)]
+
+
+def test_the_picked_leg_moves_as_the_whole_robot_with_the_rest_locked(tmp_path: Path) -> None:
+    picked = robot_leg(written(tmp_path / "quad.xml", ROBOT.format(**FREE)), ["thigh", "calf"], "xz")
+    start = {"thigh": 0.9, "calf": -0.8}
+    theirs = moved_by_mujoco(ROBOT.format(**LOCKED), start, 0.4)
+    assert max(abs(a - b) for a, b in zip(theirs, start.values(), strict=True)) > 0.3  # it moves
+    np.testing.assert_allclose(moved_by_us(picked.leg, start, 0.4), theirs, atol=2e-6)
+    assert [joint.sign for joint in picked.leg.joints] == [-1, 1]  # seen with x to the right, +y turns clockwise
+    assert picked.leg.joints[0].link.length == pytest.approx(0.213)
+    assert picked.leg.joints[1].link.length == pytest.approx(0.213)
+    assert picked.leg.joints[0].range == (-0.7, 4.5)
+    said = " ".join(picked.said)
+    for part in ("wheel is locked", "abduction", "the body is held", "left out of 1 actuators"):
+        assert part in said
+
+
+def test_the_plane_may_be_seen_from_the_other_side(tmp_path: Path) -> None:
+    """A robot turned by 90 degrees about the vertical is the same leg in the plane yz."""
+    turned = ROBOT.format(**LOCKED).replace('pos="0 0 1">', 'pos="0 0 1" euler="0 0 1.5707963267948966">')
+    here = robot_leg(written(tmp_path / "a.xml", ROBOT.format(**LOCKED)), ["thigh", "calf"]).leg
+    there = robot_leg(written(tmp_path / "b.xml", turned), ["thigh", "calf"]).leg
+    for a, b in zip(here.joints, there.joints, strict=True):
+        assert (a.name, a.sign) == (b.name, b.sign)
+        assert sizes(a) == pytest.approx(sizes(b), rel=1e-9)
+    with pytest.raises(UserError, match=r"the axis of thigh is 90\.0 deg off the normal of the plane xz"):
+        robot_leg(tmp_path / "b.xml", ["thigh", "calf"], "xz")
+
+
+@pytest.mark.parametrize(("angle", "refused"), [(0.07, False), (0.1, True)])
+def test_an_axis_more_than_five_degrees_off_the_plane_is_refused(angle: float, refused: bool, tmp_path: Path) -> None:
+    axis = f'axis="{math.sin(angle)} {-math.cos(angle)} 0"'
+    path = written(
+        tmp_path / "a.xml", ROBOT.format(**LOCKED).replace('name="calf" axis="0 -1 0"', f'name="calf" {axis}')
+    )
+    if refused:
+        with pytest.raises(UserError, match=r"the axis of calf is 5\.7 deg off .* at most 5 deg are"):
+            robot_leg(path, ["thigh", "calf"], "xz")
+    else:
+        assert "the axis of calf is 4 deg off" in " ".join(robot_leg(path, ["thigh", "calf"], "xz").said)
+
+
+def test_a_centre_of_mass_beside_the_line_is_said_and_its_inertia_kept(tmp_path: Path) -> None:
+    text = ROBOT.format(**LOCKED).replace('pos="0 .02 -.06" mass="1"', 'pos=".01 .02 -.06" mass="1"')
+    picked = robot_leg(written(tmp_path / "a.xml", text), ["thigh", "calf"])
+    thigh = picked.leg.joints[0].link
+    (said,) = [item for item in picked.said if "beside the line" in item]
+    assert "thigh lies 8.33 mm beside" in said  # 10 mm of 1 kg, with the wheel's 0.2 kg on the line
+    about_joint = 4.6e-3 + 1.0 * (0.06**2 + 0.01**2) + 1e-4 + 0.2 * 0.1**2
+    assert thigh.inertia + thigh.mass * thigh.com**2 == pytest.approx(about_joint, rel=1e-9)
+    # The last link's line goes through its centre of mass: of it nothing is lost.
+    bent = ROBOT.format(**LOCKED).replace('pos="0 .001 -.12" mass=".25"', 'pos=".02 .001 -.12" mass=".25"')
+    exact = robot_leg(written(tmp_path / "b.xml", bent), ["thigh", "calf"])
+    start = {"thigh": 0.9, "calf": -0.8}
+    np.testing.assert_allclose(moved_by_us(exact.leg, start, 0.4), moved_by_mujoco(bent, start, 0.4), atol=2e-6)
+
+
+def same(a: Joint, b: Joint) -> None:
+    """Joints of one physics within 1e-9; ``a`` has zero 0 and sign +1."""
+    assert sizes(a) == pytest.approx(sizes(b), rel=1e-9, abs=1e-12)
+    assert (b.spring is None) == (a.spring is None)
+    if a.spring is not None and b.spring is not None:
+        assert (a.spring.rate, a.rest) == pytest.approx((b.spring.rate, b.rest), rel=1e-9)
+    assert (a.damper and a.damper.rate) == pytest.approx(b.damper and b.damper.rate, rel=1e-9)
+    assert a.armature == pytest.approx(b.armature, rel=1e-9)
+    assert (a.ends or ()) == pytest.approx(b.ends or (), rel=1e-9)
+    for name, values in b.effects.items():
+        assert a.effects[name] == pytest.approx(values, rel=1e-9)
+
+
+def out_and_in() -> Leg:
+    """A leg with everything that MJCF holds exactly."""
+    leg = replace(robot(), tilt=0.2, gravity=9.7)
+    joints = [replace(joint, armature=2e-5 * (k + 1)) for k, joint in enumerate(leg.joints)]
+    joints[1] = replace(joints[1], effects={"coulomb_friction": {"torque": 0.05}}, range=(1.0, 3.0))
+    return replace(leg, joints=tuple(joints))
+
+
+def test_what_is_written_as_mjcf_is_read_again(tmp_path: Path) -> None:
+    leg = out_and_in()
+    again = robot_leg(written(tmp_path / "a.mjcf.xml", mjcf_text(leg, FASTEST)), leg.joint_names).leg
+    assert (again.name, again.gravity, again.tilt) == (leg.name, pytest.approx(9.7), pytest.approx(0.2, rel=1e-9))
+    np.testing.assert_allclose(again.zero, 0.0, atol=1e-9)
+    assert again.sign.tolist() == [1.0] * 3
+    for a, b in zip(again.joints, leg.joints, strict=True):
+        same(a, b)
+
+
+def test_what_is_written_as_urdf_is_read_again(tmp_path: Path) -> None:
+    leg = out_and_in()
+    leg = replace(leg, joints=tuple(replace(joint, spring=None, armature=0.0) for joint in leg.joints))
+    picked = robot_leg(written(tmp_path / "a.urdf", urdf_file(leg, FASTEST).text), leg.joint_names)
+    again = picked.leg
+    for a, b in zip(again.joints, leg.joints, strict=True):
+        same(replace(a, range=None), replace(b, range=None))
+    # A URDF turns its base in the first joint's origin: the absolute rotation at a reading is the same.
+    turned = again.tilt + again.to_rotation(np.zeros(3))
+    np.testing.assert_allclose(turned[0], leg.tilt, atol=1e-9)
+    assert "URDF has no springs" in " ".join(picked.said)
+
+
+def test_urdf_frames_are_mujoco_s(tmp_path: Path) -> None:
+    """A branched URDF with turned frames: bodies and inertia lie where MuJoCo's own reader puts them."""
+    text = """<robot name="r"><link name="base"/>
+    <link name="a"><inertial><origin xyz=".01 .02 -.1" rpy=".3 -.2 .5"/><mass value=".5"/>
+     <inertia ixx="1e-3" iyy="2e-3" izz="1.5e-3" ixy="1e-4" ixz="2e-4" iyz="-1e-4"/></inertial></link>
+    <link name="b"><inertial><origin xyz="0 0 -.1"/><mass value=".2"/>
+     <inertia ixx="1e-3" iyy="1e-3" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="one" type="revolute"><parent link="base"/><child link="a"/><origin xyz=".1 .2 .3" rpy=".1 .2 .3"/>
+     <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+    <joint name="two" type="continuous"><parent link="a"/><child link="b"/><origin xyz="0 0 -.2" rpy="0 .4 0"/>
+     <axis xyz="0 2 0"/></joint></robot>"""
+    ours = read_robot(written(tmp_path / "a.urdf", text))
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.urdf"))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    for k, name in enumerate(("one", "two")):
+        joint = ours.joint(name)
+        np.testing.assert_allclose(joint.axis, data.xaxis[k], atol=1e-12)
+        np.testing.assert_allclose(joint.anchor, data.xanchor[k], atol=1e-12)
+        body, theirs = ours.bodies[joint.body], model.jnt_bodyid[k]
+        np.testing.assert_allclose(body.com, data.xipos[theirs], atol=1e-12)
+        turn = data.ximat[theirs].reshape(3, 3)
+        np.testing.assert_allclose(body.inertia, turn @ np.diag(model.body_inertia[theirs]) @ turn.T, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("chain", "plane", "words"),
+    [
+        (["thigh", "cafl"], None, ['"cafl" is no joint of quad', "did you mean calf"]),
+        (["calf", "thigh"], None, ["thigh does not hang below calf"]),
+        (["abduction", "thigh"], None, ["90.0 deg off"]),
+        (["thigh"], "xw", ['"xw" is no plane']),
+        (["thigh"], "zx", ["90 deg from up"]),
+        ([], None, ["0 joints; a leg has 1 to 6"]),
+    ],
+)
+def test_what_is_no_chain_is_refused(chain: list[str], plane: str | None, words: list[str], tmp_path: Path) -> None:
+    path = written(tmp_path / "quad.xml", ROBOT.format(**FREE))
+    with pytest.raises(UserError) as caught:
+        robot_leg(path, chain, plane)
+    assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<mujoco><worldbody><bdy/></worldbody></mujoco>", "cannot be compiled by MuJoCo"),
+        ("<robot name='a'><link name='b'></robot>", "is not XML"),
+        ("<!DOCTYPE r [<!ENTITY a 'b'>]><robot name='a'/>", "declares entities"),
+        ("<robot name='${x}'><link name='b'/></robot>", "xacro"),
+        ("<sdf version='1.9'/>", "convert it to URDF"),
+        ("leg: robot", "is neither MJCF"),
+        (
+            "<robot><link name='a'/><joint name='j' type='hinge'><parent link='a'/><child link='z'/></joint></robot>",
+            "no link",
+        ),
+    ],
+)
+def test_files_that_are_no_robot_are_one_message(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=words):
+        read_robot(written(tmp_path / "a.xml", text))
+
+
+@pytest.mark.parametrize("kind", ["fit", "gap", "leg"])
+def test_init_writes_a_project_with_the_robot_s_leg(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path / "quad.xml", ROBOT.format(**FREE))
+    out = tmp_path / "p"
+    words = ["init", kind, str(out), "--from", str(path), "--chain", "thigh,calf", "--plane", "xz", "--tip", "8.5 in"]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "note: wheel is locked" in said
+    leg = read_leg(out / "robot.leg.yaml")
+    assert leg.joint_names == ("thigh", "calf")
+    assert leg.joints[1].link.length == pytest.approx(0.2159)
+    assert "wheel is locked" in (out / "README.md").read_text()
+    if kind == "gap":
+        rows = "".join(f"{0.01 * k},{0.5 + 0.1 * math.sin(k)},{0.2 + 0.1 * math.cos(k)}\n" for k in range(30))
+        written(out / "trials" / "a.csv", "time [s],thigh [rad],calf [rad]\n" + rows)
+        assert read_gap_project(out / "gap.yaml").leg.joint_names == ("thigh", "calf")
+
+
+def test_init_refuses_what_does_not_belong_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["init", "leg", str(tmp_path / "p"), "--chain", "a"]) == 2
+    assert "--from" in capsys.readouterr().err
+    assert main(["init", "hopper", str(tmp_path / "p"), "--from", "x.xml"]) == 2
+    said = capsys.readouterr().err
+    assert "not for hopper" in said
+    assert "--chain" in said
+    assert not (tmp_path / "p").exists()
+
+
+def test_pick_leg_needs_a_mass_below_each_joint(tmp_path: Path) -> None:
+    path = written(
+        tmp_path / "a.urdf",
+        """<robot name="r"><link name="a"/><link name="b"/>
+    <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint></robot>""",
+    )
+    with pytest.raises(UserError, match="has a mass"):
+        pick_leg(read_robot(path), ["j"])

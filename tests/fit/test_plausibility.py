@@ -1,0 +1,116 @@
+"""Input that cannot be is refused or named, and what can be is let be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fit.simulated_legs import NAMES, bare, releases, robot
+from robustness.random_legs import random_case
+from synth.errors import UserError
+from synth.files.leg_file import read_leg, write_leg
+from synth.fit.estimate import fit_leg
+from synth.fit.fit_options import LegFitOptions
+from synth.fit.plausibility import convention_doubts, doubts, leg_doubts, recording_doubts
+from synth.fit.recordings import recordings
+from synth.swing.leg_model import Leg
+from synth.validation.thesis_data import read_lab_data
+
+LAB = Path(__file__).resolve().parents[3] / "shared" / "aarl"
+
+
+def changed(leg: Leg, joint: int, **values: object) -> Leg:
+    """The leg with another convention at one joint."""
+    joints = list(leg.joints)
+    joints[joint] = replace(joints[joint], **values)  # type: ignore[arg-type]
+    return replace(leg, joints=tuple(joints))
+
+
+def with_link(leg: Leg, joint: int, **values: float) -> Leg:
+    """The leg with other numbers of one link."""
+    return changed(leg, joint, link=replace(leg.joints[joint].link, **values))
+
+
+def test_a_right_leg_is_not_doubted() -> None:
+    leg, trials = bare(robot()), releases(robot(), 3)
+    made = recordings(leg, trials)
+    assert doubts(leg, made, fit_leg(leg, made)) == ()
+    for seed in range(1, 13):
+        case = random_case(seed)
+        assert recording_doubts(case.bare, recordings(case.bare, case.trials)) == []
+
+
+def test_links_that_no_body_has_are_named() -> None:
+    leg = robot()
+    link = leg.joints[1].link
+    (heavy,) = leg_doubts(with_link(leg, 1, inertia=2.0 * link.mass * link.length**2))
+    assert heavy.startswith("knee: the link's inertia is 2 times its mass by its length squared")
+    (outside,) = leg_doubts(with_link(leg, 1, com=1.2 * link.length))
+    assert "outside the link's" in outside
+    (unlike,) = leg_doubts(with_link(leg, 2, mass=1e-4 * leg.joints[0].link.mass, inertia=1e-9))
+    assert unlike.startswith("hip and ankle: link masses of")
+
+
+def test_an_inertia_in_other_units_is_refused_with_its_line(tmp_path: Path) -> None:
+    leg = robot()
+    write_leg(with_link(leg, 0, inertia=1e4 * leg.joints[0].link.inertia), tmp_path / "a.leg.yaml")
+    with pytest.raises(UserError, match="lengths of the link would have") as refused:
+        read_leg(tmp_path / "a.leg.yaml")
+    assert refused.value.problems[0].line
+    assert "inertia" in str(refused.value.problems[0])
+
+
+def test_milliseconds_labelled_as_seconds_are_named() -> None:
+    leg, trials = bare(robot()), releases(robot(), 3)
+    slow = recordings(leg, [replace(trial, time=1e3 * trial.time) for trial in trials])
+    (text,) = recording_doubts(leg, slow)
+    assert text.endswith("are the times milliseconds, labelled as seconds?")
+    fast = recordings(leg, [replace(trial, time=1e-3 * trial.time) for trial in trials])
+    assert recording_doubts(leg, fast)[0].endswith("is the clock right?")
+
+
+def test_channels_that_hang_are_named() -> None:
+    leg, (trial, *_) = bare(robot()), releases(robot(), 3)
+    angles = trial.angles.copy()
+    first = len(angles) // 16
+    angles[first : 3 * first, 1] = angles[first, 1]
+    (text,) = recording_doubts(leg, recordings(leg, [replace(trial, angles=angles)], ()))
+    assert "knee reads the same from 0.06" in text
+    angles = trial.angles.copy()
+    angles[:, 2] = angles[0, 2]
+    (text,) = recording_doubts(leg, recordings(leg, [replace(trial, angles=angles)], ()))
+    assert "ankle reads the same from 0.000" in text
+    held = replace(trial, angles=angles, locked=("ankle",))
+    assert recording_doubts(leg, recordings(leg, [held], ())) == []
+
+
+@pytest.mark.parametrize("joint", [0, 1, 2])
+def test_a_wrong_sign_is_found_by_trying_the_others(joint: int) -> None:
+    leg, trials = robot(), releases(robot(), 3)
+    right = leg.joints[joint].sign
+    wrong = bare(changed(leg, joint, sign=-right))
+    made = recordings(wrong, trials)
+    (text,) = convention_doubts(wrong, made, fit_leg(wrong, made))
+    assert text.endswith(f"Sign or zero of the {NAMES[joint]}?")
+    assert f"with sign: {right:+d} of the {NAMES[joint]}" in text
+
+
+@pytest.mark.skipif(not LAB.is_dir(), reason="the lab's recordings (../shared/aarl) are not here")
+def test_the_rats_releases_are_not_doubted() -> None:
+    data = read_lab_data(LAB)
+    made = data.releases()
+    for release in ("free", "recorded"):
+        assert doubts(data.rat, made, fit_leg(data.rat, made, LegFitOptions(release=release))) == ()
+
+
+@pytest.mark.parametrize("joint", [1, 2])
+def test_a_wrong_zero_is_found_too(joint: int) -> None:
+    leg, trials = robot(), releases(robot(), 3)
+    right = leg.joints[joint].zero
+    wrong = bare(changed(leg, joint, zero=right - np.pi))
+    made = recordings(wrong, trials)
+    (text,) = convention_doubts(wrong, made, fit_leg(wrong, made))
+    assert f"with zero: {np.degrees(right):.0f} deg of the {NAMES[joint]}" in text

@@ -1,0 +1,116 @@
+"""A motion stated by characteristics: the leg that is found shows them, by closed form and as a fit reads them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from math import exp, pi, radians, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.cli import main
+from synth.errors import CannotBeHad
+from synth.files.wanted_motion import WantedCharacteristics
+from synth.fit.wanted_motion import natural_frequency, rise_of, wanted_motion
+from synth.swing.leg_model import Joint, Leg, Link
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
+WANTED = """\
+wanted:
+  hip: {rest: 105 deg, amplitude: 15 deg, damping_ratio: 1.6, rise_time: 250 ms}
+  knee: {rest: 120 deg, amplitude: -25 deg, damping_ratio: 0.38, damped_frequency: 2.2 Hz}
+  ankle: {rest: 138 deg, amplitude: 15 deg, damping_ratio: 0.3, damped_frequency: 15 rad/s}
+"""
+
+
+def test_rise_time_of_a_first_order_lag_and_of_no_damping() -> None:
+    """Far overdamped, 2 zeta ln 9 natural radians; undamped, acos(0.1) - acos(0.9)."""
+    assert rise_of(20.0) == pytest.approx(2 * 20 * np.log(9), rel=2e-3)
+    assert rise_of(1e-9) == pytest.approx(np.arccos(0.1) - np.arccos(0.9), rel=1e-6)
+    assert rise_of(1.0) == pytest.approx(3.3579, rel=1e-4)  # (1 + t) e^-t: 0.5318 to 3.8897
+
+
+def test_one_link_without_gravity_is_the_oscillator() -> None:
+    """Spring k = I w_n^2 and b = 2 zeta w_n I, the free angle where it shall rest."""
+    link = Link(0.3, 0.5, 0.1, 2e-3)
+    leg = Leg("one", (Joint("hip", link, zero=radians(90)),), gravity=0.0)
+    asked = WantedCharacteristics(radians(100), radians(20), 0.25, 2 * pi * 2.0)
+    found = wanted_motion(leg, {"hip": asked})
+    inertia, natural = 2e-3 + 0.5 * 0.1**2, 2 * pi * 2.0 / sqrt(1 - 0.25**2)
+    joint = found.leg.joints[0]
+    assert joint.spring is not None
+    assert joint.damper is not None
+    assert joint.spring.rate == pytest.approx(inertia * natural**2, rel=2e-3)
+    assert joint.damper.rate == pytest.approx(2 * 0.25 * natural * inertia, rel=5e-3)
+    assert joint.spring.free_angle == pytest.approx(radians(100))
+    assert found.said == ()
+    half = pi / asked.damped_frequency if asked.damped_frequency else 0.0
+    at = int(np.argmin(np.abs(found.trial.time - half)))
+    reached = (found.trial.angles[at, 0] - asked.rest) / asked.amplitude
+    assert reached == pytest.approx(-exp(-0.25 * natural * half), abs=0.01)
+
+
+def test_a_given_frequency_decides_over_the_rise_time() -> None:
+    assert natural_frequency(WantedCharacteristics(0.0, 0.3, 0.6, 8.0, 0.5)) == pytest.approx(10.0)
+
+
+def test_what_gravity_forbids_is_refused() -> None:
+    """A heavy link that hangs swings at 1.3 Hz by itself."""
+    leg = Leg("one", (Joint("hip", Link(0.3, 0.5, 0.1, 1e-3)),))
+    with pytest.raises(CannotBeHad, match="Gravity alone swings it at"):
+        wanted_motion(leg, {"hip": WantedCharacteristics(0.0, 0.3, 0.1, 2 * pi * 0.4)})
+
+
+def project(tmp_path: Path, text: str = WANTED) -> Path:
+    shutil.copy(EXAMPLES / "fit" / "robot.leg.yaml", tmp_path)
+    path = tmp_path / "fit.yaml"
+    path.write_text(f"kind: fit\nleg: robot.leg.yaml\n{text}")
+    return path
+
+
+def test_a_fit_to_characteristics_finds_a_leg_that_shows_them(tmp_path: Path) -> None:
+    """Three coupled links: what was asked comes out within the 2 % that would be said."""
+    out = tmp_path / "out"
+    assert main(["fit", str(project(tmp_path)), "--out", str(out), "-q"]) == 0
+    document = json.loads((out / "fit.json").read_text())
+    for joint, told in document["wanted"].items():
+        for key, asked in told["asked"].items():
+            if key in told["shown"]:
+                assert told["shown"][key]["value"] == pytest.approx(asked["value"], rel=0.02), (joint, key)
+        fitted = document["joints"][joint]["spring_rate"]
+        assert fitted["interval90"][0] <= told["spring_rate"]["value"] <= fitted["interval90"][1]
+    assert document["trials"][0]["file"] == "wanted characteristics"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", '"trials" is missing'),
+        (WANTED + "trials: [a.csv]\n", "both given"),
+        (WANTED.replace("  ankle", "  elbow"), "ankle: every joint"),
+        (WANTED.replace("damping_ratio: 0.3, ", ""), "damping_ratio"),
+        (WANTED.replace(", damped_frequency: 2.2 Hz", ""), '"damped_frequency", "rise_time" or both'),
+        (WANTED.replace("rise_time: 250 ms", "damped_frequency: 1 Hz"), "does not swing"),
+        (WANTED.replace("2.2 Hz", "2.2 mm"), "damped_frequency"),
+        (WANTED.replace("-25 deg", "0.1 deg"), "nothing would move"),
+        ("wanted: [1]\n", "a mapping"),
+    ],
+)
+def test_mistakes_are_told(text: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fit", str(project(tmp_path, text)), "--out", str(tmp_path / "out")]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_design_takes_them_in_the_place_of_recordings(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(EXAMPLES / "fit" / "robot.leg.yaml", tmp_path)
+    wanted = WANTED.replace("\n", "\n  ").replace("wanted:", "  wanted:")
+    path = tmp_path / "leg.yaml"
+    path.write_text(f"kind: leg-design\nsource:\n  leg: robot.leg.yaml\n{wanted}\ntarget: robot.leg.yaml\n")
+    assert main(["compare", f"wish={path}", "--out", str(tmp_path / "out"), "-q"]) == 0
+    document = json.loads((tmp_path / "out" / "compare.json").read_text())
+    assert (
+        document["sides"][1]["off_reference"]["overall"]["value"] < 0.05
+    )  # the fit follows the motion that shows them
+    assert main(["leg", str(path), "--out", str(tmp_path / "dry"), "--dry-run"]) == 0

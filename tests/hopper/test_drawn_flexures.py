@@ -1,0 +1,65 @@
+"""One rate for drawn hinges that differ: equal ones give themselves, the energy of the stroke is that of all five."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from hopper.hoppers import motor
+from synth.hopper.drawn_flexures import DrawnFlexures, equivalent_rate
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg
+from synth.jump.jump_models import MODELS
+from synth.jump.jump_runs import simulate
+
+LEG = HopperLeg()
+
+
+def energy(leg: HopperLeg, rates: dict[str, float]) -> float:
+    """Taken by two hips, two knees and the foot between crouch and extension, joint by joint."""
+    total, rest = 0.0, leg.flexures
+    for sign, upper in ((1.0, leg.extended), (-1.0, leg.start)):
+        lower = leg.lower_angle(upper)
+        total += sign * rates["hip"] * (upper - rest.hip_rest) ** 2
+        total += sign * rates["knee"] * (upper + lower - rest.knee_rest) ** 2
+        total += sign * 0.5 * rates["foot"] * (2 * lower - rest.foot_rest) ** 2
+    return total
+
+
+def test_equal_hinges_have_their_own_rate() -> None:
+    assert equivalent_rate(LEG, dict.fromkeys(("hip", "knee", "foot"), 0.013)) == pytest.approx(0.013)
+
+
+def test_the_energy_of_the_stroke_is_kept() -> None:
+    rates = {"hip": 0.0034, "knee": 0.0025, "foot": 0.0022}
+    one = equivalent_rate(LEG, rates)
+    assert energy(LEG, dict.fromkeys(rates, one)) == pytest.approx(energy(LEG, rates), rel=1e-12)
+
+
+def test_springs_that_give_nothing_on_the_whole_have_their_mean() -> None:
+    """Rests in the middle of every joint's stroke: as much is given as taken."""
+    a, b = LEG.start, LEG.extended
+    low, high = LEG.lower_angle(a), LEG.lower_angle(b)
+    rests = replace(LEG.flexures, hip_rest=(a + b) / 2, knee_rest=(a + b + low + high) / 2, foot_rest=low + high)
+    leg = replace(LEG, flexures=rests)
+    assert equivalent_rate(leg, {"hip": 0.01, "knee": 0.02, "foot": 0.03}) == pytest.approx(0.018)
+
+
+def test_flexures_matter_to_the_jump() -> None:
+    """A leg whose flexures take energy from the stroke clears another height than one without."""
+    leg = replace(LEG, length=0.1)
+    contact, drive = Contact(), motor(75)
+    plain = replace(leg, flexures=Flexures(rate=0.0))
+    some = replace(leg, flexures=replace(leg.flexures, rate=0.01))
+    clear = [one.clearance for one in simulate([(plain, drive), (some, drive)], contact, MODELS["A"])]
+    assert all(math.isfinite(value) for value in clear)
+    assert clear[0] != pytest.approx(clear[1], rel=1e-3)
+
+
+def test_words_and_numbers() -> None:
+    found = DrawnFlexures({"hip": 0.003, "knee": 0.0025, "foot": 0.002}, 0.005, 0.036, 0.042, "full")
+    assert "clears 3.6 cm instead of 4.2 cm by model full" in found.note
+    written = found.as_json()
+    assert written["clearance"]["value"] == pytest.approx(3.6)
+    assert written["equivalent_rate"] == {"value": 0.005, "unit": "N*m/rad"}

@@ -1,0 +1,180 @@
+"""Stall and free-speed tests, a link's bending pairs, a video's heights and a meter's currents."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.cli import main
+from synth.errors import UserError
+from synth.files.bending_pairs import read_bending
+from synth.files.hopper_project import read_hopper_project
+from synth.hopper.motors import motor_of
+from synth.hopper.seen_jumps import jumped, pushed
+from synth.jump.jump_layout import LAYOUTS
+from synth.jump.jump_models import MODELS, lane
+from synth.jump.jump_runs import compiled_jump, simulate
+from synth.jump.outcomes import outcome_of
+from synth.parts.catalogs import Catalogue
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "synth" / "examples" / "hopper" / "hopper.yaml"
+RESISTANCE, EMF, FRICTION, VISCOUS, RATIO, EFFICIENCY = 4.0, 1.6e-3, 5e-5, 2e-8, 210.0, 0.55
+
+
+def write(path: Path, header: str, rows: Any) -> None:
+    np.savetxt(path, np.asarray(rows), delimiter=",", header=header, comments="")
+
+
+def motor_tests(folder: Path, noise: float = 0.0) -> None:
+    """Points of a known motor: held at four voltages, and free at four."""
+    rng = np.random.default_rng(1)
+    held, free = [], []
+    for volts in (1.5, 3.0, 4.5, 6.0):
+        current = volts / RESISTANCE
+        held.append((volts, current, RATIO * EFFICIENCY * EMF * current))
+        # V = R i + K w, K i = f + b w with w at the rotor
+        speed = (volts * EMF / RESISTANCE - FRICTION) / (VISCOUS + EMF**2 / RESISTANCE)
+        free.append((volts, (FRICTION + VISCOUS * speed) / EMF, speed / RATIO))
+    for name, rows, last in (("stall", held, "torque [N*m]"), ("free", free, "speed [rad/s]")):
+        values = np.array(rows)
+        values[:, 1:] *= 1 + noise * rng.standard_normal(values[:, 1:].shape)
+        write(folder / f"{name}.csv", f"voltage [V],current [A],{last}", values)
+
+
+def motor_result(folder: Path, keys: str, out: str = "out") -> dict[str, Any]:
+    (folder / "motor.yaml").write_text(f"kind: hopper-motor\ngear_ratio: 210\n{keys}")
+    assert main(["hopper", str(folder / "motor.yaml"), "--out", str(folder / out), "-q"]) == 0
+    found: dict[str, Any] = json.loads((folder / out / "motor.json").read_text())["steady"]
+    return found
+
+
+def test_stall_and_free_speed_tell_the_steady_constants(tmp_path: Path) -> None:
+    motor_tests(tmp_path)
+    found = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n")["motor"]
+    true = {"resistance": RESISTANCE, "back_emf_constant": EMF, "friction": FRICTION, "viscous": VISCOUS,
+            "torque_constant": EFFICIENCY * EMF}  # fmt: skip
+    for key, value in true.items():
+        assert found[key]["value"] == pytest.approx(value, rel=1e-6), key
+        assert found[key]["interval90"][0] < value < found[key]["interval90"][1]
+
+
+def test_noisy_points_lie_in_their_intervals(tmp_path: Path) -> None:
+    motor_tests(tmp_path, 0.01)
+    found = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n")["motor"]
+    for key, value in (("resistance", RESISTANCE), ("back_emf_constant", EMF), ("torque_constant", EFFICIENCY * EMF)):
+        low, high = found[key]["interval90"]
+        assert low < value < high, key
+
+
+def test_what_a_test_alone_cannot_tell_is_said(tmp_path: Path) -> None:
+    motor_tests(tmp_path)
+    alone = motor_result(tmp_path, "stall: [stall.csv]\n")
+    assert set(alone["motor"]) == {"resistance", "torque_constant"}
+    assert any("free-speed test" in text for text in alone["not_told"])
+    one = np.loadtxt(tmp_path / "free.csv", delimiter=",", skiprows=1)[:1]
+    write(tmp_path / "free.csv", "voltage [V],current [A],speed [rad/s]", one)
+    both = motor_result(tmp_path, "stall: [stall.csv]\nfree_speed: [free.csv]\n", "both")
+    assert "viscous" not in both["motor"]
+    assert both["motor"]["friction"]["value"] == pytest.approx(EMF * one[0, 1])
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ("", 'needs "runs"'),
+        ("stall: [free.csv]\n", 'no column "torque [N*m]"'),
+        ("free_speed: [still.csv]\n", "free speed is 0"),
+        ("stall: [backward.csv]\n", "against its voltage"),
+    ],
+)
+def test_mistakes_are_told(keys: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    motor_tests(tmp_path)
+    write(tmp_path / "still.csv", "voltage [V],current [A],speed [rad/s]", [(6.0, 1.0, 0.0), (3.0, 1.0, 0.0)])
+    write(tmp_path / "backward.csv", "voltage [V],current [A],torque [N*m]", [(6.0, -1.0, 0.2), (3.0, 1.0, 0.1)])
+    (tmp_path / "motor.yaml").write_text(f"kind: hopper-motor\ngear_ratio: 210\n{keys}")
+    assert main(["hopper", str(tmp_path / "motor.yaml"), "--out", str(tmp_path / "out")]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_slope_with_an_offset_is_the_rate(tmp_path: Path) -> None:
+    """Ten pairs of 12 N*m/rad, the gauge 0.02 N*m off, 0.01 N*m of noise."""
+    rng = np.random.default_rng(4)
+    degrees = np.linspace(0.5, 6.0, 10)
+    torque = 0.02 + 12.0 * np.radians(degrees) + 0.01 * rng.standard_normal(10)
+    write(tmp_path / "pairs.csv", "deflection [deg],torque [N*m]", np.column_stack([degrees, torque]))
+    found = read_bending(tmp_path / "pairs.csv", "pairs.csv")
+    assert found.interval90[0] < 12.0 < found.interval90[1]
+    assert found.rate == pytest.approx(12.0, rel=0.03)
+    assert found.offset == pytest.approx(0.02, abs=0.02)
+
+
+def test_bending_pairs_stand_for_the_rate_in_a_design(tmp_path: Path) -> None:
+    write(tmp_path / "pairs.csv", "deflection [deg],torque [N*mm]", [(d, 11e3 * np.radians(d)) for d in (1, 2, 4)])
+    text = EXAMPLE.read_text()
+    measured = text.replace("beam_rate: 14.0224 N*m/rad", "bending: pairs.csv")
+    assert measured != text
+    (tmp_path / "hopper.yaml").write_text(measured)
+    found = read_hopper_project(tmp_path / "hopper.yaml")
+    assert found.leg.laminate.beam_rate(0.12) == pytest.approx(11.0, rel=1e-6)
+    assert any(d.key == "laminate.beam_rate" and "measured" in d.reason for d in found.defaults)
+    (tmp_path / "hopper.yaml").write_text(text.replace("beam_rate: 14", "bending: pairs.csv, beam_rate: 14"))
+    with pytest.raises(UserError, match="both given"):
+        read_hopper_project(tmp_path / "hopper.yaml")
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ([(1, 0.1), (2, 0.2)], "at least 3"),
+        ([(1, -0.1), (2, -0.2), (3, -0.3)], "wrong sign"),
+        ([(1, 0.1), (2, 0.9), (3, 0.2), (4, 0.9)], "no straight line"),
+    ],
+)
+def test_pairs_that_are_no_spring_are_refused(rows: list[tuple[float, float]], told: str, tmp_path: Path) -> None:
+    write(tmp_path / "pairs.csv", "deflection [deg],torque [N*m]", rows)
+    with pytest.raises(UserError, match=told):
+        read_bending(tmp_path / "pairs.csv", "pairs.csv")
+
+
+def test_video_and_meter_of_model_d_tell_model_d(tmp_path: Path) -> None:
+    """Made by model D at 240 frames and 1000 samples a second: its own predictions lie within the sampling."""
+    shutil.copy(EXAMPLE, tmp_path)
+    project = read_hopper_project(EXAMPLE)
+    leg, rows = project.leg.with_length(0.12), [row for row in Catalogue.load().motors if row.complete]
+    motors = [motor_of(row, project.motor_options) for row in rows]
+    jumps = simulate([(leg, motor) for motor in motors], project.contact, MODELS["D"])
+    best = int(np.argmax([jump.clearance for jump in jumps]))
+    row, motor = rows[best], motors[best]
+    jumper, layout = compiled_jump(leg.bending), LAYOUTS[leg.bending]
+    parameters = lane(leg, motor, project.contact, MODELS["D"])
+    outcome, trace = outcome_of(jumper.run(parameters[:, None])[:, 0]), jumper.trace(parameters)
+    frames, ticks = np.arange(-0.1, trace[-1, 0], 1 / 240), np.arange(-0.05, outcome.takeoff_time, 1e-3)
+    foot = np.interp(frames, trace[:, 0], trace[:, 1 + layout.row("foot")], left=0.0)
+    drawn = np.where(ticks < 0, 0.0, np.interp(ticks, trace[:, 0], trace[:, 1 + layout.row("drawn")]))
+    write(tmp_path / "video.csv", "time [s],height [mm]", np.column_stack([frames, 1e3 * foot + 812.0]))
+    write(tmp_path / "meter.csv", "time [s],current [A]", np.column_stack([ticks, drawn]))
+    (tmp_path / "jumps.yaml").write_text(
+        f'kind: hopper-jumps\ndesign: hopper.yaml\nmotor: "{row.part}"\nlength: 120 mm\n'
+        "heights: [{file: video.csv, point: foot}]\ncurrents: [meter.csv]\n"
+    )
+    assert main(["hopper", str(tmp_path / "jumps.yaml"), "--out", str(tmp_path / "out")]) == 0
+    seen = json.loads((tmp_path / "out" / "jumps.json").read_text())["seen"]
+    assert seen["height_of_foot"]["mean"]["value"] == pytest.approx(outcome.clearance, abs=5e-4)
+    assert abs(seen["height_of_foot"]["models"]["D"]["over_measured"]) < 0.02
+    assert abs(seen["peak_current"]["models"]["D"]["over_measured"]) < 0.02
+    assert abs(seen["charge"]["models"]["D"]["over_measured"]) < 0.05
+
+
+def test_a_video_without_a_jump_is_refused() -> None:
+    still = 1e-4 * np.sin(np.arange(100.0))
+    with pytest.raises(UserError, match="is it a jump"):
+        jumped("a.csv", still)
+    with pytest.raises(UserError, match="begins in the jump"):
+        jumped("a.csv", np.concatenate([[0.0, 0.05, 0.1], np.linspace(0.1, 0.0, 50)]))
+    with pytest.raises(UserError, match="no push"):
+        pushed("b.csv", np.arange(100) * 1e-3, -np.ones(100))

@@ -1,0 +1,158 @@
+"""``synth check``: its yardsticks are right by themselves, a right model holds, and a wrong one fails."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from math import exp, pi, radians, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from synth.cli import main
+from synth.files.leg_file import write_leg
+from synth.model_checks import jumping, swinging
+from synth.model_checks.checked import ModelCheck
+from synth.swing.leg_model import Damper, DamperCurve, Joint, Leg, Link, Spring
+from synth.swing.mechanics import coefficients, energy, mass_matrix
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "synth" / "examples"
+
+
+def leg(curve: bool = False, **more: Any) -> Leg:
+    """Two unequal links, tilted, one joint counted clockwise and with an armature."""
+    damper = Damper(curve=DamperCurve((1.0, 5.0), (0.03, 0.08))) if curve else Damper(0.04)
+    joints = (
+        Joint("hip", Link(0.2, 0.3, 0.12, 1.5e-3), radians(90), 1, None, Spring(4.0, radians(100)), damper),
+        Joint("knee", Link(0.15, 0.2, 0.05, 8e-4), radians(180), -1, None, Spring(1.5, radians(150)), Damper(0.02),
+              {}, 2e-4),
+    )  # fmt: skip
+    return Leg("two links", joints, **{"tilt": radians(5), **more})
+
+
+def test_outboard_inertia_is_the_mass_matrix_diagonal() -> None:
+    found, pose = leg(), np.array([0.4, -0.9])
+    matrix = mass_matrix(coefficients(found), pose, found.tilt)
+    for j in range(2):
+        assert swinging.outboard(found, j, pose)[0] == pytest.approx(matrix[j, j], rel=1e-12)
+
+
+def test_energies_link_by_link_are_the_coefficients_ones() -> None:
+    found, state, rate = leg(), np.array([0.4, -0.9]), np.array([1.5, -3.0])
+    other = energy(found, np.stack([state, 0 * state]), np.stack([rate, 0 * rate]))
+    own = [
+        swinging.potential(found, q) + swinging.kinetic(found, q, w) for q, w in ((state, rate), (0 * state, 0 * rate))
+    ]
+    assert own[0] - own[1] == pytest.approx(other[0] - other[1], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "expected"),
+    [
+        (0.0, np.cos(3.0)),
+        (1.0, exp(-3.0) * 4.0),
+        (0.5, exp(-1.5) * (np.cos(3 * sqrt(0.75)) + np.sin(3 * sqrt(0.75)) * 0.5 / sqrt(0.75))),
+        (2.0, ((2 + sqrt(3)) * exp(-(2 - sqrt(3)) * 3) - (2 - sqrt(3)) * exp(-(2 + sqrt(3)) * 3)) / (2 * sqrt(3))),
+    ],
+)
+def test_the_damped_oscillator_is_the_textbook_one(ratio: float, expected: float) -> None:
+    assert swinging.damped(1.0, ratio, 3.0) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_period_is_read_between_samples() -> None:
+    times = np.linspace(0.0, 4.3, 900)
+    assert swinging.period(times, np.cos(2 * pi * times)) == pytest.approx(1.0, rel=1e-8)
+    assert np.isnan(swinging.period(times, np.ones(900)))
+
+
+def test_what_is_not_a_number_fails() -> None:
+    assert not ModelCheck("a", "b", 1.0, float("nan"), 1.0, "1", "").passed
+
+
+@pytest.mark.parametrize("curve", [False, True])
+def test_a_leg_holds(curve: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "two.leg.yaml"
+    write_leg(leg(curve), path)
+    assert main(["check", str(path), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["passed"]
+    names = [(check["name"], check["where"]) for check in document["checks"]]
+    assert ("period as a pendulum", "knee") in names
+    assert ("angle at rest", "hip") in names
+    assert len(names) >= 7
+
+
+def test_a_leg_of_six_links_holds(tmp_path: Path) -> None:
+    joints = tuple(
+        Joint(f"j{i}", Link(0.1, 0.1, 0.05, 1e-4), spring=Spring(2.0 - 0.2 * i, 0.1 * i), damper=Damper(0.02))
+        for i in range(6)
+    )
+    path = tmp_path / "six.leg.yaml"
+    write_leg(Leg("six", joints), path)
+    assert main(["check", str(path), "-q"]) == 0
+
+
+def test_a_wrong_model_fails_and_says_where(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An engine whose gravity is a thousandth too large."""
+    right = swinging.simulate
+
+    def wrong(found: Leg, *rest: Any, **more: Any) -> Any:
+        return right(replace(found, gravity=1.001 * found.gravity), *rest, **more)
+
+    monkeypatch.setattr(swinging, "simulate", wrong)
+    path, out = tmp_path / "two.leg.yaml", tmp_path / "out"
+    write_leg(leg(), path)
+    assert main(["check", str(path), "--out", str(out)]) == 1
+    told = capsys.readouterr().out
+    assert "FAILS" in told
+    document = json.loads((out / "check.json").read_text())
+    failed = {check["name"] for check in document["checks"] if not check["passed"]}
+    assert {"period as a pendulum", "angle at rest", "energy without dampers, of that released"} <= failed
+    assert "angle after 0.3 periods as an oscillator" not in failed  # there is no gravity in it
+    assert "checks of the model fail" in (out / "report.html").read_text()
+
+
+def test_without_the_other_engine_it_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    path = tmp_path / "two.leg.yaml"
+    write_leg(leg(gravity=0.0), path)
+    assert main(["check", str(path)]) == 0
+    told = capsys.readouterr()
+    assert "MuJoCo is not installed" in told.out
+    assert "the leg has no gravity" in told.out
+
+
+def test_the_example_hopper_holds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)  # its drops have a test of their own: tests/hopper/test_mujoco.py
+    out = tmp_path / "out"
+    assert main(["check", str(EXAMPLES / "hopper" / "hopper.yaml"), "--out", str(out), "-q"]) == 0
+    document = json.loads((out / "check.json").read_text())
+    assert document["kind"] == "hopper"
+    assert len(document["checks"]) == 7
+    page = (out / "report.html").read_text()
+    assert "The model holds in all 7 checks" in page
+
+
+def test_a_wrong_hopper_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The planar form with a link a hundredth heavier."""
+    right = jumping.planar_jump
+
+    def wrong(found: Any, *rest: Any, **more: Any) -> Any:
+        laminate = replace(found.laminate, mass_per_length=1.05 * found.laminate.mass_per_length)
+        return right(replace(found, laminate=laminate), *rest, **more)
+
+    monkeypatch.setattr(jumping, "planar_jump", wrong)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    assert main(["check", str(EXAMPLES / "hopper" / "hopper.yaml"), "-q"]) == 1
+
+
+def test_another_kind_of_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(EXAMPLES / "fit" / "fit.yaml")]) == 2
+    assert "hopper" in capsys.readouterr().err

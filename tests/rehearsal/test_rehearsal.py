@@ -1,0 +1,321 @@
+"""Rehearsals: the generator moves a user's leg as the other engine does, answers stay closed, what is done is kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.swung import TWO, recorded
+from synth.batch.folder import Kept
+from synth.batch.task_outcome import Ended
+from synth.cli import main
+from synth.errors import UserError
+from synth.files.gap_project import GapProject, Tolerance, read_gap_project
+from synth.files.leg_file import write_leg
+from synth.files.trial_list import Trial
+from synth.planting.model import Truth, release
+from synth.rehearsal import rehearse
+from synth.rehearsal.case_files import write_case
+from synth.rehearsal.ladder import next_rung, visible_from
+from synth.rehearsal.one_case import Call, diagnosed, perform
+from synth.rehearsal.outcome import CANNOT, Outcome, accused
+from synth.rehearsal.plants import RUNGS, Field, Planted, Task, places
+from synth.rehearsal.rehearse import Rehearsal
+from synth.rehearsal.result import RehearsalResult
+from synth.rehearsal.users_rig import BACKGROUND, Rig, users_rig
+from synth.swing.chain import Conditions, simulate
+from synth.swing.leg_model import Damper, DamperCurve, Leg
+
+TIME = np.arange(151) * 0.01
+CURVE = DamperCurve((1.0, 4.0, 12.0), (0.1, 0.25, 0.4))
+ODD = TWO.with_joints(hip={"damper": Damper(curve=CURVE), "armature": 3e-3}, knee={"armature": 1e-3})
+
+
+def project(leg: Leg, trials: list[Trial], path: Path = Path("gap.yaml")) -> GapProject:
+    return GapProject(path, leg.name, leg, tuple(trials), Tolerance(), 0, (), ())
+
+
+def driven() -> list[Trial]:
+    """Releases at speed, with a tip mass off the link's end, a tilt, a joint held, and a torque denser than angles."""
+    moments = np.arange(0.0, 1.501, 0.004)
+    torque = np.zeros((len(moments), 2))
+    torque[:, 1] = 0.3 * np.sin(9.0 * moments) * np.sign(np.sin(4.0 * moments))
+    start = np.array([0.5, -0.4])
+    made = []
+    for locked, mass, tilt in (((), 0.05, 0.0), ((0,), 0.0, 0.3)):
+        conditions = Conditions(locked, mass, tilt, 1e-4 if mass else 0.0, 0.1 if mass else None)
+        speed = np.array([1.0, -2.0]) * [j not in locked for j in range(2)]
+        motion = simulate(ODD, start, speed, TIME, conditions, known_torque=(moments, torque))
+        everything = np.unique(np.concatenate([moments, TIME]).round(9))
+        angles = np.full((len(everything), 2), np.nan)
+        angles[np.searchsorted(everything, TIME.round(9))] = ODD.to_measured(motion[:, :2])
+        known = np.stack([np.interp(everything, moments, t) for t in (ODD.sign * torque).T], axis=1)
+        names = tuple(ODD.joint_names[j] for j in locked)
+        made.append(
+            Trial(
+                f"{len(made)}.csv",
+                everything,
+                angles,
+                torques=known,
+                locked=names,
+                tip_mass=mass,
+                tilt=tilt,
+                tip_inertia=conditions.tip_inertia,
+                tip_at=conditions.tip_at,
+            )
+        )
+    return made
+
+
+def test_the_generator_moves_a_user_s_leg_as_the_other_engine_does() -> None:
+    """Two engines, one leg: measured dampers, rotors, tip masses, tilts, locks, torques and speeds at the start."""
+    rig = users_rig(project(ODD, driven()))
+    for number, trial in enumerate(rig.trials):
+        motion = release(Truth(rig.nominal), trial, 1e-4)
+        conditions = Conditions(trial.locked, trial.tip_mass, trial.tilt, trial.tip_inertia, trial.tip_at)
+        assert trial.speed is not None
+        ours = simulate(ODD, trial.pose, trial.speed, rig.times[number], conditions, known_torque=trial.known)
+        np.testing.assert_allclose(motion.at(rig.times[number]), ours[:, :2], atol=2e-5)
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return users_rig(project(TWO, recorded(TWO, seed=2, noise=np.radians(0.01))))
+
+
+@pytest.fixture(scope="module")
+def field(rig: Rig) -> Field:
+    return Field.of(rig, 5, 0)
+
+
+def plant(field: Field, task: Task) -> Planted:
+    planted = field.plant(np.random.default_rng(1), task)
+    assert planted is not None
+    return planted
+
+
+def test_a_planted_case_has_the_gap_of_its_rung_and_small_causes_beside_it(field: Field) -> None:
+    found = plant(field, Task("coulomb_friction", 1, 2, 0)).answer
+    (cause,) = found["causes"]
+    assert cause["gap"] == pytest.approx(RUNGS[2] * field.unexplained, rel=0.13)
+    assert cause["size"] > 0.0
+    assert len(found["small"]) == 3
+    assert field.rig.background == pytest.approx(BACKGROUND * 0.25, rel=0.6)  # swings of about 0.25 rad RMS
+    squares = [(c.reached * field.ground.floor) ** 2 for c in field.small[:3]]
+    assert np.sqrt(sum(squares)) == pytest.approx(field.rig.background, rel=0.3)
+
+
+def test_a_case_keeps_the_user_s_trials_and_tells_nothing(field: Field, tmp_path: Path) -> None:
+    trials = recorded(TWO, seed=2, noise=np.radians(0.01))
+    write_leg(TWO, tmp_path / "my.leg.yaml")
+    (tmp_path / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [a.csv]\ntolerance: {mass: 2 %}\n")
+    planted = plant(field, Task("spring_preload", 0, 2, 0))
+    (tmp_path / "case").mkdir()
+    own = project(TWO, trials, tmp_path / "gap.yaml")
+    case = read_gap_project(write_case(own, field.rig, planted, tmp_path / "case"))
+    assert case.tolerance.mass == pytest.approx(0.02)
+    assert [trial.held_out for trial in case.trials] == [trial.held_out for trial in trials]
+    for trial, before, reading in zip(case.trials, trials, planted.readings, strict=True):
+        np.testing.assert_allclose(trial.time, before.time, atol=1e-9)
+        np.testing.assert_allclose(trial.angles, reading, atol=1e-8)
+    text = "".join(file.read_text() for file in (tmp_path / "case").rglob("*") if file.is_file())
+    assert "preload" not in text
+
+
+def test_torques_of_a_case_are_the_user_s(tmp_path: Path) -> None:
+    own = project(ODD, driven(), tmp_path / "gap.yaml")
+    (tmp_path / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [a.csv]\n")
+    rig = users_rig(own)
+    readings = tuple(
+        rig.nominal.reading(release(Truth(rig.nominal), t, 1e-3).at(x))
+        for t, x in zip(rig.trials, rig.times, strict=True)
+    )
+    (tmp_path / "case").mkdir()
+    again = users_rig(read_gap_project(write_case(own, rig, Planted(readings, {}), tmp_path / "case")))
+    for first, second in zip(rig.trials, again.trials, strict=True):
+        assert first.known is not None
+        assert second.known is not None
+        for joint in range(2):
+            told = np.interp(first.known[0], second.known[0], second.known[1][:, joint])
+            np.testing.assert_allclose(told, first.known[1][:, joint], atol=1e-8)
+        assert (first.tip_mass, first.tip_inertia, first.tip_at) == pytest.approx(
+            (second.tip_mass, second.tip_inertia, second.tip_at)
+        )
+
+
+def outcome(effect: str, joint: int, rung: int, right: bool, draw: int = 0, verdict: str = "") -> Outcome:
+    key = (effect, "knee")
+    said = verdict or ("effect" if right else "none")
+    named = (key,) if right else ()
+    return Outcome(
+        Task(effect, joint, rung, draw), key, "form", 0.01 * (rung + 1), 0.1 * (rung + 1), (), said, named, 0.9, 1.0
+    )
+
+
+def test_the_search_by_halves_finds_the_least_rung_and_begins_anew() -> None:
+    """A cause that is named from a rung on: two or three cases find the rung, whichever it is."""
+    for least in range(len(RUNGS) + 1):
+        made: list[Outcome] = []
+        for _ in range(10):
+            rung, draw = next_rung(made)
+            if draw:
+                break
+            made.append(outcome("backlash", 1, rung, rung >= least))
+        assert len(made) <= 3
+        assert visible_from(made) == (least if least < len(RUNGS) else None)
+    above = [outcome("backlash", 1, 1, False), outcome("backlash", 1, 2, False, verdict=CANNOT)]
+    assert next_rung(above) == (1, 1)  # what cannot be planted is no rung to be found
+
+
+def test_one_lucky_small_case_makes_no_size_visible() -> None:
+    lucky = [outcome("backlash", 1, 0, True), outcome("backlash", 1, 1, False), outcome("backlash", 1, 1, False, 1)]
+    assert visible_from([*lucky, outcome("backlash", 1, 2, True)]) == 2
+
+
+def test_what_a_gap_file_accuses() -> None:
+    cause = {"effect": "backlash", "joint": "knee"}
+    other = {"effect": "latency", "joint": "hip"}
+    document = {"verdict": "tie", "ranked": [other, cause], "explanation": [cause], "tied": [[other]]}
+    assert accused(document) == (("latency", "hip"), ("backlash", "knee"))
+    assert accused(document | {"verdict": "unknown"}) == ()
+
+
+def test_a_diagnosis_can_open_neither_answers_nor_generator(tmp_path: Path) -> None:
+    write_leg(TWO, tmp_path / "my.leg.yaml")
+    document, said = diagnosed(tmp_path / "gap.yaml", tmp_path / "out", [tmp_path])
+    assert document is None
+    assert "closed to a diagnosis" in said or "is closed" in said
+
+
+class Fake:
+    """Stands in for the processes: answers at once, and is interrupted after so many."""
+
+    def __init__(self, until: int) -> None:
+        self.until, self.made = until, 0
+
+    def __call__(self, function: Any, calls: Iterable[tuple[str, Call]], workers: int) -> Iterator[tuple[str, Ended]]:
+        assert function is perform
+        for name, call in calls:
+            if self.made == self.until:
+                raise KeyboardInterrupt
+            self.made += 1
+            task = call.task
+            key = (task.effect, "knee") if task.effect else None
+            right = task.rung >= 1
+            made = Outcome(
+                task, key, "", 0.01, 0.1, (), "effect" if right else "none", (key,) if right and key else (), 0.9, 2.0
+            )
+            yield name, Ended(value=made.as_json())
+
+
+def rehearsal(rig: Rig, folder: Path, count: int = 40) -> Rehearsal:
+    return Rehearsal(folder / "gap.yaml", rig, 3, count, 2, {"gap.yaml": "x"})
+
+
+def test_a_stopped_rehearsal_goes_on_and_ends_as_if_never_stopped(
+    rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(rehearse, "run_here", Fake(10**6))
+    whole = rehearsal(rig, tmp_path)
+    whole.run(Kept(tmp_path / "a", "rehearsal", "words"), {}, said.append)
+    assert len(whole.outcomes) == 40
+    assert said[-1].startswith("  40/40 ")
+    assert any("min left" in line or "s left" in line for line in said)
+
+    stopped, fake = rehearsal(rig, tmp_path), Fake(13)
+    monkeypatch.setattr(rehearse, "run_here", fake)
+    with pytest.raises(KeyboardInterrupt):
+        stopped.run(Kept(tmp_path / "b", "rehearsal", "words"), {}, said.append)
+    rest = Fake(10**6)
+    monkeypatch.setattr(rehearse, "run_here", rest)
+    going = rehearsal(rig, tmp_path)
+    going.run(Kept(tmp_path / "b", "rehearsal", "words"), {}, said.append)
+    assert fake.made + rest.made == 40
+    assert [o.task for o in going.outcomes] == [o.task for o in whole.outcomes]
+
+    more, few = Fake(10**6), rehearsal(rig, tmp_path, 50)
+    monkeypatch.setattr(rehearse, "run_here", more)
+    few.run(Kept(tmp_path / "c", "rehearsal", "words"), {o.task.name: o for o in whole.outcomes}, said.append)
+    assert len(few.outcomes) == 50
+    assert more.made < 50
+
+
+def test_a_result_tells_sizes_confusion_and_false_alarms(rig: Rig) -> None:
+    outcomes = [
+        outcome("coulomb_friction", 1, 1, False),
+        outcome("coulomb_friction", 1, 2, True),
+        replace(outcome("backlash", 1, 2, False, verdict="effect"), named=(("one_sided_spring", "knee"),)),
+        replace(outcome("", 0, 0, False, verdict="none"), planted=None),
+        replace(outcome("", 0, 0, False, 1, verdict="effect"), planted=None, named=(("latency", "hip"),)),
+        outcome("cogging", 1, 2, False, verdict="unknown"),
+    ]
+    found = RehearsalResult("leg", rig, 0, tuple(outcomes), {}).as_json()
+    by_effect = {cause["effect"]: cause for cause in found["causes"]}
+    assert by_effect["coulomb_friction"]["visible_from"]["value"] == pytest.approx(0.3)
+    assert by_effect["coulomb_friction"]["visible_from"]["unit"] == "N*m"
+    assert by_effect["backlash"]["visible_from"] is None
+    assert by_effect["backlash"]["taken_for"] == {"one_sided_spring (knee)": 1}
+    assert found["nothing_planted"] == {"cases": 2, "right": 1, "taken_for": {"latency (hip)": 1}}
+    assert found["not_in_the_library"]["right"] == 1
+    assert "named in 1 of 2" in found["sentence"]
+    assert "accused in 1 of 2" in found["sentence"]
+    assert json.dumps(found, allow_nan=False)
+
+
+def test_every_cause_that_can_act_is_rehearsed(rig: Rig) -> None:
+    found = places(rig, 0)
+    assert len(found) == len(set(found))
+    assert ("base_tilt", -1) in found
+    assert {("backlash", 0), ("backlash", 1)} <= set(found)
+    assert not [key for key in found if key[0].startswith("torque_")]
+
+
+def test_a_leg_with_effects_is_refused() -> None:
+    rubbing = TWO.with_joints(knee={"effects": {"coulomb_friction": {"torque": 0.1}}})
+    with pytest.raises(UserError, match="the leg file gives it effects"):
+        users_rig(project(rubbing, recorded(TWO)))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--count", "3"], "--count belongs to --rehearse"),
+        (["--rehearse", "--check"], "exclude each other"),
+        (["--rehearse", "--count", "0"], "0"),
+        (["--rehearse"], "--out is missing"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_message(
+    words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = [] if message.startswith("--out") else ["--out", str(tmp_path / "out")]
+    example = Path(__file__).resolve().parents[2] / "synth" / "examples" / "gap" / "gap.yaml"
+    assert main(["gap", str(example), *words, *out]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_one_case_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_leg(TWO, tmp_path / "my.leg.yaml")
+    (tmp_path / "trials").mkdir()
+    for trial in recorded(TWO, seed=2, noise=np.radians(0.01), held_out=0):
+        rows = [f"{t:.6f},{a:.6f},{b:.6f}" for t, (a, b) in zip(trial.time, np.degrees(trial.angles), strict=True)]
+        (tmp_path / "trials" / trial.name).write_text("\n".join(["time [s],hip [deg],knee [deg]", *rows]) + "\n")
+    (tmp_path / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [trials/*.csv]\n")
+    words = ["gap", "--rehearse", str(tmp_path / "gap.yaml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+    assert main([*words, "--count", "1"]) == 0
+    first = json.loads((tmp_path / "out" / "rehearsal.json").read_text())
+    assert first["plants"][0]["verdict"] in ("effect", "tie", "none", "unknown")
+    assert "The smallest that was named" in (tmp_path / "out" / "report.html").read_text()
+    capsys.readouterr()
+    assert main([*words, "--count", "1"]) == 0  # nothing is left to do, and nothing is done
+    assert "going on with what is done already" in capsys.readouterr().out
+    assert json.loads((tmp_path / "out" / "rehearsal.json").read_text())["plants"] == first["plants"]
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]

@@ -1,0 +1,79 @@
+"""The jumping leg's claims: the calibration, what follows from it, and the closed forms that the sentences rest on."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import pi, radians
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from synth.cli import main
+from synth.validation.jump_claims import (
+    LENGTH,
+    MEASURED,
+    PREDICTED,
+    RATIO,
+    ROTOR_INERTIA,
+    Configuration,
+    calibrated,
+    deepest,
+    inertia_for,
+    printed_work_share,
+)
+
+TWO_CELLS = Configuration(supply=7.4, damping=0.0005)
+
+
+def test_the_motor_line_is_the_laboratorys_own() -> None:
+    """Its code: 0.00016 * 5.7 / 4.3586, in kgf m, is one motor's stall torque."""
+    motor = Configuration().motor(1.0)
+    assert motor.stall_torque == pytest.approx(0.00016 * 5.7 / 4.3586 * 9.80665)
+    assert motor.efficiency == 1.0
+    assert Configuration().motor(RATIO).stall_torque == pytest.approx(RATIO * motor.stall_torque)
+
+
+def test_the_printed_work_share_against_a_sum() -> None:
+    theta = np.linspace(radians(30.0), radians(80.0), 20_001)
+    summed = np.trapezoid(np.cos(theta) ** 2, theta) / (theta[-1] - theta[0])
+    assert printed_work_share(radians(60.0), radians(10.0)) == pytest.approx(float(summed), rel=1e-6)
+    assert printed_work_share(pi / 2, 0.0) == pytest.approx(0.5)
+
+
+def test_a_calibrated_crouch_gives_the_published_prediction_as_clearance() -> None:
+    found = calibrated(TWO_CELLS)
+    assert found is not None
+    assert found.height("D") == pytest.approx(PREDICTED, rel=1e-3)
+    assert radians(30.0) < found.crouch < deepest()
+    best = found.best("D", 0.14)
+    assert 180.0 <= best.ratio <= 240.0
+    assert 0.11 <= best.length <= 0.15
+    assert found.height("full") < min(found.height("B"), found.height("D"))
+
+
+def test_the_laboratorys_own_volts_do_not_reach_the_prediction() -> None:
+    assert calibrated(Configuration()) is None
+    assert replace(Configuration(), crouch=deepest()).height("D") == pytest.approx(0.2, abs=0.02)
+
+
+def test_the_measured_height_asks_for_a_lighter_rotor() -> None:
+    found = calibrated(TWO_CELLS)
+    assert found is not None
+    inertia = inertia_for(found)
+    assert inertia is not None
+    assert inertia < 0.5 * ROTOR_INERTIA
+    assert replace(found, inertia=inertia).height("full") == pytest.approx(MEASURED, rel=0.01)
+    nominal, low, high = found.interval("full")
+    assert low < nominal < high < MEASURED
+    assert found.by_length("D", RATIO, np.array([LENGTH, 0.02]))[1] == 0.0  # the crouch is out of its reach
+
+
+def test_the_command_writes_three_tables(tmp_path: Path) -> None:
+    assert main(["--quiet", "reproduce", "jump", "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "reproduction.json").read_text())
+    assert [table["name"] for table in found["tables"]] == ["Claims", "Heights", "Configurations"]
+    assert all(table["differences"] for table in found["tables"])
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "clearance over leg length, measured" in page
