@@ -181,7 +181,18 @@ def _mesh_of(solid: Any) -> Mesh:
     points, triangles = solid.tessellate(LINEAR_TOLERANCE, ANGULAR_TOLERANCE)
     vertices = np.array([(p.x, p.y, p.z) for p in points], dtype=np.float64)
     merged = trimesh.Trimesh(vertices, np.array(triangles, dtype=np.int64), process=True)
-    return Mesh(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
+    return _ordered(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
+
+
+def _ordered(vertices: Array, faces: Faces) -> Mesh:
+    """The same mesh with points and triangles sorted: the kernel's own order may change from one call to the next."""
+    order = np.lexsort(vertices.T[::-1])
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    moved = place[faces]
+    rows = np.arange(len(moved))[:, None]
+    moved = moved[rows, (np.argmin(moved, axis=1)[:, None] + np.arange(3)) % 3]
+    return Mesh(vertices[order], moved[np.lexsort(moved.T[::-1])])
 
 
 def file_name(name: str) -> str:

@@ -92,6 +92,8 @@ def largest_change(freed: Freed, project: GapProject) -> View:
     order: list[Key] = []
     for index in np.argsort(-np.abs(change), axis=None):
         q, j = np.unravel_index(index, change.shape)
+        if QUANTITIES[q] not in NAMES:  # a motor's number: these legs have none, and their widths are zero
+            continue
         key = (NAMES[QUANTITIES[q]][0 if change[q, j] > 0 else 1], names[j])
         if key not in order:
             order.append(key)

@@ -175,6 +175,8 @@ def _judged(
         return "DIED", f"signal {-status}"
     if status not in (0, 1, 2) or "Traceback" in said + told:
         return "CRASHED", last
+    if status == 1 and not (said + told).strip():
+        return "CRASHED", "exit status 1 and not a word"
     after = _contents(box, folder / "out")
     allowed = {str(folder / "out.json")} if status in (0, 1) else set()  # 1: an answer, that it cannot be had
     kept = str(folder / ".out.fits") if (folder / "out" / "fits.json").exists() else str(folder / "\0")
@@ -200,14 +202,8 @@ def _result(status: int, out: Path, said: str) -> tuple[str, str]:
     if status == 2:
         if out.exists() and not (out / "fits.json").exists() and not (out / "catalog").exists():
             return "HALF", "refused, and a result is there"
-        lines = said.splitlines()
-        strange = [line for line in lines if not line.startswith(("synth: ", "usage: ", " "))]
-        if not lines or strange:
-            return "SAID", strange[0][:300] if strange else "nothing"
-        if max(map(len, lines)) > 3000:
-            return "SAID", f"a line of {max(map(len, lines))} characters"
-        return "REFUSED", lines[0][:200]
-    if said.strip():
+        return _message(said)
+    if said.strip() and (status == 0 or not said.startswith("synth: ")):
         return "SAID", said.strip().splitlines()[0][:300]
     for name in RESULTS:
         if (out / name).is_file():
@@ -216,6 +212,17 @@ def _result(status: int, out: Path, said: str) -> tuple[str, str]:
             except ValueError as error:
                 return "HALF", f"{name}: {error}"
     return "DONE", ""
+
+
+def _message(said: str) -> tuple[str, str]:
+    """Whether a refusal is one message as the program writes it."""
+    lines = said.splitlines()
+    strange = [line for line in lines if not line.startswith(("synth: ", "usage: ", " "))]
+    if not lines or strange:
+        return "SAID", strange[0][:300] if strange else "nothing"
+    if max(map(len, lines)) > 3000:
+        return "SAID", f"a line of {max(map(len, lines))} characters"
+    return "REFUSED", lines[0][:200]
 
 
 def _no_number(word: str) -> float:

@@ -50,6 +50,8 @@ def test_the_judge_sees_each_kind_of_failure(tmp_path: Path) -> None:
     assert judged(tmp_path / "a", 2, refused) == "REFUSED"
     assert judged(tmp_path / "b", 0, "", result="{}") == "DONE"
     assert judged(tmp_path / "c", 1, "") == "CRASHED"
+    assert judged(tmp_path / "o", 1, "synth: cannot be had: no wire is thick enough\n") == "DONE"
+    assert judged(tmp_path / "p", 3, "synth: x\n") == "CRASHED"
     assert judged(tmp_path / "d", 2, refused + "Traceback (most recent call last):\n") == "CRASHED"
     assert judged(tmp_path / "e", -99, "") == "HUNG"
     assert judged(tmp_path / "f", -11, "") == "DIED"
