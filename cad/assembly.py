@@ -14,7 +14,7 @@ BELOW = 1.5  # of the joint's width, by which what lies between the ears is draw
 
 
 @dataclass(frozen=True)
-class Step:
+class AssemblyStep:
     """One step: what is done, with which parts (their names), and where they stand when pulled apart.
 
     ``along`` and ``below``: shifts along the hinge axis (canonical) and away from the upper link, in joint widths.
@@ -26,7 +26,7 @@ class Step:
     below: float
 
 
-def assembly(joint: BuiltJoint) -> tuple[Step, ...]:
+def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
     """The steps in their order; together they hold every part of the joint once."""
     names = {part.name: part for part in joint.parts}
     prefix = next(iter(names)).removesuffix("upper")
@@ -72,10 +72,10 @@ def assembly(joint: BuiltJoint) -> tuple[Step, ...]:
     wanted = {ending for _, endings, _, _ in planned for ending in endings}
     owner = {name: max((e for e in wanted if _named(name, prefix, e)), key=len, default="") for name in left}
     for text, endings, along, below in planned:
-        steps.append(Step(text, tuple(n for n, ending in owner.items() if ending in endings), along, below))
-    steps.append(Step("push the tubes into their sockets and put the screws through, with their nuts",
+        steps.append(AssemblyStep(text, tuple(n for n, ending in owner.items() if ending in endings), along, below))
+    steps.append(AssemblyStep("push the tubes into their sockets and put the screws through, with their nuts",
                       tuple(fixings), 0.0, 0.0))  # fmt: skip
-    upper = Step("set the heat-set inserts into the holes of all printed parts with a soldering iron",
+    upper = AssemblyStep("set the heat-set inserts into the holes of all printed parts with a soldering iron",
                  tuple(n for n, ending in owner.items() if not ending), 0.0, 0.0)  # fmt: skip
     return (upper, *steps)
 
@@ -125,7 +125,7 @@ def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
     return found
 
 
-def _apart(part: BuiltPart, name: str, step: Step) -> tuple[float, float]:
+def _apart(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float]:
     """Shifts of a part in joint widths: its step's, and of what would hide in the part it goes into a little more."""
     along, below = step.along, step.below
     if part.family == "bearing":

@@ -7,10 +7,10 @@ from pathlib import Path
 from reports import page
 from reports.openings.comparison import comparison_opening
 from reports.reading import read_result
-from reports.section import Section
+from reports.section import ReportSection
 from reports.sections import compared
 
-SECTIONS: tuple[Section, ...] = (compared.RESPONSES, compared.PARAMETERS, compared.DIFFERENCES, compared.ORIGINS)
+SECTIONS: tuple[ReportSection, ...] = (compared.RESPONSES, compared.PARAMETERS, compared.DIFFERENCES, compared.ORIGINS)
 
 
 def write_comparison_report(folder: Path) -> Path:

@@ -7,10 +7,10 @@ from pathlib import Path
 from reports import page
 from reports.openings.tables import fits_opening
 from reports.reading import read_result
-from reports.section import Section
+from reports.section import ReportSection
 from reports.sections import fits
 
-SECTIONS: tuple[Section, ...] = (fits.LEGS, fits.ACROSS, fits.FAILED, fits.WARNINGS)
+SECTIONS: tuple[ReportSection, ...] = (fits.LEGS, fits.ACROSS, fits.FAILED, fits.WARNINGS)
 
 
 def write_fits_report(folder: Path) -> Path:

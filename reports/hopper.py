@@ -8,7 +8,7 @@ from reports.openings.gap import gap_opening
 from reports.openings.hopper import study_opening, truth_opening
 from reports.page import SCRIPTS, write_page
 from reports.reading import read_result
-from reports.section import Section
+from reports.section import ReportSection
 from reports.sections import (
     files,
     gap_how_far,
@@ -27,7 +27,7 @@ from reports.sections import (
 from reports.sections.hopper_equations import SECTION as EQUATIONS
 from reports.sections.live_leg import block
 
-STUDY_SECTIONS: tuple[Section, ...] = (
+STUDY_SECTIONS: tuple[ReportSection, ...] = (
     hopper_choice.MAP,
     hopper_choice.SECTION,
     hopper_jump.SECTION,
@@ -37,14 +37,14 @@ STUDY_SECTIONS: tuple[Section, ...] = (
     files.SECTION,
     EQUATIONS,
 )
-TRUTH_SECTIONS: tuple[Section, ...] = (
+TRUTH_SECTIONS: tuple[ReportSection, ...] = (
     hopper_truth.SECTION,
     hopper_truth.HEIGHTS,
     hopper_truth.MAPS,
     hopper_truth.SENSITIVITIES,
     EQUATIONS,
 )
-GAP_SECTIONS: tuple[Section, ...] = (
+GAP_SECTIONS: tuple[ReportSection, ...] = (
     gap_which.SECTION,
     gap_how_far.SECTION,
     hopper_gap.WHERE,

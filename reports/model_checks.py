@@ -9,7 +9,7 @@ from reports import page
 from reports.opening import Cell, Figures, Opening
 from reports.quantities import number, text, unit_text
 from reports.reading import Json, Result, read_result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST_ROWS = 6  # in the opening: those nearest to their limits; the section has all
 
@@ -93,4 +93,4 @@ def _all(result: Result) -> dict[str, Any] | AbsentResult:
     return {"rows": rows, "left_out": sequence(result.content, "left_out"), "inputs": mapping(result.content, "inputs")}
 
 
-SECTIONS: tuple[Section, ...] = (Section("model-checks", "Every check", _all),)
+SECTIONS: tuple[ReportSection, ...] = (ReportSection("model-checks", "Every check", _all),)

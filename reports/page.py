@@ -22,7 +22,7 @@ from reports.openings.leg import leg_opening
 from reports.openings.rehearsal import rehearsal_opening
 from reports.reading import Result, read_result
 from reports.scripts import policy, script
-from reports.section import AbsentResult, Section
+from reports.section import AbsentResult, ReportSection
 from reports.sections import (
     built,
     check_apart,
@@ -53,7 +53,7 @@ from reports.sections import (
 )
 from reports.sections.warnings import warnings_of
 
-LEG_SECTIONS: tuple[Section, ...] = (
+LEG_SECTIONS: tuple[ReportSection, ...] = (
     built.SECTION,
     swap.SECTION,
     summary.SECTION,
@@ -70,13 +70,13 @@ LEG_SECTIONS: tuple[Section, ...] = (
     files.SECTION,
     equations.SECTION,
 )
-FIT_SECTIONS: tuple[Section, ...] = (
+FIT_SECTIONS: tuple[ReportSection, ...] = (
     motion.SECTION,
     estimates.SECTION,
     inputs.SECTION,
     equations.SECTION,
 )
-GAP_SECTIONS: tuple[Section, ...] = (
+GAP_SECTIONS: tuple[ReportSection, ...] = (
     gap_which.SECTION,
     gap_how_far.SECTION,
     gap_where.SECTION,
@@ -84,14 +84,14 @@ GAP_SECTIONS: tuple[Section, ...] = (
     gap_terms.SECTION,
     inputs.SECTION,
 )
-CHECK_SECTIONS: tuple[Section, ...] = (check_sizes.SECTION, check_apart.SECTION, check_found.SECTION)
-REHEARSAL_SECTIONS: tuple[Section, ...] = (rehearsal_sizes.SECTION, rehearsal_confusion.SECTION)
+CHECK_SECTIONS: tuple[ReportSection, ...] = (check_sizes.SECTION, check_apart.SECTION, check_found.SECTION)
+REHEARSAL_SECTIONS: tuple[ReportSection, ...] = (rehearsal_sizes.SECTION, rehearsal_confusion.SECTION)
 SCRIPTS = ("page.js", "plots.js")
 UNFOLDED = 1  # sections; what lies beyond the second screen is folded
 
 
 @dataclass(frozen=True)
-class Shown:
+class RenderedSection:
     """A section as it stands on the page."""
 
     name: str
@@ -163,13 +163,13 @@ def write_gap_report(folder: Path) -> Path:
 def write_page(
     result: Result,
     kind: str,
-    sections: Sequence[Section],
+    sections: Sequence[ReportSection],
     opening: Opening,
     scripts: Sequence[str] = SCRIPTS,
     blocks: Sequence[Markup] = (),
 ) -> Path:
     """Write ``report.html`` of these sections beside the result; those without content are listed as left out."""
-    shown: list[Shown] = []
+    shown: list[RenderedSection] = []
     left_out: list[tuple[str, str]] = []
     templates = environment()
     for section in sections:
@@ -178,7 +178,7 @@ def write_page(
             left_out.append((section.title, content.why))
             continue
         html = templates.get_template(f"{section.template or section.name}.html").render(**content, file=result.name)
-        shown.append(Shown(section.name, section.title, Markup(html), len(shown) < UNFOLDED))
+        shown.append(RenderedSection(section.name, section.title, Markup(html), len(shown) < UNFOLDED))
     used = [script(name) for name in scripts]
     page = templates.get_template("page.html").render(
         kind=kind,

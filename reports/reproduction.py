@@ -8,7 +8,7 @@ from typing import Any
 from reports import page
 from reports.openings.tables import reproduction_opening
 from reports.reading import Json, Result, read_result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def write_reproduction_report(folder: Path) -> Path:
@@ -24,19 +24,22 @@ def write_reproduction_report(folder: Path) -> Path:
     return page.write_page(result, kind, _sections(result), reproduction_opening(result))
 
 
-def _sections(result: Result) -> tuple[Section, ...]:
+def _sections(result: Result) -> tuple[ReportSection, ...]:
     """A section a table, in the result's order, and the inputs."""
     tables = [table for table in sequence(result.content, "tables") if isinstance(table, dict)]
-    return (*(_section(index, table) for index, table in enumerate(tables)), Section("inputs-read", "Inputs", _inputs))
+    return (
+        *(_section(index, table) for index, table in enumerate(tables)),
+        ReportSection("inputs-read", "Inputs", _inputs),
+    )
 
 
-def _section(index: int, table: Json) -> Section:
+def _section(index: int, table: Json) -> ReportSection:
     def content(result: Result) -> dict[str, Any] | AbsentResult:
         rows = [row for row in sequence(table, "rows") if isinstance(row, dict)]
         return {"table": table, "rows": rows, "index": index} if rows else AbsentResult("no row")
 
     title = f"{table.get('name')}: {table.get('title')}"
-    return Section(f"table-{index + 1}", title, content, "reproduction-table")
+    return ReportSection(f"table-{index + 1}", title, content, "reproduction-table")
 
 
 def _inputs(result: Result) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from reports.figures.palette import Line
-from reports.figures.trials import Curve, Panel
+from reports.figures.trials import Curve, TrialPanel
 from reports.reading import Result, ResultTable
 
 MOST_TRIALS = 12  # shown; of more, the best and the worst
@@ -41,7 +41,7 @@ class Response:
         """The column's unit."""
         return self.table.units.get(f"{joint} {kind}", "")
 
-    def panel(self, joint: str, lines: Mapping[str, Line], remark: str) -> Panel | None:
+    def panel(self, joint: str, lines: Mapping[str, Line], remark: str) -> TrialPanel | None:
         """One joint's panel: a curve for each kind that there is; None without time or any curve."""
         times = self.table.columns.get("time", [])
         kinds = [kind for kind in lines if f"{joint} {kind}" in self.table.columns]
@@ -49,7 +49,7 @@ class Response:
             return None
         curves = [Curve(self.table.columns[f"{joint} {kind}"], lines[kind], kind) for kind in kinds]
         unit = self.unit(joint, kinds[0])
-        return Panel(joint, unit, times, curves, remark, "angle" if unit in ("deg", "rad") else "")
+        return TrialPanel(joint, unit, times, curves, remark, "angle" if unit in ("deg", "rad") else "")
 
 
 def read_response(result: Result, file: str) -> Response | None:

@@ -17,7 +17,7 @@ class AbsentResult:
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """One section.
 
     Parameters

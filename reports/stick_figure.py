@@ -16,10 +16,10 @@ from markupsafe import Markup
 from reports.figures.legend import legend
 from reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
 from reports.figures.svg import Point, Svg
-from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
+from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from reports.reading import Json, Result, ResultTable, value_of
 from reports.scripts import data_block
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
@@ -238,13 +238,15 @@ def _frame(svg: Svg) -> None:
     svg.text((x + 8, y + 18), "gravity", f'font-size="11" fill="{GREY}"')
 
 
-def _panels(stick: Stick, motion: FigureMotion) -> list[Panel]:
+def _panels(stick: Stick, motion: FigureMotion) -> list[TrialPanel]:
     """Angles over time, a panel a joint."""
     line = Line(BLUE, 1.4)
     return [
-        Panel(joint.name, "deg", motion.times, [Curve([pose[index] for pose in motion.angles], line, "measured")], "")
+        TrialPanel(
+            joint.name, "deg", motion.times, [Curve([pose[index] for pose in motion.angles], line, "measured")], ""
+        )
         for index, joint in enumerate(stick.joints)
     ]
 
 
-SECTION = Section("stick-figure", "The leg as imported", content)
+SECTION = ReportSection("stick-figure", "The leg as imported", content)

@@ -33,7 +33,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Panel:
+class TrialPanel:
     """One joint of one trial: curves of ``what`` over common times, and a remark for its upper right corner."""
 
     joint: str
@@ -45,14 +45,14 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Limits:
+class AxisRanges:
     """Axis ranges that panels share: times, and angles by joint."""
 
     time: Point | None
     angle: Mapping[str, Point]
 
 
-def shared_limits(panels: Sequence[Panel]) -> Limits:
+def shared_limits(panels: Sequence[TrialPanel]) -> AxisRanges:
     """Ranges that hold all panels; times only where the longest trial is at most 2.5 times the shortest."""
     spans = [(panel.times[0], panel.times[-1]) for panel in panels if len(panel.times) > 1]
     lengths = [end - start for start, end in spans]
@@ -63,10 +63,10 @@ def shared_limits(panels: Sequence[Panel]) -> Limits:
         values = [v for p in panels if p.joint == joint for curve in p.curves if not curve.hidden for v in curve.values]
         least = math.radians(LEAST_RANGE) if any(p.unit == "rad" for p in panels if p.joint == joint) else LEAST_RANGE
         angle[joint] = padded(values, least=least)
-    return Limits(time, angle)
+    return AxisRanges(time, angle)
 
 
-def trial_figure(title: str, panels: Sequence[Panel], limits: Limits, trial: str = "") -> Markup:
+def trial_figure(title: str, panels: Sequence[TrialPanel], limits: AxisRanges, trial: str = "") -> Markup:
     """All joints of one trial, a drawing each, side by side where there is room.
 
     ``trial`` names the recording; plots of the same one share the page's cursor.
@@ -75,7 +75,7 @@ def trial_figure(title: str, panels: Sequence[Panel], limits: Limits, trial: str
     return Markup('<div class="panels" data-trial="{}">{}</div>').format(trial, shown)
 
 
-def _drawing(title: str, panel: Panel, limits: Limits) -> Markup:
+def _drawing(title: str, panel: TrialPanel, limits: AxisRanges) -> Markup:
     """The panel's drawing and, for the cursor, its numbers."""
     start, end = limits.time or (panel.times[0], panel.times[-1])
     low, high = limits.angle[panel.joint]
@@ -107,7 +107,7 @@ def _drawing(title: str, panel: Panel, limits: Limits) -> Markup:
     )
 
 
-def _numbers(panel: Panel, axes: Axes, unit: str) -> dict[str, Any]:
+def _numbers(panel: TrialPanel, axes: Axes, unit: str) -> dict[str, Any]:
     """What the cursor needs: both scales and every curve, at most so many samples."""
     every = max(1, math.ceil(len(panel.times) / MOST_SAMPLES))
     return {

@@ -9,10 +9,10 @@ from markupsafe import Markup
 from reports.opening import Cell, Figures, Opening, listed
 from reports.quantities import text
 from reports.reading import Result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
-def fits_opening(result: Result, across: Section) -> Opening:
+def fits_opening(result: Result, across: ReportSection) -> Opening:
     """How many were fitted, how the legs differ, and what failed."""
     legs, failed = sequence(result.content, "legs"), sequence(result.content, "failed")
     warned = sum(bool(sequence(leg, "warnings")) for leg in legs)

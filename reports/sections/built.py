@@ -11,7 +11,7 @@ from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import number, unit_text
 from reports.reading import Json, Result
 from reports.responses import Response, extremes, read_response
-from reports.section import AbsentResult, Section, mapping
+from reports.section import AbsentResult, ReportSection, mapping
 
 FOLDER = "responses/target"
 _LINES = {"animal": RECORDED, "wanted": WANTED, "built": BUILT}
@@ -63,4 +63,4 @@ def _figures(responses: list[Response]) -> list[Json]:
     ]
 
 
-SECTION = Section("built", "Wanted against built response", content)
+SECTION = ReportSection("built", "Wanted against built response", content)

@@ -8,7 +8,7 @@ from typing import Any
 from reports.figures.grid import GridCell, grid_figure
 from reports.quantities import number
 from reports.reading import Result
-from reports.section import AbsentResult, Section, sequence
+from reports.section import AbsentResult, ReportSection, sequence
 
 CELL = 11.0  # px
 
@@ -43,4 +43,4 @@ def _times(sine: object) -> str:
     return f"{number(1.0 / value, 2)}" if value > 0.02 else "more than 50"
 
 
-SECTION = Section("apart", "What passes for what", content, "check-apart")
+SECTION = ReportSection("apart", "What passes for what", content, "check-apart")

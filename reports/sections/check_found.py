@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from reports.reading import Result
-from reports.section import Section, sequence
+from reports.section import ReportSection, sequence
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -21,4 +21,4 @@ def content(result: Result) -> dict[str, Any]:
     }
 
 
-SECTION = Section("found", "Recordings, channels, clocks", content, "check-found")
+SECTION = ReportSection("found", "Recordings, channels, clocks", content, "check-found")

@@ -8,7 +8,7 @@ from typing import Any
 from reports.openings.check import size_text
 from reports.quantities import number
 from reports.reading import Result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.sections.check_apart import name_of
 
 MOST = 2  # rivals a row
@@ -36,4 +36,4 @@ def _from(rival: Mapping[str, Any]) -> str:
     return "at no size" if parts is None else f"from {size_text(parts)}"
 
 
-SECTION = Section("sizes", "The smallest that shows", content, "check-sizes")
+SECTION = ReportSection("sizes", "The smallest that shows", content, "check-sizes")

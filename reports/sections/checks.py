@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.quantities import number
 from reports.reading import Result, png_uri
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -55,4 +55,4 @@ def _plan(plan: Mapping[str, Any]) -> dict[str, Any]:
     return {"part": plan.get("part"), "up": plan.get("up"), "support": plan.get("support"), "size": f"{shown} mm"}
 
 
-SECTION = Section("checks", "Checks of the joints", content)
+SECTION = ReportSection("checks", "Checks of the joints", content)

@@ -12,11 +12,11 @@ from markupsafe import Markup
 from reports.figures.intervals import IntervalRow, interval_figure
 from reports.figures.legend import legend
 from reports.figures.palette import MODEL_SIDES, RECORDED_SIDES, Line
-from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
+from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from reports.quantities import brief, interval_of, number, text, unit_text
 from reports.reading import Json, Result, value_of
 from reports.responses import Response, read_response
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.stick_figure import following
 
 FOLDER = "responses"
@@ -106,7 +106,7 @@ def _apart(response: Response, reference: str, lines: Mapping[str, Line]) -> flo
     return max(found, default=-1.0)
 
 
-def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> list[Panel]:
+def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> list[TrialPanel]:
     times = response.table.columns.get("time", [])
     panels = []
     for joint in (str(name) for name in sequence(document, "joints")):
@@ -116,7 +116,7 @@ def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> li
             if any(map(math.isfinite, response.table.columns.get(f"{joint} {name}", [])))
         ]
         if len(times) > 1 and curves:
-            panels.append(Panel(joint, "deg", times, curves, ""))
+            panels.append(TrialPanel(joint, "deg", times, curves, ""))
     return panels
 
 
@@ -246,7 +246,7 @@ def origins(result: Result) -> dict[str, Any] | AbsentResult:
     }
 
 
-RESPONSES = Section("compared-responses", "Motion from the same start", responses)
-PARAMETERS = Section("compared-parameters", "Side by side, joint by joint", parameters)
-DIFFERENCES = Section("compared-differences", "Who differs from whom", differences)
-ORIGINS = Section("compared-origins", "Where each side is from", origins)
+RESPONSES = ReportSection("compared-responses", "Motion from the same start", responses)
+PARAMETERS = ReportSection("compared-parameters", "Side by side, joint by joint", parameters)
+DIFFERENCES = ReportSection("compared-differences", "Who differs from whom", differences)
+ORIGINS = ReportSection("compared-origins", "Where each side is from", origins)

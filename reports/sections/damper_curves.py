@@ -15,7 +15,7 @@ from reports.figures.svg import Point
 from reports.figures.torque_speed import RPM, DrawnLaw, Vendor, law_points, torque_speed_figure
 from reports.quantities import factor, in_si
 from reports.reading import Json, Result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -132,4 +132,4 @@ def _speed_range(measured: Json) -> Point | None:
     return ends[0] / RPM, ends[1] / RPM
 
 
-SECTION = Section("damper-curves", "Torque–speed curves of the dampers", content)
+SECTION = ReportSection("damper-curves", "Torque–speed curves of the dampers", content)

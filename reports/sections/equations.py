@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from reports.reading import Result
-from reports.section import Section
+from reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -16,4 +16,4 @@ def content(result: Result) -> dict[str, Any]:
     return {"design": "stages" in result.content}
 
 
-SECTION = Section("equations", "How each number is computed", content)
+SECTION = ReportSection("equations", "How each number is computed", content)

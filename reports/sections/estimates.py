@@ -11,7 +11,7 @@ from reports.figures.intervals import IntervalRow, interval_figure
 from reports.figures.svg import shortened
 from reports.quantities import in_si, interval_of, percent
 from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 # Stage -> what it is. A fit.json is a stage of its own, under the empty name.
 _STAGES = {
@@ -165,4 +165,4 @@ def _by_text(fits: dict[str, Json], key: str, text_of: Callable[[Any], str]) -> 
     return [{"text": text, "stages": [stage for stage in stages if stage]} for text, stages in found.items()]
 
 
-SECTION = Section("estimates", "Spring rate, damper rate and free angle", content)
+SECTION = ReportSection("estimates", "Spring rate, damper rate and free angle", content)

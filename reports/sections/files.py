@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from reports.reading import Result
-from reports.section import AbsentResult, Section, sequence
+from reports.section import AbsentResult, ReportSection, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -19,4 +19,4 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     return {"files": files}
 
 
-SECTION = Section("files", "Files", content)
+SECTION = ReportSection("files", "Files", content)

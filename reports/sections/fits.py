@@ -9,7 +9,7 @@ from typing import Any
 
 from reports.figures.intervals import IntervalRow, interval_figure
 from reports.reading import Json, Result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST_ROWS = 400  # of the table; the CSV holds all
 MOST_DRAWN = 40  # legs in a figure; more would be a grey block
@@ -95,7 +95,7 @@ def _estimate(leg: Json, joint: str, key: str) -> Json | None:
     return found if isinstance(found.get("value"), (int, float)) and found["value"] > 0 else None
 
 
-FAILED = Section("fits-failed", "Could not be fitted", _failed)
-ACROSS = Section("fits-across", "Across the legs", _across)
-LEGS = Section("fits-legs", "Leg by leg", _legs)
-WARNINGS = Section("fits-warnings", "Warnings of single fits", _warnings)
+FAILED = ReportSection("fits-failed", "Could not be fitted", _failed)
+ACROSS = ReportSection("fits-across", "Across the legs", _across)
+LEGS = ReportSection("fits-legs", "Leg by leg", _legs)
+WARNINGS = ReportSection("fits-warnings", "Warnings of single fits", _warnings)

@@ -12,11 +12,11 @@ from markupsafe import Markup
 from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.figures.legend import legend
 from reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
-from reports.figures.trials import Curve, Panel, shared_limits, trial_figure
+from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from reports.quantities import brief, interval_of, number, share_text
 from reports.reading import Json, Result, value_of
 from reports.responses import Response, extremes, read_response
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.stick_figure import following
 
 STEPS = (
@@ -153,7 +153,7 @@ def _name(trial: Mapping[str, Any]) -> str:
     return PurePosixPath(str(trial.get("file"))).stem
 
 
-def _angles(result: Result, response: Response, trial: Mapping[str, Any]) -> list[Panel]:
+def _angles(result: Result, response: Response, trial: Mapping[str, Any]) -> list[TrialPanel]:
     """Measured, before and after; a locked joint, of which nothing was measured, is left out."""
     panels = []
     for joint in response.joints("measured"):
@@ -195,7 +195,7 @@ def _alone(result: Result, trial: Mapping[str, Any], joint: str) -> list[tuple[s
     return [(name, line, values) for line, name, values in found if values is not None]
 
 
-def _errors(result: Result, response: Response, trial: Mapping[str, Any]) -> list[Panel]:
+def _errors(result: Result, response: Response, trial: Mapping[str, Any]) -> list[TrialPanel]:
     """Predicted less measured, before and after, for the same joints; switched on too, with single causes."""
     columns, times = response.table.columns, response.table.columns.get("time", [])
     panels = []
@@ -210,8 +210,8 @@ def _errors(result: Result, response: Response, trial: Mapping[str, Any]) -> lis
         for cause, line, values in _alone(result, trial, joint):
             away = [x - y for x, y in zip(values, measured, strict=True)]
             curves.append(Curve(away, line, cause, hidden=True))
-        panels.append(Panel(joint, response.unit(joint, "measured"), times, curves, "", "error"))
+        panels.append(TrialPanel(joint, response.unit(joint, "measured"), times, curves, "", "error"))
     return panels
 
 
-SECTION = Section("how-far", "How far it shrinks", content)
+SECTION = ReportSection("how-far", "How far it shrinks", content)

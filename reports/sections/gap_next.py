@@ -8,7 +8,7 @@ from typing import Any
 from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.quantities import number
 from reports.reading import Result, value_of
-from reports.section import Section, mapping, sequence
+from reports.section import ReportSection, mapping, sequence
 
 WIDTH, LABEL = 860.0, 515.0  # px
 MOST = 8  # trials of the menu that are drawn
@@ -51,4 +51,4 @@ def _written(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-SECTION = Section("next", "What to record next", content)
+SECTION = ReportSection("next", "What to record next", content)

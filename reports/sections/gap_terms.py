@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports.reading import Result
-from reports.section import Section
+from reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, object]:
@@ -11,4 +11,4 @@ def content(result: Result) -> dict[str, object]:
     return {}
 
 
-SECTION = Section("terms", "What the words mean", content)
+SECTION = ReportSection("terms", "What the words mean", content)

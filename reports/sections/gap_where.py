@@ -13,10 +13,10 @@ from reports.figures.legend import legend
 from reports.figures.missing_torque import FREE, NAMED, Cloud, missing_torque_figure
 from reports.figures.named_laws import law_of
 from reports.figures.palette import AFTER, BEFORE, FLOOR
-from reports.figures.trials import Curve, Limits, Panel, trial_figure
+from reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
 from reports.quantities import in_si, number, unit_text
 from reports.reading import Json, Result, ResultTable
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 # Key of ``where`` -> heading, and what is said of each of its bins.
 SHARES = {
@@ -161,10 +161,10 @@ def _errors(result: Result, joints: list[str]) -> Markup | None:
         if noise is not None:
             curves.insert(0, Curve([math.degrees(noise)] * len(times), FLOOR, "noise"))
         remark = "" if noise is None else f"noise {number(math.degrees(noise), 2)}°"
-        panels.append(Panel(joint, "deg", times, curves, remark, "error"))
+        panels.append(TrialPanel(joint, "deg", times, curves, remark, "error"))
         highest = max(value for curve in curves for value in curve.values if math.isfinite(value))
         limits[joint] = (0.0, 1.08 * highest or 1.0)
-    return trial_figure("Error over time", panels, Limits(None, limits)) if panels else None
+    return trial_figure("Error over time", panels, AxisRanges(None, limits)) if panels else None
 
 
 def error_over_time(tables: list[ResultTable], column: str) -> tuple[list[float], list[float]]:
@@ -188,4 +188,4 @@ def error_over_time(tables: list[ResultTable], column: str) -> tuple[list[float]
     return middles, [math.sqrt(s / c) if c else math.nan for s, c in zip(squares, counts, strict=True)]
 
 
-SECTION = Section("where", "Where the gap lies", content)
+SECTION = ReportSection("where", "Where the gap lies", content)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.quantities import share_text, whole_percent
 from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 VERDICTS = {
     "effect": "the trials say what is missing",
@@ -96,4 +96,4 @@ def _number(value: object) -> float:
     return float(value) if isinstance(value, (int, float)) else 0.0
 
 
-SECTION = Section("which", "Which effect causes it", content)
+SECTION = ReportSection("which", "Which effect causes it", content)

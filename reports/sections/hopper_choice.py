@@ -8,7 +8,7 @@ from typing import Any
 from reports.figures.hopper_map import Map, map_figure
 from reports.quantities import percent
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST = 12  # designs of the front in the table
 
@@ -57,5 +57,5 @@ def map_content(result: Result) -> dict[str, Any] | AbsentResult:
     return {"svg": map_figure(title, Map(ratios, lengths, heights), front, design(best)), "family": found.get("family")}
 
 
-SECTION = Section("hopper-choice", "The chosen leg", content)
-MAP = Section("hopper-map", "Clearance over ratio and length", map_content)
+SECTION = ReportSection("hopper-choice", "The chosen leg", content)
+MAP = ReportSection("hopper-map", "Clearance over ratio and length", map_content)

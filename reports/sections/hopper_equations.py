@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from reports.reading import Result
-from reports.section import Section
+from reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -13,4 +13,4 @@ def content(result: Result) -> dict[str, Any]:
     return {}
 
 
-SECTION = Section("hopper-equations", "How each number is computed", content)
+SECTION = ReportSection("hopper-equations", "How each number is computed", content)

@@ -8,7 +8,7 @@ from reports.figures.hopper_across import STAGES, Trend, across_figure
 from reports.figures.legend import legend
 from reports.quantities import in_si
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.sections import gap_where
 
 # Key in ``across`` -> axis, size of a drawn unit in SI, key of a design's value.
@@ -57,7 +57,7 @@ def _slope(quantity: object) -> float | None:
     return 100.0 * value if unit == "1/cm" else value
 
 
-WHERE = Section(
+WHERE = ReportSection(
     "hopper-where", "Where the gap lies", lambda result: gap_where.content(result, "upper link from the crouch")
 )
-ACROSS = Section("hopper-across", "How high, and across designs", content)
+ACROSS = ReportSection("hopper-across", "How high, and across designs", content)

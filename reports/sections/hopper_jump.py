@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.figures.hopper_jump import Geometry, Pose, strip_figure
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping
+from reports.section import AbsentResult, ReportSection, mapping
 from reports.sections.live_jump import jump_curves
 
 FILE = "jump.csv"
@@ -54,4 +54,4 @@ def _nearest(times: Sequence[float], wanted: float) -> int:
     return distances.index(min(distances))
 
 
-SECTION = Section("hopper-jump", "The jump", content)
+SECTION = ReportSection("hopper-jump", "The jump", content)

@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.figures.hopper_models import ModelBar, models_figure
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -29,4 +29,4 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     }
 
 
-SECTION = Section("hopper-models", "Models side by side", content)
+SECTION = ReportSection("hopper-models", "Models side by side", content)

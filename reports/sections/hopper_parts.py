@@ -6,7 +6,7 @@ from typing import Any
 
 from reports.figures.hopper_layers import layers_figure
 from reports.reading import Result
-from reports.section import AbsentResult, Section, mapping
+from reports.section import AbsentResult, ReportSection, mapping
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -18,4 +18,4 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     return {"parts": parts, "drawing": layers_figure(layers) if layers else None}
 
 
-SECTION = Section("hopper-parts", "Parts", content)
+SECTION = ReportSection("hopper-parts", "Parts", content)

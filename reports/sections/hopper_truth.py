@@ -8,7 +8,7 @@ from typing import Any
 from reports.figures.hopper_map import Map, map_figure
 from reports.figures.hopper_models import ModelBar, models_figure
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MEASURES = {"clearance": "ground clearance", "total_height": "rise of the centre of mass"}
 # M, clearance: Knaup & Aukes, simulation D and experiment.
@@ -76,7 +76,7 @@ def sensitivities(result: Result) -> dict[str, Any] | AbsentResult:
     return {"poses": found} if found else AbsentResult("none were computed")
 
 
-SECTION = Section("hopper-truth", "What comes out and what does not", content)
-HEIGHTS = Section("hopper-heights", "The built leg by every model", heights)
-MAPS = Section("hopper-maps", "Ratio and length", maps)
-SENSITIVITIES = Section("hopper-sensitivities", "What was never published", sensitivities)
+SECTION = ReportSection("hopper-truth", "What comes out and what does not", content)
+HEIGHTS = ReportSection("hopper-heights", "The built leg by every model", heights)
+MAPS = ReportSection("hopper-maps", "Ratio and length", maps)
+SENSITIVITIES = ReportSection("hopper-sensitivities", "What was never published", sensitivities)

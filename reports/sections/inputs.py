@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.quantities import text
 from reports.reading import Result, unit_of, value_of
-from reports.section import Section, fit_key, fit_of, mapping, sequence
+from reports.section import ReportSection, fit_key, fit_of, mapping, sequence
 
 MOST = 14  # input files shown unfolded
 
@@ -52,4 +52,4 @@ def _setting(key: str, value: Any) -> dict[str, str]:
     return {"key": f"settings.{key}", "value": "–" if value is None else str(value), "how": ""}
 
 
-SECTION = Section("inputs", "What was asked", content)
+SECTION = ReportSection("inputs", "What was asked", content)

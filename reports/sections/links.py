@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 HOLDS = {"none": "nothing of its joints", "joint": "its joints' parts"}
 KINDS = (("assumed", "assumed"), ("drawn", "drawn parts"), ("built", "simulated"))
@@ -54,4 +54,4 @@ def _seats(result: Result) -> list[Mapping[str, Any]]:
     return found
 
 
-SECTION = Section("links", "Links and their parts", content)
+SECTION = ReportSection("links", "Links and their parts", content)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from reports.figures.axes import padded
 from reports.figures.palette import BLUE, Line
-from reports.figures.trials import Curve, Limits, Panel, trial_figure
+from reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
 from reports.reading import Json, Result, read_lines, value_of
 from reports.section import mapping, sequence
 
@@ -79,9 +79,9 @@ def jump_curves(result: Result) -> Markup:
     for name, unit in _CURVES:
         if name in table.columns:
             values = table.columns[name]
-            panels.append(Panel(name, unit, times, [Curve(values, Line(BLUE, 1.6), name)], "", ""))
+            panels.append(TrialPanel(name, unit, times, [Curve(values, Line(BLUE, 1.6), name)], "", ""))
             limits[name] = padded([*values, 0.0])
-    return trial_figure("the jump", panels, Limits((times[0], times[-1]), limits), "jump")
+    return trial_figure("the jump", panels, AxisRanges((times[0], times[-1]), limits), "jump")
 
 
 def _short(value: float) -> float | None:

@@ -14,7 +14,7 @@ from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import brief, number, unit_text
 from reports.reading import Json, Result, value_of
 from reports.responses import MOST_TRIALS, Response, extremes, file_of, read_response
-from reports.section import AbsentResult, Section, fit_key, fit_of, mapping, sequence
+from reports.section import AbsentResult, ReportSection, fit_key, fit_of, mapping, sequence
 from reports.stick_figure import following
 
 FOLDER = "responses/source"
@@ -134,4 +134,4 @@ def _table(trials: list[Json], joints: list[str]) -> tuple[list[Json], list[str]
     return rows, notes
 
 
-SECTION = Section("motion", "Measured against fitted motion", content)
+SECTION = ReportSection("motion", "Measured against fitted motion", content)

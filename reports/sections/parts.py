@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.quantities import percent
 from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 SHOWN = 8  # alternatives of each part
 OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
@@ -61,4 +61,4 @@ def _left_out(joint: Mapping[str, Any], kind: str) -> Json | None:
     return {"kind": kind, "total": total, "reasons": ranked} if ranked else None
 
 
-SECTION = Section("parts", "Chosen parts", content)
+SECTION = ReportSection("parts", "Chosen parts", content)

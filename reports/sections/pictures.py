@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from reports.reading import Result, png_uri
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 WHOLE = ("assembly", "leg")  # names of pictures of the whole leg
 
@@ -54,4 +54,4 @@ def _free_angle(joint: object) -> object:
     return spring or mapping(joint, "refit").get("free_angle") or mapping(joint, "wanted").get("free_angle")
 
 
-SECTION = Section("pictures", "Pictures of the parts", content)
+SECTION = ReportSection("pictures", "Pictures of the parts", content)

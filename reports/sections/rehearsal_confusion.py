@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.figures.grid import GridCell, grid_figure
 from reports.reading import Result
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 CELL = 15.0  # px
 VERDICTS = ("none", "unknown", "failed")  # that name nothing
@@ -34,4 +34,4 @@ def _cell(row: Mapping[str, Any], name: str, true: str) -> GridCell:
     return GridCell(count / row["cases"], str(count) if count else "", framed=name == true)
 
 
-SECTION = Section("confusion", "What was taken for what", content, "rehearsal-confusion")
+SECTION = ReportSection("confusion", "What was taken for what", content, "rehearsal-confusion")

@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.openings.rehearsal import visible_cell
 from reports.reading import Result
-from reports.section import Section, mapping, sequence
+from reports.section import ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any]:
@@ -36,4 +36,4 @@ def content(result: Result) -> dict[str, Any]:
     }
 
 
-SECTION = Section("smallest", "The smallest that was named", content, "rehearsal-sizes")
+SECTION = ReportSection("smallest", "The smallest that was named", content, "rehearsal-sizes")

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from reports.figures.bars import Bar, BarColumn, bar_figure
 from reports.quantities import brief, interval_of, share_text, text
 from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 
 SHOWN = 6  # causes
 WIDTH, LABEL = 760.0, 80.0  # px
@@ -94,4 +94,4 @@ def _figure(sets: list[Json]) -> Markup | None:
     return bar_figure("Sets of parts under tolerance", labels, [BarColumn(heading, bars, most, 130.0)], WIDTH, LABEL)
 
 
-SECTION = Section("sets", "Sets of parts, as they may come", content)
+SECTION = ReportSection("sets", "Sets of parts, as they may come", content)

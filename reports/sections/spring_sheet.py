@@ -11,7 +11,7 @@ from markupsafe import Markup
 from reports.figures.spring_drawing import DrawnSpring, spring_drawing
 from reports.quantities import in_si, text
 from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, Section, mapping, sequence
+from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.sections.winding import winding_of
 
 # Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
@@ -153,4 +153,4 @@ def _legs(lengths: Sequence[object]) -> tuple[float, float] | None:
     return (found[0] * 1e3, found[1] * 1e3) if len(found) == 2 else None
 
 
-SECTION = Section("spring-sheet", "Springs to make", content)
+SECTION = ReportSection("spring-sheet", "Springs to make", content)

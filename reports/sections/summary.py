@@ -6,7 +6,7 @@ from typing import Any
 
 from reports.quantities import percent
 from reports.reading import Result, value_of
-from reports.section import AbsentResult, Section, mapping
+from reports.section import AbsentResult, ReportSection, mapping
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:
@@ -47,4 +47,4 @@ def _bought(spring: dict[str, Any]) -> str:
     return f"{count} x {part}" if part and isinstance(count, int) and count > 1 else str(part or "")
 
 
-SECTION = Section("summary", "The design in short", content)
+SECTION = ReportSection("summary", "The design in short", content)

@@ -7,9 +7,9 @@ from typing import Any
 
 from reports.figures.legend import legend
 from reports.figures.palette import BUILT, GREEN, WANTED, Line
-from reports.figures.trials import Curve, Limits, Panel, trial_figure
+from reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
 from reports.reading import Json, Result
-from reports.section import AbsentResult, Section, sequence
+from reports.section import AbsentResult, ReportSection, sequence
 from reports.sections.live_leg import live_data
 
 TRIED = Line(GREEN, 2.0, "2 3")
@@ -41,7 +41,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     }
 
 
-def _limits(joints: list[str], releases: list[Json]) -> Limits:
+def _limits(joints: list[str], releases: list[Json]) -> AxisRanges:
     end = max(float(release["time"][-1]) for release in releases)
     angle = {}
     for j, name in enumerate(joints):
@@ -49,10 +49,10 @@ def _limits(joints: list[str], releases: list[Json]) -> Limits:
         low, high = min(values), max(values)
         room = ROOM * max(high - low, 4.0)
         angle[name] = (low - room, high + room)
-    return Limits((0.0, end), angle)
+    return AxisRanges((0.0, end), angle)
 
 
-def _panel(name: str, release: Json, j: int) -> Panel:
+def _panel(name: str, release: Json, j: int) -> TrialPanel:
     times = [float(time) for time in release["time"]]
     nothing = [math.nan] * len(times)
     curves = [
@@ -60,7 +60,7 @@ def _panel(name: str, release: Json, j: int) -> Panel:
         Curve(nothing, BUILT, "chosen"),
         Curve(nothing, TRIED, "tried"),
     ]
-    return Panel(name, "deg", times, curves, "")
+    return TrialPanel(name, "deg", times, curves, "")
 
 
-SECTION = Section("swap", "Swap and tune parts", content)
+SECTION = ReportSection("swap", "Swap and tune parts", content)

@@ -15,7 +15,7 @@ from synth.errors import Problem, UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.files.gap_project import GapProject
-    from synth.rehearsal.outcome import Outcome
+    from synth.rehearsal.outcome import CaseOutcome
 
 Json = Mapping[str, Any]
 MOST_WRONG = 8  # confusions on the screen; JSON and page have all
@@ -64,10 +64,10 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     return 0
 
 
-def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, Outcome]:
+def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
     """Cases of a finished rehearsal in the folder that is to be written, if they rest on the same files."""
     from synth.files.result_values import read_result
-    from synth.rehearsal.outcome import Outcome
+    from synth.rehearsal.outcome import CaseOutcome
 
     file = out / "rehearsal.json"
     if not file.is_file():
@@ -76,7 +76,7 @@ def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, Outcome]:
     if content["identity"] != dict(identity):
         return {}
     try:
-        found = [Outcome.from_json(item) for item in content["plants"]]
+        found = [CaseOutcome.from_json(item) for item in content["plants"]]
     except (KeyError, TypeError, IndexError):
         raise UserError(Problem("is no rehearsal of this program; name another folder", str(file))) from None
     return {outcome.task.name: outcome for outcome in found}

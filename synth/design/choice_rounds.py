@@ -29,7 +29,7 @@ MOST_ROUNDS = 4  # fits with chosen dampers; the lab's project needs 1 to 3
 
 
 @dataclass(frozen=True)
-class Task:
+class ChoiceTask:
     """What stays from round to round.
 
     ``target`` is the fit of the links alone, ``wanted`` its motion, ``options`` how to fit. ``held``: by joint the wire
@@ -62,7 +62,7 @@ class Round:
         return self.sets.chosen.ready.expected
 
 
-def choose_in_rounds(task: Task, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
+def choose_in_rounds(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
     """The best set of all rounds, and the fit with its dampers.
 
     Every round's set is judged against the same wanted motion on the same draws, so that a later round cannot lose what
@@ -96,7 +96,7 @@ def choose_in_rounds(task: Task, dampers: DamperChoiceMade, stage: Stage) -> tup
     return best.sets, rounds[best.sets.dampers.labels].refit
 
 
-def first_choice(task: Task, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
+def first_choice(task: ChoiceTask, dampers: DamperChoiceMade, stage: Stage) -> tuple[SetsMade, FitResult]:
     """The best dampers by themselves, fitted with, and the best spring of each joint: what a first drawing needs.
 
     Raises
@@ -117,7 +117,7 @@ def _next_best(dampers: DamperChoiceMade, barred: set[Labels], error: UserError)
     raise error
 
 
-def _chosen(task: Task, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
+def _chosen(task: ChoiceTask, dampers: DamperChoiceMade, refit: FitResult, barred: frozenset[Labels]) -> SetsMade:
     project = task.project
     leg, sources = _with_dampers(refit.leg, dampers), _sources(task, refit, dampers)
     return choose_sets(
@@ -125,7 +125,7 @@ def _chosen(task: Task, dampers: DamperChoiceMade, refit: FitResult, barred: fro
     )
 
 
-def refitted(task: Task, dampers: DamperChoiceMade) -> FitResult:
+def refitted(task: ChoiceTask, dampers: DamperChoiceMade) -> FitResult:
     """The robot's links fitted to the motion with the dampers' curves, from the springs that suit these dampers.
 
     Raises
@@ -147,7 +147,7 @@ def refitted(task: Task, dampers: DamperChoiceMade) -> FitResult:
     return with_held_out(again, task.motion.held_out_scaled)
 
 
-def _sources(task: Task, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:
+def _sources(task: ChoiceTask, refit: FitResult, dampers: DamperChoiceMade) -> list[SpringSource]:
     """Where each joint's springs come from, for the travel that the fitted springs have."""
     project, leg = task.project, _with_dampers(refit.leg, dampers)
     return [

@@ -12,7 +12,7 @@ import numpy as np
 from cad.dimensions import LegDimensions  # by its name a kept design finds the class again
 from synth.arrays import Array
 from synth.design.choice_robustness import ChoiceRobustness, told
-from synth.design.choice_rounds import Stage, Task, choose_in_rounds, first_choice
+from synth.design.choice_rounds import ChoiceTask, Stage, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (
     DamperChoiceMade,
     MeasuredCurve,
@@ -152,7 +152,7 @@ def design_for(
     """The design for the links of ``target``, which are the project's or those with the joints' parts on them.
 
     ``first``: with each joint's best damper and spring by themselves, unjudged, as a first drawing needs them.
-    ``swaps`` and ``held`` as in ``Task``.
+    ``swaps`` and ``held`` as in ``ChoiceTask``.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def design_for(
         dampers = choose_dampers(
             wanted, project.joints, catalogue, known.measured, turned, leg=real, parts=project.parts
         )
-    task = Task(project, catalogue, into, motion, options, fitted, wanted, held or {}, swaps)
+    task = ChoiceTask(project, catalogue, into, motion, options, fitted, wanted, held or {}, swaps)
     sets, refit = (first_choice if first else choose_in_rounds)(task, dampers, stage)
     dampers, springs = sets.dampers, sets.springs
     with stage("moving the built leg"):

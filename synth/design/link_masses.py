@@ -16,7 +16,7 @@ from typing import Any
 
 from synth.design.part_masses import PartMass
 from synth.swing.leg_model import Leg, Link
-from synth.swing.rigid_body import Body, of_link, offset_torque, together
+from synth.swing.rigid_body import RigidBody, of_link, offset_torque, together
 from synth.units import quantity
 
 WORTH_SAYING = 0.10  # of a link's mass or inertia about its joint: the issue's own limit for a warning
@@ -35,8 +35,8 @@ class BuiltLink:
 
     joint: str
     assumed: Link
-    drawn: Body
-    body: Body
+    drawn: RigidBody
+    body: RigidBody
     parts: tuple[tuple[str, float, str], ...]
 
     @property
@@ -69,7 +69,7 @@ class BuiltLink:
         }
 
 
-def _figures(body: Body) -> dict[str, Any]:
+def _figures(body: RigidBody) -> dict[str, Any]:
     across, along = body.centre[0], -body.centre[1]
     return {
         "mass": quantity(body.mass, "g"),
@@ -95,7 +95,7 @@ def _built(target: Leg, index: int, masses: Sequence[PartMass]) -> BuiltLink:
     return BuiltLink(joint.name, joint.link, drawn, body, parts)
 
 
-def _shares(target: Leg, index: int, masses: Sequence[PartMass]) -> list[tuple[PartMass, Body]]:
+def _shares(target: Leg, index: int, masses: Sequence[PartMass]) -> list[tuple[PartMass, RigidBody]]:
     """Parts that turn with a link and what of each does, in the frame of the link's own joint."""
     name, found = target.joint_names[index], []
     end = (0.0, -target.joints[index].link.length, 0.0)

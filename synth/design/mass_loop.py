@@ -44,7 +44,7 @@ def design_with_masses(project: LegProject, catalogue: Catalogue, stage: Stage) 
     """
     import cad
 
-    known, target, scales = known_beforehand(project, stage), project.target, Scales(project)
+    known, target, scales = known_beforehand(project, stage), project.target, JointWeights(project)
     labels: tuple[object, ...] = ()
     try:
         started = design_for(project, catalogue, known, target, stage, first=True)
@@ -60,7 +60,7 @@ def _rounds(
     catalogue: Catalogue,
     known: Known,
     start: tuple[Leg, tuple[object, ...]],
-    scales: Scales,
+    scales: JointWeights,
     stage: Stage,
 ) -> LegDesign:
     """Choose and weigh until the parts are those that the links carry, or nearly weigh the same."""
@@ -97,7 +97,7 @@ def _said(rounds: MassRounds) -> list[tuple[str | None, str]]:
     ]
 
 
-class Scales:
+class JointWeights:
     """Weighs the joints of a project; keeps what a joint of the same dimensions weighed."""
 
     def __init__(self, project: LegProject) -> None:

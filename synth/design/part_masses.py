@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from synth.swing.rigid_body import Body, Tensor
+from synth.swing.rigid_body import RigidBody, Tensor
 from synth.units import quantity
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class PartMass:
     joint: str
     family: str
     moves_with: str
-    body: Body
+    body: RigidBody
     basis: str
 
     @property
@@ -73,7 +73,7 @@ def masses_of(leg: BuiltLeg, weighed: Mapping[str, float], pieces: Mapping[str, 
             scale = kilograms / moments.volume * 1e-6  # of mm^5 to kg m^2
             xx, yy, zz, xy, xz, yz = (scale * value for value in moments.tensor)
             x, y, z = (1e-3 * place for place in moments.centre)
-            body = Body(kilograms, (x, y, z), (xx, yy, zz, xy, xz, yz))
+            body = RigidBody(kilograms, (x, y, z), (xx, yy, zz, xy, xz, yz))
             found.append(PartMass(part.name, name, part.family, part.group, body, basis))
     return tuple(found)
 
@@ -103,5 +103,5 @@ def mass_from(written: Mapping[str, Any]) -> PartMass:
     """The part that ``mass_json`` wrote; lengths in mm and masses in g as they stand there."""
     x, y, z = (place["value"] * 1e-3 for place in written["com"])
     tensor: Tensor = tuple(value["value"] for value in written["inertia"].values())
-    body = Body(written["mass"]["value"] * 1e-3, (x, y, z), tensor)
+    body = RigidBody(written["mass"]["value"] * 1e-3, (x, y, z), tensor)
     return PartMass(written["part"], written["joint"], written["family"], written["moves_with"], body, written["basis"])

@@ -21,7 +21,7 @@ from synth.diagnosis.odds import CALIBRATED
 from synth.diagnosis.score import fresh, score
 from synth.diagnosis.screening import leverage, prospects, rungs, strengthened
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
@@ -57,15 +57,15 @@ PLAN = SearchPlan(
 )
 
 
-def as_designed(bench: Workbench) -> Fit:
+def as_designed(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
-    fit = Fit((), np.zeros(bench.n_tolerance), ())
+    fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), ())
     states = tuple(state for _, state in score(bench, fit, bench.trials))
     fit = bench.evaluate([replace(fit, states=states)])[0]
     return replace(fit, frame=bench.frame(fit))
 
 
-def fit_nominal(bench: Workbench, designed: Fit) -> Fit:
+def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """The nominal leg at its best within the tolerances."""
     fit = designed
     for _ in range(BASE_ROUNDS):
@@ -79,7 +79,7 @@ def fit_nominal(bench: Workbench, designed: Fit) -> Fit:
 
 def search(
     bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
-) -> Hypotheses[Fit]:
+) -> Hypotheses[EvaluatedHypothesis]:
     """Find how well each cause, and each promising set of several, explains the trials."""
     explorer = AngleExplorer(bench, candidates)
     return CauseSearch(explorer, progress or (lambda text: None)).run(len({c.key for c in candidates}))
@@ -94,25 +94,25 @@ class AngleExplorer:
     plan: SearchPlan = PLAN
 
     @cached_property
-    def _designed(self) -> Fit:
+    def _designed(self) -> EvaluatedHypothesis:
         return as_designed(self.bench)
 
     @cached_property
-    def _nominal(self) -> Fit:
+    def _nominal(self) -> EvaluatedHypothesis:
         return fit_nominal(self.bench, self._designed)
 
     @cached_property
     def _sifting(self) -> Sifting:
         return Sifting.of(self.bench)
 
-    def none(self) -> Fit:
+    def none(self) -> EvaluatedHypothesis:
         """The nominal leg at its best within the tolerances."""
         return self._nominal
 
-    def singles(self) -> list[Fit]:
+    def singles(self) -> list[EvaluatedHypothesis]:
         """Each cause alone: sifted on some of the trials, then fitted to all; the best get their own linearisation."""
         bench, designed, some, few = self.bench, self._designed, self._sifting.bench, self._sifting.few
-        there = Fit((), self._nominal.unknowns, tuple(self._nominal.states[i] for i in few))
+        there = EvaluatedHypothesis((), self._nominal.unknowns, tuple(self._nominal.states[i] for i in few))
         screened = _screen(some, self.candidates, as_designed(some), some.evaluate([there])[0].cost)
         spread = bench.evaluate([_spread(fit, few, designed) for fit in screened])
         closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
@@ -121,13 +121,15 @@ class AngleExplorer:
         found = best_of_each([*closer, *spread[CLOSER:], *again])
         return [*_refine(bench, found[:REFINED]), *found[REFINED:]]
 
-    def beside(self, anchors: Sequence[Assessed[Fit]], singles: Sequence[Assessed[Fit]]) -> list[Fit]:
+    def beside(
+        self, anchors: Sequence[Assessed[EvaluatedHypothesis]], singles: Sequence[Assessed[EvaluatedHypothesis]]
+    ) -> list[EvaluatedHypothesis]:
         """One cause more beside each of the anchors; the best get their own linearisation."""
         fits = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         found = further(self.bench, self._sifting, fits, self.candidates)
         return [*_refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
 
-    def ratio(self, fit: Fit) -> float:
+    def ratio(self, fit: EvaluatedHypothesis) -> float:
         """RMS of a fit over the noise floor."""
         return ratio(self.bench, fit)
 
@@ -142,7 +144,7 @@ def few_trials(bench: Workbench) -> list[int]:
     return sorted([*first, *[i for i in order if i not in first]][:SIFTED])
 
 
-def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
+def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """A fit to some of the trials with the other trials' states from the leg as designed."""
     states = list(designed.states)
     for place, i in enumerate(few):
@@ -150,20 +152,22 @@ def _spread(fit: Fit, few: Sequence[int], designed: Fit) -> Fit:
     return replace(fit, states=tuple(states), residuals=(), columns=(), cost=np.inf, frame=None)
 
 
-def _screen(bench: Workbench, candidates: Sequence[ShapedEffect], designed: Fit, still: float) -> list[Fit]:
+def _screen(
+    bench: Workbench, candidates: Sequence[ShapedEffect], designed: EvaluatedHypothesis, still: float
+) -> list[EvaluatedHypothesis]:
     """Every candidate from every start; of each cause its best shapes, in order of cost.
 
     ``still`` : cost of the nominal leg at its best there. From the leg as designed, not from its best fit: where a
     cause is missing the best fit lies many tolerances off, and from there the way to cause and true leg is long.
     """
     starts = [
-        Fit((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
+        EvaluatedHypothesis((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
         for candidate in candidates
         for start in candidate.starts()
     ]
     fits = bench.solve(_promising(bench, starts, designed), designed.frame, SCREEN_ROUNDS[0])
     fits = _gaining(fits, still, 0.3 * PROMISING, 2 * LEAST_KEPT)[0]
-    kept: dict[tuple[str, str], list[Fit]] = {}
+    kept: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for fit in fits:
         kept.setdefault(fit.keys[0], []).append(fit)
     chosen = [fit for group in kept.values() for fit in sorted(group, key=lambda f: f.cost)[:KEPT_SHAPES]]
@@ -180,7 +184,9 @@ def _screen(bench: Workbench, candidates: Sequence[ShapedEffect], designed: Fit,
     return best
 
 
-def _gaining(fits: Sequence[Fit], still: float, share: float, least: int) -> tuple[list[Fit], list[Fit]]:
+def _gaining(
+    fits: Sequence[EvaluatedHypothesis], still: float, share: float, least: int
+) -> tuple[list[EvaluatedHypothesis], list[EvaluatedHypothesis]]:
     """Fits that have gained at least a share of what the best has, ``least`` in any case; and the rest."""
     order = sorted(fits, key=lambda fit: fit.cost)
     wanted = share * (still - order[0].cost) if order else 0.0
@@ -188,7 +194,9 @@ def _gaining(fits: Sequence[Fit], still: float, share: float, least: int) -> tup
     return order[:cut], order[cut:]
 
 
-def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[Fit]:
+def _promising(
+    bench: Workbench, starts: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
+) -> list[EvaluatedHypothesis]:
     """Of each candidate's starts, and for each the strength of a ladder, those that promise to leave least.
 
     A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
@@ -196,20 +204,20 @@ def _promising(bench: Workbench, starts: Sequence[Fit], designed: Fit) -> list[F
     p = bench.n_tolerance
     ladders = [rungs(start, p) for start in starts]
     left = prospects(bench, [fit for ladder in ladders for fit in ladder], designed)
-    best: dict[int, list[tuple[float, Fit]]] = {}
+    best: dict[int, list[tuple[float, EvaluatedHypothesis]]] = {}
     place = 0
     for start, ladder in zip(starts, ladders, strict=True):
         rung = int(np.argmin(left[place : place + len(ladder)]))
         best.setdefault(id(start.hypothesis[0]), []).append((left[place + rung], ladder[rung]))
         place += len(ladder)
-    (alone,) = prospects(bench, [Fit((), designed.unknowns, designed.states)], designed)
+    (alone,) = prospects(bench, [EvaluatedHypothesis((), designed.unknowns, designed.states)], designed)
     chosen = [sorted(found, key=lambda item: item[0])[:TRIED_STARTS] for found in best.values()]
     tried = sorted((item for found in chosen for item in found), key=lambda item: item[0])
     worth = max(LEAST_TRIED, sum(cost < alone - LEAST_PROMISE for cost, _ in tried))
     return bench.evaluate([fit for _, fit in tried[:worth]])
 
 
-def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
+def _refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
     """Fits with derivatives of their own, gone on with from where they are until they gain no more."""
     current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
     for _ in range(FRAMES):
@@ -226,7 +234,7 @@ def _refine(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     return current
 
 
-def ratio(bench: Workbench, fit: Fit) -> float:
+def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
     """RMS of a fit over the noise floor, all samples alike."""
     total, count = 0.0, 0
     for trial, residual in zip(bench.trials, fit.residuals, strict=True):
@@ -250,18 +258,18 @@ class Sifting:
         trials = tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few)
         return cls(replace(bench, predictor=bench.predictor.coarser(SIFTING_TOLERANCE), trials=trials), few)
 
-    def beside(self, fit: Fit) -> Fit:
+    def beside(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
         """A fit to all trials as one to these, with its derivatives."""
-        here = Fit(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
+        here = EvaluatedHypothesis(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
         here = self.bench.evaluate([here])[0]
         return replace(here, frame=self.bench.frame(here))
 
 
 def further(
-    bench: Workbench, sifting: Sifting, anchors: Sequence[Fit], candidates: Sequence[ShapedEffect]
-) -> list[Fit]:
+    bench: Workbench, sifting: Sifting, anchors: Sequence[EvaluatedHypothesis], candidates: Sequence[ShapedEffect]
+) -> list[EvaluatedHypothesis]:
     """Hypotheses of an anchor and one cause more, those that promise most, fitted to all trials; best first."""
-    promising: dict[frozenset[tuple[str, str]], tuple[float, Fit, Fit]] = {}
+    promising: dict[frozenset[tuple[str, str]], tuple[float, EvaluatedHypothesis, EvaluatedHypothesis]] = {}
     for anchor in anchors:
         here = sifting.beside(anchor)
         for left, start in _beside(sifting.bench, here, candidates):
@@ -277,7 +285,9 @@ def further(
     return sorted((fit for fit in found if np.isfinite(fit.cost)), key=lambda fit: fit.cost)
 
 
-def _beside(bench: Workbench, here: Fit, candidates: Sequence[ShapedEffect]) -> list[tuple[float, Fit]]:
+def _beside(
+    bench: Workbench, here: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
+) -> list[tuple[float, EvaluatedHypothesis]]:
     """Each further cause's best start beside a fit: cost that it promises, and the start.
 
     First by secants, a lane or two a start; then those that promise most, at the strengths that the secants ask for.
@@ -292,20 +302,20 @@ def _beside(bench: Workbench, here: Fit, candidates: Sequence[ShapedEffect]) -> 
                 starts += [strengthened(start, first, secant) for secant in SECANTS]
     told = zip(leverage(bench, starts, here), starts, strict=True)
     order = sorted(((left, best, start) for (left, best), start in told), key=lambda item: item[0])
-    chosen: dict[tuple[str, str], list[Fit]] = {}
+    chosen: dict[tuple[str, str], list[EvaluatedHypothesis]] = {}
     for left, best, start in order:
         key = start.keys[-1]
         if here.cost - left > WORTH and len(chosen.get(key, ())) < STRENGTHS_TRIED:
             chosen.setdefault(key, []).extend(strengthened(start, first, best * factor) for factor in AROUND)
     tried = [start for key in list(chosen)[:LOOKED_AT] for start in chosen[key]]
-    found: dict[tuple[str, str], tuple[float, Fit]] = {}
+    found: dict[tuple[str, str], tuple[float, EvaluatedHypothesis]] = {}
     for left, start in zip(prospects(bench, tried, here), tried, strict=True):
         if start.keys[-1] not in found or left < found[start.keys[-1]][0]:
             found[start.keys[-1]] = left, start
     return list(found.values())
 
 
-def _spread_from(fit: Fit, anchor: Fit, few: Sequence[int]) -> Fit:
+def _spread_from(fit: EvaluatedHypothesis, anchor: EvaluatedHypothesis, few: Sequence[int]) -> EvaluatedHypothesis:
     """A fit to some of the trials with the other trials' states and the derivatives from its anchor."""
     states = list(anchor.states)
     for place, i in enumerate(few):

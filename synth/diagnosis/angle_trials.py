@@ -154,14 +154,14 @@ def _same(a: Recording, b: Recording) -> bool:
 
 
 @dataclass(frozen=True)
-class Sensor:
+class AngleSensor:
     """``noise`` (n,) rad RMS of a reading about the truth; ``step`` (n,) rad one count, 0 where none shows."""
 
     noise: Array
     step: Array
 
 
-def sensor(recordings: Sequence[Recording]) -> Sensor:
+def sensor(recordings: Sequence[Recording]) -> AngleSensor:
     """Noise and counts of each joint's channel, from the samples alone.
 
     Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
@@ -198,7 +198,7 @@ def sensor(recordings: Sequence[Recording]) -> Sensor:
     alike = np.abs(np.log(noise / usual)) < SAME
     if np.any(alike):
         noise[alike] = np.sqrt(np.mean(noise[alike] ** 2))
-    return Sensor(noise, step)
+    return AngleSensor(noise, step)
 
 
 def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import AngleTrial, Sensor
+from synth.diagnosis.angle_trials import AngleSensor, AngleTrial
 
 COARSER = 2.5  # times the other channels' counts, or noise, from which on a count is a cause of its own
 ALONE = np.radians(0.36)  # rad: a leg of one joint has no other channel to compare with; 1000 counts a turn
@@ -22,7 +22,7 @@ class Coarse:
     step: float
 
 
-def coarse_counts(sensor: Sensor) -> tuple[Coarse, ...]:
+def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
     """Joints whose count is ``COARSER`` times the others' median count and makes more error than their noise does."""
     found = []
     for j, step in enumerate(sensor.step):
@@ -37,7 +37,7 @@ def coarse_counts(sensor: Sensor) -> tuple[Coarse, ...]:
     return tuple(found)
 
 
-def usual_noise(sensor: Sensor, coarse: Sequence[Coarse]) -> Array:
+def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
     """(n,) rad, each channel's noise as it would be without its coarse counts: that of the other channels."""
     noise = sensor.noise.copy()
     rough = [item.joint for item in coarse]

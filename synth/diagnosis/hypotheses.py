@@ -25,7 +25,7 @@ class HypothesisCause(Protocol):
         """Number of unknowns."""
 
 
-class Fitted(Protocol):
+class FittedHypothesis(Protocol):
     """A hypothesis fitted to trials."""
 
     @property
@@ -33,11 +33,11 @@ class Fitted(Protocol):
         """Its causes; none for the nominal leg."""
 
 
-F = TypeVar("F", bound=Fitted)
+F = TypeVar("F", bound=FittedHypothesis)
 
 
 @dataclass(frozen=True)
-class Unseen:
+class HeldOutError:
     """What a hypothesis leaves on trials that it was not fitted to.
 
     ``squares`` (n_trial, n_block) mean squared error of the samples that count, in squared noise floors; ``counts``
@@ -51,12 +51,12 @@ class Unseen:
     independent: Array
     spread: Array = field(default_factory=lambda: np.zeros(0))
 
-    def without(self, trial: int) -> Unseen:
+    def without(self, trial: int) -> HeldOutError:
         """Of all trials but one."""
         squares, counts, independent = (
             np.delete(each, trial, axis=0) for each in (self.squares, self.counts, self.independent)
         )
-        return Unseen(squares, counts, independent, self.spread)
+        return HeldOutError(squares, counts, independent, self.spread)
 
     @property
     def ratio(self) -> float:
@@ -68,7 +68,7 @@ class Unseen:
         """RMS above the noise, in floors: quadratically subtracted."""
         return float(np.sqrt(max(self.ratio**2 - 1.0, 0.0)))
 
-    def taken_of(self, before: Unseen) -> float:
+    def taken_of(self, before: HeldOutError) -> float:
         """Share of another's RMS above the noise that this one takes away; 0 where that is none."""
         return 1.0 - self.above / before.above if before.above > 0.0 else 0.0
 
@@ -96,7 +96,7 @@ class Assessed(Generic[F]):
     fit: F
     cost: float
     ratio: float
-    unseen: Unseen | None = None
+    unseen: HeldOutError | None = None
 
     @property
     def keys(self) -> tuple[Key, ...]:

@@ -14,10 +14,10 @@ from typing import TypeVar
 import numpy as np
 
 from synth.diagnosis.angle_search import ratio
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, Unseen
+from synth.diagnosis.hypotheses import Assessed, HeldOutError, Hypotheses
 from synth.diagnosis.score import fresh
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news
@@ -57,10 +57,10 @@ class Hangs:
 
 def hangs_on(
     bench: Workbench,
-    found: Hypotheses[Fit],
-    judged: Judged[Fit],
+    found: Hypotheses[EvaluatedHypothesis],
+    judged: Judged[EvaluatedHypothesis],
     calibration: Calibration = CALIBRATED,
-    free: Unseen | None = None,
+    free: HeldOutError | None = None,
 ) -> Hangs:
     """The recordings on which the verdict hangs.
 
@@ -89,7 +89,7 @@ def hangs_on(
     return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left))
 
 
-def _weight(judged: Judged[Fit], again: Judged[Fit]) -> float:
+def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> float:
     """How probable what is said of all recordings still is without one."""
     if judged.verdict == "unknown":
         return again.unknown
@@ -101,22 +101,29 @@ def _weight(judged: Judged[Fit], again: Judged[Fit]) -> float:
 
 
 def _again(
-    found: Hypotheses[Fit], here: dict[int, Assessed[Fit]], calibration: Calibration, free: Unseen | None
-) -> Judged[Fit]:
+    found: Hypotheses[EvaluatedHypothesis],
+    here: dict[int, Assessed[EvaluatedHypothesis]],
+    calibration: Calibration,
+    free: HeldOutError | None,
+) -> Judged[EvaluatedHypothesis]:
     """Judged by the hypotheses that there are, under the identity of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
     return judge(Hypotheses(here[id(found.none)], singles, several), calibration, len(found.singles), free)
 
 
-def _refitted(bench: Workbench, found: Sequence[Assessed[Fit]], out: int) -> list[Assessed[Fit]]:
+def _refitted(
+    bench: Workbench, found: Sequence[Assessed[EvaluatedHypothesis]], out: int
+) -> list[Assessed[EvaluatedHypothesis]]:
     """Hypotheses at their best for all trials but one."""
 
     def but(values: Sequence[T]) -> tuple[T, ...]:
         return (*values[:out], *values[out + 1 :])
 
     rest = replace(bench, trials=but(bench.trials))
-    fits = rest.evaluate([Fit(f.hypothesis, f.unknowns, but(f.states)) for f in (item.fit for item in found)])
+    fits = rest.evaluate(
+        [EvaluatedHypothesis(f.hypothesis, f.unknowns, but(f.states)) for f in (item.fit for item in found)]
+    )
     going = list(range(len(fits)))
     for _ in range(ROUNDS):
         better = rest.solve([replace(fresh(fits[i]), frame=rest.frame(fits[i])) for i in going], None, 3)
@@ -127,7 +134,7 @@ def _refitted(bench: Workbench, found: Sequence[Assessed[Fit]], out: int) -> lis
     return [Assessed(fit, fit.cost, ratio(rest, fit), item.unseen) for fit, item in zip(fits, found, strict=True)]
 
 
-def _without_each(bench: Workbench, found: Assessed[Fit]) -> list[Assessed[Fit]]:
+def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> list[Assessed[EvaluatedHypothesis]]:
     """A hypothesis as all trials but one would have it, for each one."""
     fit = found.fit
     normal = bench.normal(fit)
@@ -144,7 +151,7 @@ def _without_each(bench: Workbench, found: Assessed[Fit]) -> list[Assessed[Fit]]
     return made
 
 
-def _said(judged: Judged[Fit]) -> str:
+def _said(judged: Judged[EvaluatedHypothesis]) -> str:
     """What would be said, where it would be said with some certainty."""
     if judged.verdict == "unknown":
         return "what is missing would be unknown" if judged.unknown > SURE else ""
@@ -154,7 +161,7 @@ def _said(judged: Judged[Fit]) -> str:
     return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
 
 
-def _differs(judged: Judged[Fit], again: Judged[Fit]) -> bool:
+def _differs(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> bool:
     if again.verdict in ("none", "unknown") or judged.verdict in ("none", "unknown"):
         return again.verdict != judged.verdict
     known = [judged.accepted.keys, *(rival.keys for rival in judged.tied)]

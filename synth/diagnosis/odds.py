@@ -18,7 +18,7 @@ from math import factorial
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, F, Unseen
+from synth.diagnosis.hypotheses import Assessed, F, HeldOutError
 
 # RMS over the noise floor that the best explanation leaves on unseen trials: below the first it is at the floor, from
 # the second on it is a remainder. Explanations of another form than the truth leave up to 3 on clean simulated cases.
@@ -130,7 +130,7 @@ def taken(item: Assessed[F], none: Assessed[F]) -> float:
     return taken_of(item.unseen, none.unseen)
 
 
-def taken_of(left: Unseen, before: Unseen) -> float:
+def taken_of(left: HeldOutError, before: HeldOutError) -> float:
     """Share of the RMS above the noise that is taken in a typical trial."""
     above = [float(np.sqrt(max(each.typical**2 - 1.0, 0.0))) for each in (left, before)]
     return 1.0 - above[0] / above[1] if above[1] > 0.0 else 0.0

@@ -13,7 +13,7 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
-from synth.diagnosis.hypotheses import Hypotheses, Unseen
+from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.sentences import ErrorWording
@@ -136,7 +136,7 @@ class Plant(ABC, Generic[F, T, S]):
     def left_where(self, predicted: Sequence[S]) -> tuple[Mapping[str, float], Mapping[str, float]]:
         """Shares of the joints, and of the phases, in what predictions of the scored trials leave above the noise."""
 
-    def freely(self, found: Hypotheses[F]) -> Unseen | None:
+    def freely(self, found: Hypotheses[F]) -> HeldOutError | None:
         """What a torque of free shape leaves on unseen trials; None where none was fitted."""
         return None
 

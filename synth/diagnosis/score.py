@@ -9,7 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.workbench import Fit, Workbench, state_rows
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 from synth.threads import in_parallel
 
@@ -23,12 +23,12 @@ def first_state(trial: AngleTrial) -> Array:
     return np.concatenate([smoothed.angle[0], smoothed.rate[0]])
 
 
-def score(bench: Workbench, fit: Fit, trials: Sequence[AngleTrial]) -> list[tuple[Array, Array]]:
+def score(bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> list[tuple[Array, Array]]:
     """Prediction (m, n) rad in the sense of q of each trial by a hypothesis held fixed, and its initial state."""
     return in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials))
 
 
-def _one(bench: Workbench, fit: Fit, trial: AngleTrial) -> tuple[Array, Array]:
+def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple[Array, Array]:
     """With the initial state that fits best."""
     links = sum(candidate.links for candidate in fit.hypothesis)
     begun = np.concatenate([first_state(trial), np.zeros(2 * links)])
@@ -54,6 +54,6 @@ def _one(bench: Workbench, fit: Fit, trial: AngleTrial) -> tuple[Array, Array]:
     return prediction, state_at(free)
 
 
-def fresh(fit: Fit) -> Fit:
+def fresh(fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
     """The fit to go on from where it is, as if never stopped."""
     return replace(fit, damping=1e-3, done=False)

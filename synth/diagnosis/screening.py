@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.threads import in_parallel
 
 DIVERGED = 1e6  # whitened residual of a motion that diverged
@@ -23,19 +23,19 @@ STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the
 
 
 @dataclass(frozen=True)
-class Ground:
+class ScreeningFrame:
     """What fits have in common: a fit with its frame; its unknowns' derivatives, the states' taken out.
 
     ``slopes`` a trial (M, p); ``matrix`` (p, p) their products summed.
     """
 
     bench: Workbench
-    at: Fit
+    at: EvaluatedHypothesis
     slopes: tuple[Array, ...]
     matrix: Array
 
     @classmethod
-    def of(cls, bench: Workbench, at: Fit) -> Ground:
+    def of(cls, bench: Workbench, at: EvaluatedHypothesis) -> ScreeningFrame:
         """At a fit that has been evaluated and has a frame of its own."""
         assert at.frame is not None
         slopes = [trial.projected for trial in at.frame.trials]
@@ -57,13 +57,13 @@ class Ground:
         return self.project(trial, found)
 
 
-def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
+def prospects(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis) -> list[float]:
     """Cost that each fit would have after one undamped step of all but its last candidate, by the frame of ``at``.
 
     ``at`` holds what the fits have in common: tolerances, states and its own candidates, whose unknowns come first in
     the fits' too.
     """
-    ground = Ground.of(bench, at)
+    ground = ScreeningFrame.of(bench, at)
 
     def one(i: int) -> tuple[Array, Array]:
         left = ground.left(i, residuals[i])
@@ -83,12 +83,14 @@ def prospects(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[float]:
     ]
 
 
-def leverage(bench: Workbench, fits: Sequence[Fit], at: Fit) -> list[tuple[float, float]]:
+def leverage(
+    bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis
+) -> list[tuple[float, float]]:
     """Cost that each fit's last cause promises at the best multiple of its strength, and that multiple.
 
     By the secant: the change that the cause makes at the strength given, taken to grow in proportion to it.
     """
-    ground = Ground.of(bench, at)
+    ground = ScreeningFrame.of(bench, at)
     p = len(at.unknowns)
 
     def one(i: int) -> tuple[Array, Array, Array, Array, float]:
@@ -140,7 +142,7 @@ def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, a
     return left, step
 
 
-def rungs(fit: Fit, first: int) -> list[Fit]:
+def rungs(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
     """The start with the strengths of its last candidate multiplied by ``LADDER``, those that its bounds allow.
 
     ``first`` : place of that candidate's unknowns.
@@ -155,7 +157,7 @@ def rungs(fit: Fit, first: int) -> list[Fit]:
     return made
 
 
-def strengthened(fit: Fit, first: int, factor: float) -> Fit:
+def strengthened(fit: EvaluatedHypothesis, first: int, factor: float) -> EvaluatedHypothesis:
     """The fit with its last candidate's strengths multiplied, within its bounds."""
     candidate = fit.hypothesis[-1]
     strengths = np.array([name in candidate.effect.strengths for name in candidate.shape.free])

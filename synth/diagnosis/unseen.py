@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Hypotheses, Unseen
+from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
 from synth.diagnosis.prediction_error import BLOCKS
-from synth.diagnosis.workbench import RULE, Fit, HypothesisFits, Workbench
+from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, HypothesisFits, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
@@ -46,7 +46,7 @@ def folds(bench: Workbench) -> list[tuple[int, ...]]:
     return [tuple(sorted(dealt[k::count])) for k in range(count)]
 
 
-def unseen(bench: Workbench, fits: Sequence[Fit]) -> list[Unseen]:
+def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[HeldOutError]:
     """What each fit, brought to its best without each fold, leaves on the trials of that fold.
 
     Raises
@@ -67,11 +67,11 @@ def unseen(bench: Workbench, fits: Sequence[Fit]) -> list[Unseen]:
         left = {index: fit for fit in own for index in _out(fit)}
         each = in_parallel(lambda i, left=left: cells(bench, i, left[i].residuals[i]), len(bench.trials))  # type: ignore[misc]
         squares, counts, independents = (np.array(column) for column in zip(*each, strict=True))
-        made.append(Unseen(squares, counts, independents, jackknife(np.array([fit.unknowns for fit in own]))))
+        made.append(HeldOutError(squares, counts, independents, jackknife(np.array([fit.unknowns for fit in own]))))
     return made
 
 
-def with_unseen(bench: Workbench, found: Hypotheses[Fit]) -> Hypotheses[Fit]:
+def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
     """The hypotheses, the leading ones with what they leave on unseen trials; as they are where there is one trial."""
     if len(bench.trials) < 2:
         return found
@@ -98,7 +98,7 @@ def jackknife(each: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _WithoutFold(Fit):
+class _WithoutFold(EvaluatedHypothesis):
     """A fit to all trials but ``out``, whose states follow it."""
 
     out: tuple[int, ...] = ()
@@ -108,18 +108,18 @@ class _WithoutFold(Fit):
 class _Folds(HypothesisFits):
     """Fits each of which leaves a fold out: all trials are predicted, the others alone count."""
 
-    def evaluate(self, points: Sequence[Fit]) -> list[Fit]:
+    def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """As if a fold were not there."""
         return [self.judged(fit) for fit in self.bench.evaluate(points)]
 
-    def judged(self, fit: Fit) -> Fit:
+    def judged(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
         """With the cost of the trials that count."""
         squares, total = kept(self.bench, fit.residuals, _out(fit))
         unknowns = fit.unknowns
         cost = total * float(np.log1p(squares / total)) + 0.5 * float(unknowns @ unknowns)
         return replace(fit, cost=cost if np.isfinite(cost) else np.inf)
 
-    def normal(self, point: Fit) -> LinearisedNormal:
+    def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
         """Of the trials that count; the others' states follow."""
         squares, total = kept(self.bench, point.residuals, _out(point))
         residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
@@ -129,7 +129,7 @@ class _Folds(HypothesisFits):
         normal = point.frame.normal(residuals, columns, weight, point.unknowns)
         return normal.without_fold(_out(point), point.unknowns)
 
-    def factors(self, point: Fit) -> tuple[float, ...]:
+    def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """The fit is near its end."""
         return FACTORS
 
@@ -141,7 +141,7 @@ def kept(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tu
     return squares, float(sum(np.minimum(bench.trials[i].counted, bench.effective).sum() for i in inside))
 
 
-def _out(fit: Fit) -> tuple[int, ...]:
+def _out(fit: EvaluatedHypothesis) -> tuple[int, ...]:
     assert isinstance(fit, _WithoutFold)
     return fit.out
 

@@ -9,7 +9,7 @@ from typing import Generic
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Assessed, F, Hypotheses, Key, Unseen
+from synth.diagnosis.hypotheses import Assessed, F, HeldOutError, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import far_share, taken, taken_of
@@ -80,7 +80,7 @@ def _above(found: Assessed[F]) -> float:
 
 
 def judge(
-    found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0, free: Unseen | None = None
+    found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0, free: HeldOutError | None = None
 ) -> Judged[F]:
     """Weigh all hypotheses; ``singles`` as in ``weigh``; ``free`` : what a torque of free shape leaves unseen.
 
@@ -143,7 +143,7 @@ def _least(hypotheses: Sequence[Assessed[F]]) -> float:
 
 
 def _unknown_far(
-    hypotheses: Sequence[Assessed[F]], weights: Array, free: Unseen | None, calibration: Calibration
+    hypotheses: Sequence[Assessed[F]], weights: Array, free: HeldOutError | None, calibration: Calibration
 ) -> float:
     """Probability that what is missing is in no list, where the remainder is far above the noise.
 

@@ -20,7 +20,7 @@ from synth.diagnosis.angle_trials import AngleTrial, Whitener
 from synth.diagnosis.lanes import Block, Hypothesis, LanePredictor
 from synth.estimation.levenberg_marquardt import CONVERGED, Factors, Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import Linearisation, LinearisedNormal, TrialLinearisation
-from synth.estimation.normal_equations import Step, StepLimits
+from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.threads import in_parallel
 
 STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Fit:
+class EvaluatedHypothesis:
     """A hypothesis at one point.
 
     ``unknowns`` (p + n_effect,); ``states`` a trial (2 n,), or with those of links that give, see ``Block``;
@@ -53,7 +53,7 @@ class Fit:
     done: bool = False
     frame: Linearisation | None = field(default=None, repr=False)
 
-    def at(self, unknowns: Array) -> Fit:
+    def at(self, unknowns: Array) -> EvaluatedHypothesis:
         """The hypothesis with other unknowns, to predict with."""
         return replace(self, unknowns=unknowns)
 
@@ -126,16 +126,21 @@ class Workbench:
         prior[len(free) :] = state[2 * n :]
         return found
 
-    def residuals(self, fits: Sequence[Fit]) -> list[list[Array]]:
+    def residuals(self, fits: Sequence[EvaluatedHypothesis]) -> list[list[Array]]:
         """(M,) whitened residuals of every fit, a list a trial; not finite where a motion diverged."""
         whites = [self.whitener(trial) for trial in self.trials]
 
-        def used(i: int, fit: Fit, out: Array) -> Array:
+        def used(i: int, fit: EvaluatedHypothesis, out: Array) -> Array:
             return self._residual(self.trials[i], whites[i], out, fit.states[i])
 
         return self._predicted(fits, None, used)
 
-    def _predicted(self, fits: Sequence[Fit], first: int | None, use: Callable[[int, Fit, Array], T]) -> list[list[T]]:
+    def _predicted(
+        self,
+        fits: Sequence[EvaluatedHypothesis],
+        first: int | None,
+        use: Callable[[int, EvaluatedHypothesis, Array], T],
+    ) -> list[list[T]]:
         """``use`` of every fit's prediction in every trial, a list a trial; each group of lanes is a piece of work.
 
         A fit's lanes: itself, and for each unknown from ``first`` on a copy with that a step further; None for no copy.
@@ -158,13 +163,13 @@ class Workbench:
             result.append([flat[k] for k in order])
         return result
 
-    def frame(self, fit: Fit) -> Linearisation:
+    def frame(self, fit: EvaluatedHypothesis) -> Linearisation:
         """Derivatives at a fit's point."""
         return Linearisation(
             tuple(in_parallel(lambda i: self._part(self.trials[i], fit, fit.states[i]), len(self.trials)))
         )
 
-    def _part(self, trial: AngleTrial, fit: Fit, state: Array) -> TrialLinearisation:
+    def _part(self, trial: AngleTrial, fit: EvaluatedHypothesis, state: Array) -> TrialLinearisation:
         alive = list(self.predictor.open_tolerances)
         _, slopes = self.slopes(trial, fit, state, alive)
         below = self.state_prior(trial, state)
@@ -174,7 +179,9 @@ class Workbench:
         q, r = np.linalg.qr(np.concatenate([slopes[:, len(alive) :], below]))
         return TrialLinearisation(tolerance, q, r)
 
-    def slopes(self, trial: AngleTrial, fit: Fit, state: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+    def slopes(
+        self, trial: AngleTrial, fit: EvaluatedHypothesis, state: Array, unknowns: Sequence[int]
+    ) -> tuple[Array, Array]:
         """Prediction (m, n) rad of a trial, and its whitened derivatives (samples that count, n_unknown + n_state).
 
         By these ``unknowns``, then by the ``state_rows``.
@@ -209,7 +216,7 @@ class Workbench:
         links = np.ones(len(state) - 2 * len(deviation))
         return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free], links]))
 
-    def awake(self, fit: Fit) -> Fit:
+    def awake(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
         """The fit with zero initial states for the links that its candidates add."""
         size = 2 * (len(self.noise) + sum(candidate.links for candidate in fit.hypothesis))
         if all(len(state) == size for state in fit.states):
@@ -217,11 +224,11 @@ class Workbench:
         states = tuple(np.concatenate([state, np.zeros(size - len(state))]) for state in fit.states)
         return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
 
-    def evaluate(self, fits: Sequence[Fit]) -> list[Fit]:
+    def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """Residuals and the effects' columns of many fits at their points, packed into common lanes."""
         p, whites = self.n_tolerance, [self.whitener(trial) for trial in self.trials]
 
-        def used(i: int, fit: Fit, out: Array) -> tuple[Array, Array]:
+        def used(i: int, fit: EvaluatedHypothesis, out: Array) -> tuple[Array, Array]:
             residual = self._residual(self.trials[i], whites[i], out, fit.states[i])
             slopes = np.zeros((out.shape[2] - 1, len(residual)))
             lanes = whites[i].lanes(out)
@@ -239,7 +246,9 @@ class Workbench:
             made.append(replace(fit, residuals=residuals, columns=columns, cost=cost))
         return made
 
-    def solve(self, fits: Sequence[Fit], frame: Linearisation | None, rounds: int, tolerance: float = 0.5) -> list[Fit]:
+    def solve(
+        self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = 0.5
+    ) -> list[EvaluatedHypothesis]:
         """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
 
         A fit is done when a step lowers its cost by less than ``tolerance``.
@@ -252,12 +261,12 @@ class Workbench:
         ends = minimise(HypothesisFits(self, frame, tolerance), start, RULE, rounds)
         return [replace(end.point, damping=end.damping, done=end.reason == CONVERGED) for end in ends]
 
-    def normal(self, fit: Fit, frame: Linearisation | None = None) -> LinearisedNormal:
+    def normal(self, fit: EvaluatedHypothesis, frame: Linearisation | None = None) -> LinearisedNormal:
         """Normal equations at an evaluated fit; with derivatives of its own point if it has none and none are given."""
         weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / self.total)
         return (frame or fit.frame or self.frame(fit)).normal(fit.residuals, fit.columns, weight, fit.unknowns)
 
-    def moved_states(self, fit: Fit, change: Sequence[Array]) -> tuple[Array, ...]:
+    def moved_states(self, fit: EvaluatedHypothesis, change: Sequence[Array]) -> tuple[Array, ...]:
         """Each trial's initial state after a ``change`` of what is free of it."""
         made = []
         for trial, state, own in zip(self.trials, fit.states, change, strict=True):
@@ -276,7 +285,7 @@ class Workbench:
         return np.concatenate(lows), np.concatenate(highs)
 
 
-def _lanes_of(fit: Fit, trial: int, moved: Sequence[int]) -> Block:
+def _lanes_of(fit: EvaluatedHypothesis, trial: int, moved: Sequence[int]) -> Block:
     """A fit as it is in a trial, and with each of the ``moved`` unknowns a step further."""
     count = len(moved)
     unknowns = np.repeat(fit.unknowns[:, None], count + 1, axis=1)
@@ -291,38 +300,38 @@ def state_rows(trial: AngleTrial, state: Array) -> list[int]:
 
 
 @dataclass(frozen=True)
-class HypothesisFits(LeastSquares[Fit]):
+class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
     """Hypotheses as least-squares problems; ``frame`` for those that have no linearisation of their own."""
 
     bench: Workbench
     frame: Linearisation | None
     tolerance: float
 
-    def evaluate(self, points: Sequence[Fit]) -> list[Fit]:
+    def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
         """All in common lanes."""
         return self.bench.evaluate(points)
 
-    def normal(self, point: Fit) -> LinearisedNormal:
+    def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
         """By the linearisation, and the effect's own columns."""
         frame = point.frame or self.frame
         assert frame is not None
         return self.bench.normal(point, frame)
 
-    def bounds(self, point: Fit) -> tuple[Array, Array]:
+    def bounds(self, point: EvaluatedHypothesis) -> tuple[Array, Array]:
         """Of tolerances and causes."""
         return self.bench.bounds(point.hypothesis)
 
-    def limits(self, point: Fit) -> StepLimits:
+    def limits(self, point: EvaluatedHypothesis) -> StepLimits:
         """An effect's unknown goes ``LONGEST`` at most; tolerances have their bounds."""
         p = self.bench.n_tolerance
         return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST)], follow=True)
 
-    def factors(self, point: Fit) -> tuple[float, ...]:
+    def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
         """Fewer where the cause enters all but linearly, as a shifted reading or a mass does."""
         mild = all(candidate.nearly_linear for candidate in point.hypothesis)
         return DAMPINGS[:2] if mild else DAMPINGS
 
-    def moved(self, point: Fit, step: Step) -> Fit:
+    def moved(self, point: EvaluatedHypothesis, step: ParameterStep) -> EvaluatedHypothesis:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
         unknowns = point.unknowns + step.common

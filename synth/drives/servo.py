@@ -12,7 +12,7 @@ from synth.drives.servo_law import servo_torque
 
 
 @dataclass(frozen=True)
-class Motor:
+class GearedMotor:
     """A brushed or equivalent direct-current motor behind a gear.
 
     All on the rotor's side: ``resistance`` ohm of the winding, ``torque_constant`` N m/A (in SI also V s/rad),
@@ -65,7 +65,7 @@ class Servo:
     current_limit: float = np.inf
     supply: float = 1.0
     source_resistance: float = 0.0
-    motor: Motor | None = None
+    motor: GearedMotor | None = None
     open_duty: float = 0.0  # 1 where the motor's voltage itself is known and nothing is controlled
 
     @property
@@ -91,7 +91,7 @@ class Servo:
 class TorqueDrive:
     """A motor whose current is recorded: its torque is known."""
 
-    motor: Motor
+    motor: GearedMotor
 
 
 UNLIMITED = 1e12  # N m or duty: more than any joint bears, and still a number

@@ -14,7 +14,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from synth.arrays import Array
-from synth.estimation.normal_equations import DampingScale, NormalEquations, Step, StepLimits
+from synth.estimation.normal_equations import DampingScale, NormalEquations, ParameterStep, StepLimits
 
 CONVERGED = "converged"
 AT_THE_LIMIT = "the iteration limit was reached"
@@ -52,7 +52,7 @@ class LeastSquares(ABC, Generic[P]):
         """Least and greatest common unknowns (p,); equal ones hold an unknown where it is."""
 
     @abstractmethod
-    def moved(self, point: P, step: Step) -> P:
+    def moved(self, point: P, step: ParameterStep) -> P:
         """The point after a step, not evaluated."""
 
     @abstractmethod
@@ -147,7 +147,7 @@ class _Proposal(Generic[P]):
     """Steps that are tried from an iterate."""
 
     points: list[P]
-    steps: list[Step]
+    steps: list[ParameterStep]
     dampings: list[float]
     normal: NormalEquations | None
 

@@ -69,7 +69,7 @@ class OwnGroup:
 
 
 @dataclass(frozen=True)
-class Step:
+class ParameterStep:
     """A step of the ``common`` unknowns (p,) and of each trial's ``own`` (l,)."""
 
     common: Array
@@ -126,12 +126,12 @@ class NormalEquations(ABC):
         """Damped matrix (p, p) and gradient (p,) of the common unknowns, the trials' own eliminated."""
 
     @abstractmethod
-    def predicted_fall(self, step: Step) -> float:
+    def predicted_fall(self, step: ParameterStep) -> float:
         """Fall of the cost that the linearisation predicts for a step that was not shortened."""
 
     def steps(
         self, at: Array, dampings: Array, scale: DampingScale, bounds: tuple[Array, Array], limits: StepLimits
-    ) -> list[Step]:
+    ) -> list[ParameterStep]:
         """One step for each of ``dampings`` (n_step,) from the common unknowns ``at`` (p,).
 
         Unknowns that sit on a bound and push outwards are held; so are those whose bounds coincide.
@@ -148,7 +148,7 @@ class NormalEquations(ABC):
             longest = max((float(np.max(np.abs(own), initial=0.0)) for own in step.own), default=0.0)
             share = min(_share(step.common, limits.common), limits.own / max(longest, 1e-300))
             moved = np.clip(at + share * step.common, low, high) - at
-            shortened.append(Step(moved, tuple(share * own for own in step.own) if share < 1.0 else step.own))
+            shortened.append(ParameterStep(moved, tuple(share * own for own in step.own) if share < 1.0 else step.own))
         return shortened
 
     @staticmethod
@@ -168,7 +168,7 @@ class NormalEquations(ABC):
             held = held | outward
         return step
 
-    def _with_own(self, common: Array, dampings: Array, scale: DampingScale) -> list[Step]:
+    def _with_own(self, common: Array, dampings: Array, scale: DampingScale) -> list[ParameterStep]:
         """Steps with each trial's own unknowns, from those of the common ones (n_step, p)."""
         count = sum(len(group.trials) for group in self.groups)
         own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
@@ -176,7 +176,7 @@ class NormalEquations(ABC):
             for made, steps in zip(own, group.steps(common, dampings, width), strict=True):
                 for trial, step in zip(group.trials, steps, strict=True):
                     made[trial] = step
-        return [Step(one, tuple(made)) for one, made in zip(common, own, strict=True)]
+        return [ParameterStep(one, tuple(made)) for one, made in zip(common, own, strict=True)]
 
 
 def _share(step: Array, longest: Array | float) -> float:
@@ -221,7 +221,7 @@ class ArrowNormal(NormalEquations):
             gradient -= eliminated[:, -1]
         return matrix, gradient
 
-    def predicted_fall(self, step: Step) -> float:
+    def predicted_fall(self, step: ParameterStep) -> float:
         """Half the gradient along the step (exact for the undamped one)."""
         fall = -0.5 * float(self.gradient @ step.common)
         for group in self.groups:
@@ -274,7 +274,7 @@ class ReducedNormal(NormalEquations):
         added = (damping + LEAST_DAMPING) * scale.common + LEAST_DIAGONAL
         return self.matrix + np.diag(added), self.gradient
 
-    def predicted_fall(self, step: Step) -> float:
+    def predicted_fall(self, step: ParameterStep) -> float:
         """Half the gradient along the common step; the trials' own are at their best for it already."""
         return -0.5 * float(self.gradient @ step.common)
 

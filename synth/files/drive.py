@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from synth import units
-from synth.drives.servo import Motor, Servo, TorqueDrive
+from synth.drives.servo import GearedMotor, Servo, TorqueDrive
 from synth.errors import UserError
 from synth.files.validate import FileModel, Quantity, refusal
 
@@ -79,7 +79,7 @@ class DriveKeys(FileModel):
         if self.motor is not None:
             keys = self.motor
             resistance = np.inf if keys.resistance is None else keys.resistance
-            motor = Motor(resistance, keys.torque_constant, keys.gear_ratio, keys.efficiency, keys.rotor_inertia)
+            motor = GearedMotor(resistance, keys.torque_constant, keys.gear_ratio, keys.efficiency, keys.rotor_inertia)
         if self.kind == "torque":
             assert motor is not None
             return TorqueDrive(motor)

@@ -13,7 +13,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.swing.leg_model import Joint
-from synth.swing.rigid_body import Body, Vector, of_link
+from synth.swing.rigid_body import RigidBody, Vector, of_link
 
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # drawn -> robot frame
 SCALE = "0.001 0.001 0.001"  # STL files are in mm
@@ -52,7 +52,7 @@ class Visual:
 class RobotLink:
     """A link's whole body in its joint's drawn frame, and what is drawn of it; None: the planar link, as a rod."""
 
-    body: Body | None = None
+    body: RigidBody | None = None
     visuals: tuple[Visual, ...] = ()
 
 

@@ -82,7 +82,7 @@ def cut_of(seen: Seen) -> float:
 
 
 @dataclass(frozen=True)
-class Unseen:
+class LateFreeMotion:
     """A hand that no recording shows by itself: from ``cut`` s on what is left agrees with later samples.
 
     ``probability`` : of such a difference between all samples and later ones in free motion.
@@ -94,7 +94,7 @@ class Unseen:
 
 def unseen(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, weight: str, least: float = 0.0
-) -> Unseen | None:
+) -> LateFreeMotion | None:
     """Whether all samples and later ones tell of one leg; None where they do, or where there are too few to tell.
 
     Parameters
@@ -118,8 +118,8 @@ def unseen(
         if some is None:
             break
         if _difference(model, some, known, replace(solution, locals=tuple(_locals(some, solution)))) >= SIGNIFICANCE:
-            return Unseen(start, first)
-    return Unseen(min(LATER, longest * (1.0 - LEAST_SHARE)), first)
+            return LateFreeMotion(start, first)
+    return LateFreeMotion(min(LATER, longest * (1.0 - LEAST_SHARE)), first)
 
 
 def _locals(recordings: Sequence[Recording], solution: Solution) -> list[Local]:
@@ -153,7 +153,7 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
     return chi_squared_tail(float(np.sum(off[tells] ** 2 / (1.0 - share[tells]))), int(tells.sum()))
 
 
-def said_of(seen: Seen, cut: float, hidden: Unseen | None) -> str:
+def said_of(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:
     """What was found and done, in a sentence."""
     if hidden is not None:
         few = f" (a hand is seen in {len(seen.known)} of {len(seen.until)})" if seen.known else ""

@@ -14,7 +14,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, Nielsen, minimise
-from synth.estimation.normal_equations import ArrowNormal, Information, Step, StepLimits
+from synth.estimation.normal_equations import ArrowNormal, Information, ParameterStep, StepLimits
 from synth.fit.recordings import Recording
 from synth.fit.rounding import Rounding
 from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
@@ -113,7 +113,7 @@ class _TrajectoryFit(LeastSquares[_State]):
         """No common unknown by more than ``LARGEST_STEP``."""
         return StepLimits(LARGEST_STEP)
 
-    def moved(self, point: _State, step: Step) -> _State:
+    def moved(self, point: _State, step: ParameterStep) -> _State:
         """After a step."""
         moved = zip(self.recordings, point.locals, step.own, strict=True)
         return _State(point.unknowns + step.common, tuple(self.model.step_local(r, at, own) for r, at, own in moved))

@@ -21,7 +21,7 @@ from synth.jump.hopper_leg import HopperLeg, HopperTolerances, Motor, in_reach
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.mujoco_model import mujoco_jump, require_mujoco
-from synth.jump.outcomes import TOO_STIFF, Outcome, heights, outcome_of
+from synth.jump.outcomes import TOO_STIFF, JumpOutcome, heights, outcome_of
 from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
@@ -41,7 +41,7 @@ class Neighbour:
     change: str
     motor: Motor
     length: float
-    outcome: Outcome
+    outcome: JumpOutcome
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Leaning:
     """The chosen design by the planar form, leaning at the start."""
 
     pitch: float  # rad, at the start
-    outcome: Outcome
+    outcome: JumpOutcome
     final_pitch: float
     slip: float
 
@@ -65,7 +65,7 @@ class Study:
     low: Array
     high: Array
     best: int | None
-    ladder: dict[str, Outcome]
+    ladder: dict[str, JumpOutcome]
     ladder_notes: dict[str, str]
     neighbours: list[Neighbour]
     contributions: dict[str, tuple[float, float]]
@@ -147,9 +147,9 @@ def study(
     )  # fmt: skip
 
 
-def run_ladder(leg: HopperLeg, motor: Motor, problem: SweepProblem) -> tuple[dict[str, Outcome], dict[str, str]]:
+def run_ladder(leg: HopperLeg, motor: Motor, problem: SweepProblem) -> tuple[dict[str, JumpOutcome], dict[str, str]]:
     """One design by every model; model C on both grounds where MuJoCo is there, else the note how to get it."""
-    found: dict[str, Outcome] = {}
+    found: dict[str, JumpOutcome] = {}
     notes: dict[str, str] = {}
     for name, model in MODELS.items():
         if model.engine == "point":
@@ -222,7 +222,7 @@ def _neighbours(problem: SweepProblem, rows: tuple[GearMotorRow, ...], best: int
     ]
 
 
-def _one(problem: SweepProblem, motor: Motor, length: float) -> Outcome:
+def _one(problem: SweepProblem, motor: Motor, length: float) -> JumpOutcome:
     """One design by the model of the sweep."""
     leg = problem.leg.with_length(length)
     if problem.model.engine == "point":

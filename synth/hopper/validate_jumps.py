@@ -21,7 +21,7 @@ from synth.jump.hopper_leg import HopperLeg
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump
-from synth.jump.outcomes import Outcome, outcome_of
+from synth.jump.outcomes import JumpOutcome, outcome_of
 from synth.parts.catalogs import Catalogue
 
 MODELS_HELD = ("A", "B", "D", "full")
@@ -48,7 +48,7 @@ class ModelComparison:
     """One model: its outcome, and how far force (N) and upper link angle (rad) are off through the push, rms."""
 
     model: str
-    outcome: Outcome
+    outcome: JumpOutcome
     force_error: float
     angle_error: float
 

@@ -17,7 +17,7 @@ from synth.hopper.study import Study, warnings_of
 from synth.jump.hopper_leg import Motor
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS
-from synth.jump.outcomes import LANDED_AGAIN, Outcome
+from synth.jump.outcomes import LANDED_AGAIN, JumpOutcome
 from synth.units import quantity
 
 FORMAT = "synth/hopper/1"
@@ -128,7 +128,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
     }  # fmt: skip
 
 
-def outcome_json(outcome: Outcome, length: float, height: str) -> dict[str, Any]:
+def outcome_json(outcome: JumpOutcome, length: float, height: str) -> dict[str, Any]:
     """One jump's numbers with units; ``height`` : clearance or total, what the relative one is made of."""
     tall = outcome.rise if height == "total" else outcome.clearance
     return {

@@ -15,7 +15,7 @@ from synth.jump import jump_integrator, jump_source
 from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_layout import LANES, LAYOUTS, JumpLayout
 from synth.jump.jump_models import Model, lane
-from synth.jump.outcomes import N_OUTCOME, Outcome, outcome_of
+from synth.jump.outcomes import N_OUTCOME, JumpOutcome, outcome_of
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
 DURATION = 1.0  # s, for the push; a leg that has not lifted by then does not
@@ -76,7 +76,7 @@ def compiled_jump(bending: str) -> Jumper:
 
 def simulate(
     designs: Sequence[tuple[HopperLeg, Motor]], contact: Contact, model: Model, *, tolerance: float = TOLERANCE
-) -> list[Outcome]:
+) -> list[JumpOutcome]:
     """Jumps of designs that bend alike, by a model that the lanes have."""
     jumper = compiled_jump(designs[0][0].bending)
     lanes = np.stack([lane(leg, motor, contact, model) for leg, motor in designs], axis=1)

@@ -31,7 +31,7 @@ from synth.jump.outcomes import (
     SETTLED,
     TOO_STIFF,
     TOO_WEAK,
-    Outcome,
+    JumpOutcome,
 )  # fmt: skip
 
 Ground = Literal["same", "own"]
@@ -54,7 +54,7 @@ def require_mujoco() -> Any:
 class MujocoJump:
     """A jump by MuJoCo. ``trace`` columns: time, hips' height, right hip's angle, foot's height, com speed, normal."""
 
-    outcome: Outcome
+    outcome: JumpOutcome
     closure_gap: float  # m, the greatest distance between the feet that should be one
     trace: Array
 
@@ -166,11 +166,11 @@ class _Watched:
     highest: float = 0.0
     takeoff: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def outcome(self, status: int | None, step: float) -> Outcome:
+    def outcome(self, status: int | None, step: float) -> JumpOutcome:
         """Of a jump that ended so."""
         trace = np.array(self.rows)
         rise = np.concatenate([[0.0], np.cumsum(0.5 * step * (trace[1:, 4] + trace[:-1, 4]))])
-        return Outcome(
+        return JumpOutcome(
             clearance=self.highest if status == LANDED_AGAIN else 0.0,
             rise=float(rise.max()),
             takeoff_time=self.takeoff[0],

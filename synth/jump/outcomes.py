@@ -27,7 +27,7 @@ LIFTED = 1e-3  # m, the foot's height that counts as off the ground
 
 
 @dataclass(frozen=True)
-class Outcome:
+class JumpOutcome:
     """What a jump came to.
 
     clearance : the foot's greatest height, m; 0 where it does not lift.
@@ -57,10 +57,10 @@ LIMITS = {
 }
 
 
-def outcome_of(column: Array) -> Outcome:
+def outcome_of(column: Array) -> JumpOutcome:
     """From one column (n_outcome,) of ``jump.Jumper.run``."""
     lifts = column[STATUS] == LANDED_AGAIN
-    return Outcome(
+    return JumpOutcome(
         clearance=float(column[CLEARANCE]) if lifts else 0.0,
         rise=float(column[APEX]),
         takeoff_time=float(column[TAKEOFF_TIME]),
@@ -78,8 +78,8 @@ def heights(found: Array, row: int = CLEARANCE) -> Array:
     return np.where(found[STATUS] == LANDED_AGAIN, found[row], 0.0)
 
 
-def column_of(outcome: Outcome) -> Array:
-    """(n_outcome,) the other way round, for engines that give an ``Outcome``; what it does not hold is 0."""
+def column_of(outcome: JumpOutcome) -> Array:
+    """(n_outcome,) the other way round, for engines that give an ``JumpOutcome``; what it does not hold is 0."""
     status = next(code for code, text in LIMITS.items() if text == outcome.limit)
     values = {
         "status": status,

@@ -12,7 +12,7 @@ from synth.jump.hopper_leg import Contact, HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import Model, columns
 from synth.jump.jump_runs import DURATION, FALL, TOLERANCE
-from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, Outcome
+from synth.jump.outcomes import LANDED_AGAIN, LIFTED, LIMITS, JumpOutcome
 from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
 
@@ -20,7 +20,7 @@ from synth.jump.planar_engine import SCALARS, com_speed, integrate
 class PlanarJump:
     """A planar jump: the outcome and what only this form knows. Columns of ``trace``: time, state, asides."""
 
-    outcome: Outcome
+    outcome: JumpOutcome
     slip: float  # m, the foot's way along the ground during the push
     pitch: float  # rad, at the end
     trace: Array
@@ -123,13 +123,13 @@ def _pushing(aside: Array) -> slice:
     return slice(0, int(touching[-1]) + 1 if len(touching) else 1)
 
 
-def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> Outcome:
+def _outcome(trace: Array, aside: Array, n: int, status: int, arguments: Any, mass: float) -> JumpOutcome:
     size = 2 * n + 3
     push = _pushing(aside)
     last = push.stop - 1
     speeds = [com_speed(row[1 : 1 + size], n, arguments, mass) for row in trace]
     rise = np.concatenate([[0.0], np.cumsum(np.diff(trace[:, 0]) * 0.5 * (np.array(speeds[1:]) + speeds[:-1]))])
-    return Outcome(
+    return JumpOutcome(
         clearance=float(aside[:, 3].max()) if status == LANDED_AGAIN else 0.0,
         rise=float(rise.max()),
         takeoff_time=float(trace[last, 0]),

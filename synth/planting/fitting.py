@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from synth.planting.model import PARAMETERS, Array, Leg, Motion, swing
+from synth.planting.model import PARAMETERS, Array, Motion, PlantedLeg, swing
 from synth.planting.setup import WORST, Setup
 
 Places = NDArray[np.integer[Any]]
@@ -38,7 +38,7 @@ class Alternative:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class PlainFit:
     """``change`` (p,) of the parameters, in tolerances or units; ``rms`` left, rad; ``cost``: chi squared and prior."""
 
     change: Array
@@ -96,7 +96,7 @@ class Plain:
         """Joints that move in a trial."""
         return [j for j in range(self.case.true.n) if j not in self.trials[number].locked]
 
-    def _leg(self, change: Array) -> Leg:
+    def _leg(self, change: Array) -> PlantedLeg:
         true = self.case.true
         values = true.values.copy()
         for k in np.flatnonzero(change[: self.common_count]):
@@ -160,7 +160,7 @@ class Plain:
 
     def fit(
         self, targets: Sequence[Array], states: Sequence[Array], freed: Sequence[int] = (), rounds: int = 6
-    ) -> Fitted:
+    ) -> PlainFit:
         """Fit the given trials' target rotations, starting at the states given; ``freed`` have no prior."""
         used = np.array(sorted({*range(self.common_count), *freed}))
         weak = np.array([1e-3 if k in freed else 1.0 for k in used])  # the prior's weight
@@ -190,7 +190,7 @@ class Plain:
 
     def _tried(
         self, targets: Sequence[Array], change: Array, state: dict[int, Array], used: Places, weak: Array
-    ) -> tuple[Fitted, dict[int, Array]] | None:
+    ) -> tuple[PlainFit, dict[int, Array]] | None:
         """Summary and residuals at given parameters and states; None where the leg cannot be simulated."""
         try:
             left = {i: self._left(i, targets[i], change, state[i]) for i in self.given}
@@ -270,10 +270,10 @@ class Plain:
         free = self.free(i)
         state[[*free, *(self.case.true.n + f for f in free)]] += np.linalg.solve(r, q.T @ rest)
 
-    def _summary(self, change: Array, left: dict[int, Array], prior: Array) -> Fitted:
+    def _summary(self, change: Array, left: dict[int, Array], prior: Array) -> PlainFit:
         square = sum(float(e @ e) for e in left.values())
         count = sum(float(self.weight[i] ** 2) * e.size for i, e in left.items())
-        return Fitted(change.copy(), float(np.sqrt(square / count)) * self.floor, square + float(prior @ prior))
+        return PlainFit(change.copy(), float(np.sqrt(square / count)) * self.floor, square + float(prior @ prior))
 
     def plausible(self, other: Alternative, change: Array) -> bool:
         """Whether an alternative has a value that a leg could have: nothing early, no link of half its mass."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from synth.planting.model import Array, Law, Truth
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
@@ -35,7 +35,7 @@ class Form:
 
     name: str
     largest: float
-    build: Callable[[float], tuple[Truth, Sensor]]
+    build: Callable[[float], tuple[Truth, PlantedSensor]]
     tell: Callable[[float], Mapping[str, float | str]]
     fixed_noise: bool = False
 
@@ -45,7 +45,7 @@ Maker = Callable[[np.random.Generator, Setup, Scale, int], Form]
 
 def law_form(setup: Setup, name: str, largest: float, law: Callable[[float], Law], **shape: float) -> Form:
     """A form that is one law at a joint."""
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     return Form(
         name,
         largest,

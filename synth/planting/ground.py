@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from synth.planting.effects import AT_BASE, EFFECTS
-from synth.planting.fitting import Fitted, Plain
+from synth.planting.fitting import Plain, PlainFit
 from synth.planting.forms import Form, Scale, Unfit
 from synth.planting.model import Array, Motion, Truth, fastest, release
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import COUNTS, NOISE, Setup
 
 
 @dataclass(frozen=True)
-class Cause:
+class PlantedCause:
     """One effect with its size found."""
 
     effect: str
@@ -28,7 +28,7 @@ class Cause:
     size: float
 
 
-class Ground:
+class PlainMotion:
     """Leg, trials and sensors before any effect: plain motions, columns, and the gap that a truth leaves."""
 
     def __init__(self, setup: Setup) -> None:
@@ -82,7 +82,7 @@ class Ground:
             return math.sqrt(k / self.setup.true.outboard(j))
         return 2.0 * float(speed[j] / travel[j]) if travel[j] > 0.0 else math.inf
 
-    def run(self, truth: Truth, sensor: Sensor, every: bool) -> list[Motion | None]:
+    def run(self, truth: Truth, sensor: PlantedSensor, every: bool) -> list[Motion | None]:
         """Motions of the trials (only the given ones unless ``every``)."""
         simple = (
             not truth.laws
@@ -105,7 +105,7 @@ class Ground:
             found.append(release(truth, longer, step, self.scale.rest))
         return found
 
-    def targets(self, motions: list[Motion | None], sensor: Sensor) -> tuple[list[Array], list[Array]]:
+    def targets(self, motions: list[Motion | None], sensor: PlantedSensor) -> tuple[list[Array], list[Array]]:
         """Noise-free readings turned into rotations at the fit's times, and the states to start the fit from."""
         leg, seen, states = self.setup.true, [], []
         for i, (motion, trial) in enumerate(zip(motions, self.setup.trials, strict=True)):
@@ -121,7 +121,7 @@ class Ground:
             states.append(state)
         return seen, states
 
-    def gap(self, truth: Truth, sensor: Sensor) -> Fitted:
+    def gap(self, truth: Truth, sensor: PlantedSensor) -> PlainFit:
         """What the truth leaves on the given trials after tolerances and initial states."""
         return self.model.fit(*self.targets(self.run(truth, sensor, False), sensor))
 
@@ -138,7 +138,7 @@ class Ground:
                 return True
         return False
 
-    def find(self, effect: str, joint: int, form: Form, strength: float, near: float = 0.04) -> Cause:
+    def find(self, effect: str, joint: int, form: Form, strength: float, near: float = 0.04) -> PlantedCause:
         """The size whose gap is ``strength`` floors, to within the share ``near``.
 
         By false position in the logarithms of both, kept in its bracket. The gap is no power of the size: it may be
@@ -153,7 +153,7 @@ class Ground:
             reached = self.gap(*form.build(size)).rms / self.floor
             miss = math.log(max(reached, 1e-6) / strength)
             if abs(miss) < near:
-                return Cause(effect, joint, strength, reached, form, size)
+                return PlantedCause(effect, joint, strength, reached, form, size)
             if miss < 0 and x >= top - 1e-9:
                 if not self._quieten(reached / strength):
                     raise Unfit(f"{effect}: {reached:.2g} floors at most")
@@ -171,7 +171,7 @@ class Ground:
         raise Unfit(f"{effect}: no size found")
 
     def nearest(
-        self, rng: np.random.Generator, truth: Truth, sensor: Sensor, names: Sequence[str], joints: Sequence[int]
+        self, rng: np.random.Generator, truth: Truth, sensor: PlantedSensor, names: Sequence[str], joints: Sequence[int]
     ) -> tuple[str, int, float]:
         """The library-like effect among ``names`` that explains most: effect, joint, share of the gap that it leaves.
 

@@ -10,7 +10,7 @@ import numpy as np
 from synth.planting import laws
 from synth.planting.forms import Form, Scale, Unfit, between, law_form, spring_torque, sprung
 from synth.planting.model import Law, Truth
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
@@ -132,10 +132,10 @@ def _mirrored(
     setup: Setup, name: str, most: float, law: Callable[[float], Law], j: int, side: float, sign: float
 ) -> Form:
     """A change on the positive side, or (side -1) on the negative one: the whole rate changed, the other side back."""
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     k = float(setup.true.of("spring")[j])
 
-    def build(s: float) -> tuple[Truth, Sensor]:
+    def build(s: float) -> tuple[Truth, PlantedSensor]:
         leg = setup.true if side > 0 else setup.true.changed("spring", j, k * (1 + sign * s))
         return Truth(leg, (law(s),)), good
 
@@ -159,7 +159,7 @@ def backlash(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     k, b, free = (float(setup.true.of(name)[j]) for name in ("spring", "damper", "free_angle"))
     if min(k, b) <= 0.0 or any(joint == j for joint, _ in setup.true.curves):
         raise Unfit("play needs a spring and a damper with a rate behind it")
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     most = min(math.radians(4.0), 0.4 * float(scale.travel[j]))
     if rng.random() < 0.6:
         name = "contact lost"

@@ -17,7 +17,7 @@ PARAMETERS = ("length", "mass", "com", "inertia", "spring", "damper", "free_angl
 
 
 @dataclass(frozen=True)
-class Leg:
+class PlantedLeg:
     """SI; ``values`` (7, n) in the order of ``PARAMETERS``, free angles as rotations (not readings)."""
 
     names: tuple[str, ...]
@@ -33,7 +33,7 @@ class Leg:
     def n(self) -> int:
         return len(self.names)
 
-    def with_values(self, values: Array) -> Leg:
+    def with_values(self, values: Array) -> PlantedLeg:
         """The leg with other numbers."""
         return replace(self, values=values)
 
@@ -41,7 +41,7 @@ class Leg:
         """(n,) one parameter of all joints."""
         return np.asarray(self.values[PARAMETERS.index(name)])
 
-    def changed(self, name: str, joint: int, value: float) -> Leg:
+    def changed(self, name: str, joint: int, value: float) -> PlantedLeg:
         """The leg with one number replaced."""
         values = self.values.copy()
         values[PARAMETERS.index(name), joint] = value
@@ -61,7 +61,7 @@ class Leg:
         return total + (0.0 if self.rotors is None else float(self.rotors[joint]))
 
 
-class Trial(NamedTuple):
+class PlantedTrial(NamedTuple):
     """What a trial does to the leg; ``pose`` (n,) rad rotations at release, ``start`` s from release to recording.
 
     ``known`` : times (k,) s from the release and torques on the joints (k, n) N m, linear in between; ``speed`` (n,)
@@ -126,7 +126,7 @@ class Bend(NamedTuple):
 class Truth:
     """The leg as it really is: parameters, further bodies, laws, and what the mount and springs hide."""
 
-    leg: Leg
+    leg: PlantedLeg
     laws: tuple[Law, ...] = ()
     base: Base | None = None
     bends: tuple[Bend, ...] = ()
@@ -150,7 +150,7 @@ class Assembly(NamedTuple):
     table: Array  # (rows, 2), of known torques over time and dampers over speed
 
 
-def assemble(truth: Truth, trial: Trial) -> Assembly:
+def assemble(truth: Truth, trial: PlantedTrial) -> Assembly:
     """The chain of bodies for one trial."""
     leg, rows, where = truth.leg, [], []
     root = leg.tilt + trial.tilt + truth.tilt
@@ -195,7 +195,7 @@ def assemble(truth: Truth, trial: Trial) -> Assembly:
     )
 
 
-def _tabled(truth: Truth, trial: Trial) -> tuple[Array, tuple[Law, ...]]:
+def _tabled(truth: Truth, trial: PlantedTrial) -> tuple[Array, tuple[Law, ...]]:
     """Rows of all tables one below the other, and the laws that look them up."""
     rows, made = [np.zeros((1, 2))], []
     count = 1
@@ -295,7 +295,7 @@ def _settle(a: Assembly, q: Array, free: NDArray[np.bool_]) -> Array:
     raise ArithmeticError("no rest found")
 
 
-def rest_pose(leg: Leg, trial: Trial, tilt: float = 0.0) -> Array:
+def rest_pose(leg: PlantedLeg, trial: PlantedTrial, tilt: float = 0.0) -> Array:
     """(n,) rad where the leg comes to rest on its springs, the locked joints at the trial's pose."""
     a = assemble(Truth(leg, tilt=tilt), trial._replace(tip_mass=trial.tip_mass))
     start = leg.of("free_angle").copy()
@@ -325,7 +325,7 @@ class Motion(NamedTuple):
         return np.asarray(a + s * (u + s * (3 * d - 2 * u - v + s * (u + v - 2 * d))))
 
 
-def release(truth: Truth, trial: Trial, step: float, rest: Array | None = None) -> Motion:
+def release(truth: Truth, trial: PlantedTrial, step: float, rest: Array | None = None) -> Motion:
     """Let the leg go at the trial's pose, from rest or at the trial's speed."""
     a = assemble(truth, trial)
     q, mode, z = _initial(a, trial.pose, trial.pose if rest is None else rest)
@@ -347,7 +347,7 @@ def _run(
     return Motion(step, angle[:, a.joint], speed[:, a.joint])
 
 
-def swing(leg: Leg, trial: Trial, angle: Array, speed: Array, step: float, tilt: float = 0.0) -> Motion:
+def swing(leg: PlantedLeg, trial: PlantedTrial, angle: Array, speed: Array, step: float, tilt: float = 0.0) -> Motion:
     """The plain leg from a given state at the recording's start; locked joints keep ``angle``."""
     a = assemble(Truth(leg, tilt=tilt), trial)
     none = np.zeros(len(a.law), dtype=np.int64)
@@ -356,7 +356,7 @@ def swing(leg: Leg, trial: Trial, angle: Array, speed: Array, step: float, tilt:
     return _run(a, none, still, np.array(angle, dtype=float), w, trial.duration, step, trial.start)
 
 
-def fastest(truth: Truth, trial: Trial) -> float:
+def fastest(truth: Truth, trial: PlantedTrial) -> float:
     """1/s, the largest eigenvalue of the linearised chain (no laws): what the step must follow."""
     a = assemble(truth, trial)
     n = len(a.body)

@@ -11,13 +11,13 @@ import numpy as np
 from synth.planting import bodies, laws
 from synth.planting.forms import Form, Scale, Unfit, between, spring_torque, sprung
 from synth.planting.model import Array, Base, Bend, Law, Truth
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
 def preload(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The free angle shifted."""
-    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     sprung(setup, j)
     free = float(setup.true.of("free_angle")[j])
     return Form(
@@ -30,7 +30,7 @@ def preload(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
 
 def link_mass(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Mass and inertia in proportion."""
-    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     mass, inertia = float(setup.true.of("mass")[j]), float(setup.true.of("inertia")[j])
     return Form(
         "in proportion",
@@ -45,13 +45,13 @@ def link_mass(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Centre of mass off, inertia off, or both as when a part of the mass sits elsewhere."""
-    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     mass, com, inertia = (float(setup.true.of(name)[j]) for name in ("mass", "com", "inertia"))
     kind = ("com", "inertia", "moved part")[int(rng.choice(3, p=[0.4, 0.2, 0.4]))]
     place = rng.uniform(0.0, 0.2) if sign < 0 else rng.uniform(0.8, 1.0)
     length = float(setup.true.of("length")[j])
 
-    def build(s: float) -> tuple[Truth, Sensor]:
+    def build(s: float) -> tuple[Truth, PlantedSensor]:
         if kind == "com":
             return Truth(setup.true.changed("com", j, com * (1 + sign * s))), good
         if kind == "inertia":
@@ -73,7 +73,7 @@ def link_inertia(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -
 
 
 def _sensor(setup: Setup, name: str, most: float, change: Callable[[float], dict[str, Array]], unit: str) -> Form:
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     return Form(
         name,
         most,
@@ -132,7 +132,7 @@ def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
     k, top = float(setup.true.of("spring")[j]), float(scale.speed[j])
     k = k if k > 0.0 else spring_torque(setup, scale, j) / float(scale.travel[j])
     stiff = k * between(rng, 5, 40)
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     if rng.random() < 0.5:
         power, loss = rng.uniform(1.2, 1.6), rng.uniform(0.05, 0.5) / top
         rate = stiff / math.radians(2.0) ** (power - 1)
@@ -156,10 +156,10 @@ def base_compliance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
     mass, arm = whole * rng.uniform(0.5, 2.5), -reach * rng.uniform(0.5, 1.5)  # the pivot lies below the hip
     inertia, ratio = mass * arm**2, rng.uniform(0.02, 0.15)
     carried = (mass + whole) * arm**2
-    good = Sensor.good(leg.n)
+    good = PlantedSensor.good(leg.n)
     both, share = rng.random() < 0.6, rng.uniform(0.3, 0.7)
 
-    def build(s: float) -> tuple[Truth, Sensor]:
+    def build(s: float) -> tuple[Truth, PlantedSensor]:
         omega = scale.slow / math.sqrt(s)
         rock = (bodies.HINGE, 0.0, arm, 0.0, inertia, carried * omega**2 / (1 - share if both else 1.0))
         if both:
@@ -181,7 +181,7 @@ def base_compliance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 def base_tilt(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The mount turned."""
-    sign, good = float(rng.choice([-1.0, 1.0])), Sensor.good(setup.true.n)
+    sign, good = float(rng.choice([-1.0, 1.0])), PlantedSensor.good(setup.true.n)
     return Form(
         "turned",
         math.radians(12.0),
@@ -192,13 +192,13 @@ def base_tilt(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
 
 def link_flexibility(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Two or three hinges along the link, or a cantilever's one and a softer end."""
-    leg, good = setup.true, Sensor.good(setup.true.n)
+    leg, good = setup.true, PlantedSensor.good(setup.true.n)
     kind = int(rng.integers(0, 3))
     shares = ((0.25, 0.75), (1 / 6, 0.5, 5 / 6), (0.15, 0.6))[kind]
     weights = ((1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 2.5))[kind]
     ratio, k = rng.uniform(0.02, 0.1), max(float(leg.of("spring")[j]), leg.outboard(j) * scale.slow**2)
 
-    def build(s: float) -> tuple[Truth, Sensor]:
+    def build(s: float) -> tuple[Truth, PlantedSensor]:
         rates = tuple(k / s * w * len(shares) for w in weights)
         dampings = tuple(2 * ratio * math.sqrt(r * leg.outboard(j)) for r in rates)
         return Truth(leg, bends=(Bend(j, shares, rates, dampings),)), good

@@ -10,7 +10,7 @@ import numpy as np
 from synth.planting import laws
 from synth.planting.forms import Form, Maker, Scale, Unfit, law_form
 from synth.planting.model import Law, Truth
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
@@ -87,7 +87,7 @@ def dropped_samples(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
     span = min(t.duration for t in setup.trials)
     when = np.sort(rng.uniform(0.1, 0.7, int(rng.integers(2, 5)))) * span
     share = rng.uniform(0.5, 1.5, len(when))
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     return Form(
         "buffers lost",
         0.06,
@@ -105,9 +105,9 @@ def cross_talk(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
     if n == 1:
         raise Unfit("one channel")
     other = int(rng.choice([i for i in range(n) if i != j]))
-    sign, good = float(rng.choice([-1.0, 1.0])), Sensor.good(n)
+    sign, good = float(rng.choice([-1.0, 1.0])), PlantedSensor.good(n)
 
-    def talk(s: float) -> Sensor:
+    def talk(s: float) -> PlantedSensor:
         matrix = np.zeros((n, n))
         matrix[j, other] = sign * s
         return replace(good, talk=matrix, talk_about=setup.true.reading(scale.rest))
@@ -118,7 +118,7 @@ def cross_talk(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
 def eccentric_encoder(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A disc off its centre or a two-pole magnet: the reading's error is a sine of the angle."""
     harmonic, phase = float(rng.choice([2.0, 4.0, 8.0])), rng.uniform(0, 2 * math.pi)
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     return Form(
         "sine of the angle",
         math.radians(8.0),

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from synth.planting.model import Array, Leg, Motion
+from synth.planting.model import Array, Motion, PlantedLeg
 
 
 @dataclass(frozen=True)
-class Sensor:
+class PlantedSensor:
     """Errors of the reading; zero or empty where there is none. Angles rad, times s, (n,) a joint."""
 
     offset: Array
@@ -26,10 +26,10 @@ class Sensor:
     drops: tuple[tuple[float, float], ...] = ()  # s after the recording's start, s lost: samples that went missing
 
     @staticmethod
-    def good(n: int) -> Sensor:
+    def good(n: int) -> PlantedSensor:
         """No error but the design's noise and counts."""
         zero = np.zeros(n)
-        return Sensor(zero, zero, zero, zero, zero, np.zeros((n, n)), zero)
+        return PlantedSensor(zero, zero, zero, zero, zero, np.zeros((n, n)), zero)
 
     def times(self, times: Array, start: float) -> Array:
         """When the samples were really taken, s from the release."""
@@ -43,7 +43,7 @@ class Sensor:
         """How much longer than the recording the motion must be, s."""
         return sum(lost for _, lost in self.drops)
 
-    def read(self, leg: Leg, motion: Motion, times: Array, start: float, counted: bool = True) -> Array:
+    def read(self, leg: PlantedLeg, motion: Motion, times: Array, start: float, counted: bool = True) -> Array:
         """(m, n) rad: noise-free readings at nominal ``times``; ``counted`` rounds where a count is coarse."""
         taken = self.times(times, start)
         rotation = np.empty((len(times), leg.n))

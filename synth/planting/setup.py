@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.planting.model import PARAMETERS, Array, Leg, Trial
+from synth.planting.model import PARAMETERS, Array, PlantedLeg, PlantedTrial
 
 # As in ``tolerance:`` where a project says nothing.
 TOLERANCE = {
@@ -35,9 +35,9 @@ class Setup:
     by a better one.
     """
 
-    nominal: Leg
-    true: Leg
-    trials: tuple[Trial, ...]
+    nominal: PlantedLeg
+    true: PlantedLeg
+    trials: tuple[PlantedTrial, ...]
     ranges: bool
     noise: float | Array  # rad
     counts: float | Array  # a turn
@@ -80,7 +80,7 @@ def normal_errors(rng: np.random.Generator, n: int) -> Array:
     return error
 
 
-def as_built(rng: np.random.Generator, leg: Leg, widths: Array | None = None) -> Leg:
+def as_built(rng: np.random.Generator, leg: PlantedLeg, widths: Array | None = None) -> PlantedLeg:
     """The leg with every number off by its tolerance's normal error; ``widths`` (7, n), else the usual ones."""
     values = leg.values.copy()
     for row, name in enumerate(PARAMETERS):

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from synth.planting.forms import Unfit
-from synth.planting.ground import Cause
+from synth.planting.ground import PlantedCause
 from synth.planting.model import Truth
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
-def together(setup: Setup, causes: Sequence[Cause]) -> tuple[Truth, Sensor]:
+def together(setup: Setup, causes: Sequence[PlantedCause]) -> tuple[Truth, PlantedSensor]:
     """All causes at once; changes of the leg and of the sensors add up."""
-    truth, sensor = Truth(setup.true), Sensor.good(setup.true.n)
+    truth, sensor = Truth(setup.true), PlantedSensor.good(setup.true.n)
     for cause in causes:
         t, s = cause.form.build(cause.size)
         if t.base is not None and truth.base is not None:
@@ -35,7 +35,7 @@ def together(setup: Setup, causes: Sequence[Cause]) -> tuple[Truth, Sensor]:
             (truth.drive[0] + t.drive[0], truth.drive[1] + t.drive[1], truth.drive[2] + t.drive[2]),
             max(truth.drive_joint, t.drive_joint),
         )
-        sensor = Sensor(
+        sensor = PlantedSensor(
             sensor.offset + s.offset,
             sensor.scale + s.scale,
             np.maximum(sensor.width, s.width),

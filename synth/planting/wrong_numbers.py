@@ -6,13 +6,13 @@ import numpy as np
 
 from synth.planting.forms import Form, Maker, Scale, Unfit, spring_torque, sprung
 from synth.planting.model import Truth
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import Setup
 
 
 def spring_rate(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A spring of another rate, its free angle the same."""
-    k, good = sprung(setup, j), Sensor.good(setup.true.n)
+    k, good = sprung(setup, j), PlantedSensor.good(setup.true.n)
     sign = float(rng.choice([-1.0, 1.0]))
     return Form(
         "another rate",
@@ -24,7 +24,7 @@ def spring_rate(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) ->
 
 def viscous_damping(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A damper of another rate; as a share of the joint's critical damping, so that it may be far from the design's."""
-    b, good = float(setup.true.of("damper")[j]), Sensor.good(setup.true.n)
+    b, good = float(setup.true.of("damper")[j]), PlantedSensor.good(setup.true.n)
     critical = 2.0 * float(np.sqrt(setup.true.of("spring")[j] * setup.true.outboard(j)))
     critical = critical if critical > 0.0 else 2.0 * scale.slow * setup.true.outboard(j)
     sign = float(rng.choice([-1.0, 1.0])) if b > 0.0 else 1.0
@@ -39,7 +39,7 @@ def viscous_damping(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
 
 def armature(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A rotor behind a gear."""
-    good, load = Sensor.good(setup.true.n), setup.true.outboard(j)
+    good, load = PlantedSensor.good(setup.true.n), setup.true.outboard(j)
     return Form(
         "rotor",
         1.5,
@@ -58,7 +58,7 @@ def _driven(setup: Setup, j: int) -> float:
 
 def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The torque above what its column says."""
-    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     most = min(_driven(setup, j), 0.5 * spring_torque(setup, scale, j))
     return Form(
         "offset",
@@ -70,7 +70,7 @@ def torque_offset(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
 
 def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """Another torque constant than the column was made with."""
-    good, sign = Sensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
+    good, sign = PlantedSensor.good(setup.true.n), float(rng.choice([-1.0, 1.0]))
     _driven(setup, j)
     return Form(
         "gain",
@@ -82,7 +82,7 @@ def torque_gain(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) ->
 
 def torque_delay(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The drive acts late."""
-    good = Sensor.good(setup.true.n)
+    good = PlantedSensor.good(setup.true.n)
     _driven(setup, j)
     most = 0.6 / scale.slow
     return Form(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from synth.rehearsal.outcome import CANNOT, Outcome
-from synth.rehearsal.plants import RUNGS, Task
+from synth.rehearsal.outcome import CANNOT, CaseOutcome
+from synth.rehearsal.plants import RUNGS, PlantingTask
 
 
-def next_rung(outcomes: Sequence[Outcome]) -> tuple[int, int]:
+def next_rung(outcomes: Sequence[CaseOutcome]) -> tuple[int, int]:
     """Rung and draw of the next case of one cause, given its cases so far in the order in which they were made.
 
     A search by halves for the least rung at which it is named; when that is found, anew with the next draw of the leg
@@ -27,7 +27,7 @@ def next_rung(outcomes: Sequence[Outcome]) -> tuple[int, int]:
     return (low + high) // 2, draw
 
 
-def visible_from(outcomes: Sequence[Outcome]) -> int | None:
+def visible_from(outcomes: Sequence[CaseOutcome]) -> int | None:
     """The least rung from which on a cause is named in at least half of its cases; None where in none.
 
     Shares are made to rise with the rung by pooling neighbours that fall (the pool-adjacent-violators algorithm, Ayer
@@ -44,11 +44,13 @@ def visible_from(outcomes: Sequence[Outcome]) -> int | None:
     return next((int(first) for named, cases, first in blocks if named >= 0.5 * cases and named > 0), None)
 
 
-def round_of(wanted: Sequence[tuple[str, int]], done: dict[tuple[str, int], list[Outcome]], room: int) -> list[Task]:
+def round_of(
+    wanted: Sequence[tuple[str, int]], done: dict[tuple[str, int], list[CaseOutcome]], room: int
+) -> list[PlantingTask]:
     """The next case of each cause, at most ``room``, those with the fewest cases first."""
     order = sorted(wanted, key=lambda key: len(done.get(key, ())))
     made = []
     for effect, joint in order[:room]:
         rung, draw = next_rung(done.get((effect, joint), ()))
-        made.append(Task(effect, joint, rung, draw))
+        made.append(PlantingTask(effect, joint, rung, draw))
     return made

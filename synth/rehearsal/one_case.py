@@ -19,8 +19,8 @@ import numpy as np
 import synth
 from synth.planting.forms import Unfit
 from synth.rehearsal.case_files import write_case
-from synth.rehearsal.outcome import CANNOT, FAILED, Outcome, accused
-from synth.rehearsal.plants import Field, Planted, Task
+from synth.rehearsal.outcome import CANNOT, FAILED, CaseOutcome, accused
+from synth.rehearsal.plants import Field, Planted, PlantingTask
 from synth.rehearsal.users_rig import Rig, users_rig
 
 if TYPE_CHECKING:
@@ -38,19 +38,19 @@ class Call:
     project: str
     kept: str
     seed: int
-    task: Task
+    task: PlantingTask
     effects: tuple[str, ...] = ()  # files of the user's own effects, which take part as in any diagnosis
 
 
 def perform(call: Call) -> dict[str, Any]:
-    """Plant and diagnose; ``Outcome.as_json``."""
+    """Plant and diagnose; ``CaseOutcome.as_json``."""
     project, rig = _opened(call.project)
     started = time.perf_counter()
     planted = _planted(call)
     task = call.task
     if planted is None:
         names = {-1: "base", -2: "all", **dict(enumerate(rig.nominal.names))}
-        none = Outcome(task, (task.effect, names[task.joint]), "", 0.0, None, (), CANNOT, (), 0.0, 0.0)
+        none = CaseOutcome(task, (task.effect, names[task.joint]), "", 0.0, None, (), CANNOT, (), 0.0, 0.0)
         return none.as_json()
     with tempfile.TemporaryDirectory(prefix="synth-rehearsal-") as folder:
         case = write_case(project, rig, planted, Path(folder))
@@ -103,16 +103,18 @@ def diagnosed(
     return json.loads((out / "gap.json").read_text(encoding="utf-8")), ""
 
 
-def _outcome(task: Task, planted: Planted, document: dict[str, Any] | None, said: str, seconds: float) -> Outcome:
+def _outcome(
+    task: PlantingTask, planted: Planted, document: dict[str, Any] | None, said: str, seconds: float
+) -> CaseOutcome:
     causes = planted.answer["causes"]
     main: dict[str, Any] = causes[0] if causes else {"form": "", "gap": 0.0, "size": None}
     key = (main["effect"], main["joint"]) if causes else None
     small = tuple((effect, joint) for effect, joint in planted.answer["small"])
     if document is None:
-        return Outcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, said)
+        return CaseOutcome(task, key, main["form"], main["gap"], main["size"], small, FAILED, (), 0.0, seconds, said)
     named = accused(document)
     first = [c["probability"] for c in document["ranked"] if named and (c["effect"], c["joint"]) == named[0]]
     probability = float(first[0]) if first else 0.0
-    return Outcome(
+    return CaseOutcome(
         task, key, main["form"], main["gap"], main["size"], small, document["verdict"], named, probability, seconds
     )

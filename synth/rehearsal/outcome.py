@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from synth.rehearsal.plants import LIBRARY, Task
+from synth.rehearsal.plants import LIBRARY, PlantingTask
 
 Key = tuple[str, str]  # effect and joint
 CANNOT, FAILED = "cannot", "failed"  # the joint cannot have such a cause; the diagnosis broke off
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """One case.
 
     ``planted`` : the main cause, None where nothing or where it could not be; ``gap`` rad and ``size`` (SI, see
@@ -22,7 +22,7 @@ class Outcome:
     the gap falls with the first.
     """
 
-    task: Task
+    task: PlantingTask
     planted: Key | None
     form: str
     gap: float
@@ -84,9 +84,9 @@ class Outcome:
         }
 
     @classmethod
-    def from_json(cls, content: Mapping[str, Any]) -> Outcome:
+    def from_json(cls, content: Mapping[str, Any]) -> CaseOutcome:
         """The inverse of ``as_json``."""
-        task = Task(content["effect"], content["joint"], content["rung"], content["draw"])
+        task = PlantingTask(content["effect"], content["joint"], content["rung"], content["draw"])
         planted = content["planted"]
         return cls(
             task,

@@ -13,7 +13,7 @@ from synth.arrays import Array
 from synth.motion.smoothing import Mask
 from synth.planting.effects import AT_BASE, EFFECTS
 from synth.planting.forms import Form, Maker, Unfit
-from synth.planting.ground import Cause, Ground
+from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
 from synth.planting.together import together
 from synth.planting.wrong_numbers import OF_TORQUE, WRONG_NUMBERS
@@ -32,7 +32,7 @@ UNSEEN = ("joint_stop", "base_compliance", "dropped_samples")  # no small causes
 
 
 @dataclass(frozen=True)
-class Task:
+class PlantingTask:
     """What to plant: an effect ("" for none) at a joint (-1 the base) with the gap of a rung; ``draw`` of the leg."""
 
     effect: str
@@ -59,8 +59,8 @@ class Field:
     """The user's rig with one leg drawn within its tolerances, and the small causes found for it."""
 
     rig: Rig
-    ground: Ground
-    small: list[Cause] = field(default_factory=list)
+    ground: PlainMotion
+    small: list[PlantedCause] = field(default_factory=list)
 
     @classmethod
     def of(cls, rig: Rig, seed: int, draw: int) -> Field:
@@ -71,7 +71,7 @@ class Field:
         Unfit : the trials hardly move the leg.
         """
         rng = np.random.default_rng([seed, draw, 0xF1E1D])
-        made = cls(rig, Ground(rig.built(rng)))
+        made = cls(rig, PlainMotion(rig.built(rng)))
         made._sow(rng)
         return made
 
@@ -92,7 +92,9 @@ class Field:
             if cause is not None:
                 self.small.append(cause)
 
-    def _cause(self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float) -> Cause | None:
+    def _cause(
+        self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
+    ) -> PlantedCause | None:
         """The cause with that gap in floors; None where the joint cannot have it."""
         maker = OUTSIDERS.get(effect) or LIBRARY[effect]
         place = -1 if effect in AT_BASE else -2 if effect in EVERYWHERE else joint
@@ -104,7 +106,7 @@ class Field:
                 continue
         return None
 
-    def plant(self, rng: np.random.Generator, task: Task) -> Planted | None:
+    def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted | None:
         """The case; None where the joint cannot have such a cause."""
         ground, main = self.ground, []
         if task.effect:
@@ -130,7 +132,7 @@ class Field:
         lost[:, list(self.rig.trials[number].locked)] = False
         return lost
 
-    def _answer(self, main: list[Cause], beside: list[Cause]) -> dict[str, Any]:
+    def _answer(self, main: list[PlantedCause], beside: list[PlantedCause]) -> dict[str, Any]:
         names = {-1: "base", -2: "all", **dict(enumerate(self.rig.nominal.names))}
         ground = self.ground
         return {

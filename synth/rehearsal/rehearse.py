@@ -15,8 +15,8 @@ from synth.batch.local import run_here
 from synth.errors import UserError
 from synth.rehearsal.ladder import round_of
 from synth.rehearsal.one_case import Call, perform
-from synth.rehearsal.outcome import FAILED, Outcome
-from synth.rehearsal.plants import RUNGS, Task, places, strangers
+from synth.rehearsal.outcome import FAILED, CaseOutcome
+from synth.rehearsal.plants import RUNGS, PlantingTask, places, strangers
 from synth.rehearsal.users_rig import Rig
 
 # A case with nothing planted and one that no library holds for so many causes: false alarms and missed strangers are
@@ -41,9 +41,9 @@ class Rehearsal:
     workers: int
     identity: Mapping[str, str]
     effects: tuple[str, ...] = ()
-    outcomes: list[Outcome] = field(default_factory=list)
+    outcomes: list[CaseOutcome] = field(default_factory=list)
 
-    def run(self, kept: Kept, earlier: Mapping[str, Outcome], tell: Callable[[str], None]) -> None:
+    def run(self, kept: Kept, earlier: Mapping[str, CaseOutcome], tell: Callable[[str], None]) -> None:
         """All cases, those that are kept or known from ``earlier`` taken as they are.
 
         Raises
@@ -60,14 +60,14 @@ class Rehearsal:
             rest = [task for task in tasks if task not in made]
             here = (str(self.project), str(kept.folder), self.seed)
             calls = [(task.name, Call(*here, task, self.effects)) for task in rest]
-            ended: dict[str, Outcome] = {}
+            ended: dict[str, CaseOutcome] = {}
             for name, end in run_here(perform, calls, min(self.workers, max(len(rest), 1))) if rest else ():
                 if end.problems:
                     raise UserError(list(end.problems))
                 if end.crash:
                     raise RuntimeError(end.crash)
                 kept.save(name, self.identity, {FILE: json.dumps(end.value).encode()})
-                ended[name] = Outcome.from_json(end.value)
+                ended[name] = CaseOutcome.from_json(end.value)
                 task = ended[name].task
                 clock.spent += ended[name].seconds
                 self._note(task, ended[name], clock, tell, counted=False)
@@ -75,32 +75,36 @@ class Rehearsal:
             if all(outcome.verdict == FAILED for outcome in self.outcomes):
                 raise UserError(f"every case breaks off: {self.outcomes[0].said.strip() or 'without a word'}")
 
-    def _round(self, wanted: Sequence[tuple[str, int]]) -> list[Task]:
+    def _round(self, wanted: Sequence[tuple[str, int]]) -> list[PlantingTask]:
         """The next round: a case of each cause, and of what is not in the library, and of nothing."""
-        done: dict[tuple[str, int], list[Outcome]] = {}
+        done: dict[tuple[str, int], list[CaseOutcome]] = {}
         for outcome in self.outcomes:
             done.setdefault((outcome.task.effect, outcome.task.joint), []).append(outcome)
         room = self.count - len(self.outcomes)
         others = max(min(len(wanted) // OTHERS, room // OTHERS), 0)
         number = sum(not outcome.task.effect for outcome in self.outcomes)
         rng = np.random.default_rng([self.seed, number, 0x57A])
-        made = [Task("", 0, 0, number + i) for i in range(others)]
-        made += [Task(e, j, STRANGE_RUNG, number + i) for i, (e, j) in enumerate(strangers(self.rig, rng, others))]
+        made = [PlantingTask("", 0, 0, number + i) for i in range(others)]
+        made += [
+            PlantingTask(e, j, STRANGE_RUNG, number + i) for i, (e, j) in enumerate(strangers(self.rig, rng, others))
+        ]
         made = list({task.name: task for task in made}.values())
         return made + round_of(wanted, done, room - len(made))
 
-    def _done(self, tasks: Sequence[Task], kept: Kept, earlier: Mapping[str, Outcome]) -> list[tuple[Task, Outcome]]:
+    def _done(
+        self, tasks: Sequence[PlantingTask], kept: Kept, earlier: Mapping[str, CaseOutcome]
+    ) -> list[tuple[PlantingTask, CaseOutcome]]:
         found = []
         for task in tasks:
             if task.name in earlier:
                 found.append((task, earlier[task.name]))
             elif kept.has(task.name, self.identity):
                 content = json.loads((kept.files(task.name) / FILE).read_text(encoding="utf-8"))
-                found.append((task, Outcome.from_json(content)))
+                found.append((task, CaseOutcome.from_json(content)))
         return found
 
     def _note(
-        self, task: Task, outcome: Outcome, clock: _Clock, tell: Callable[[str], None], counted: bool = True
+        self, task: PlantingTask, outcome: CaseOutcome, clock: _Clock, tell: Callable[[str], None], counted: bool = True
     ) -> None:
         clock.done += 1
         if not counted:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from synth.rehearsal.ladder import visible_from
-from synth.rehearsal.outcome import CANNOT, Key, Outcome
+from synth.rehearsal.outcome import CANNOT, CaseOutcome, Key
 from synth.rehearsal.plants import RUNGS
 from synth.rehearsal.sizes import MEANING
 from synth.rehearsal.users_rig import BACKGROUND, Rig
@@ -21,11 +21,11 @@ LARGE = 2  # rung from which on a cause is large: what is named there counts in 
 
 
 @dataclass(frozen=True)
-class Shown:
+class CauseSummary:
     """One cause at one joint over its cases: the least rung at which it is named, with sizes and gaps there."""
 
     key: Key
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseOutcome, ...]
 
     @property
     def rung(self) -> int | None:
@@ -79,20 +79,20 @@ class RehearsalResult:
     name: str
     rig: Rig
     seed: int
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseOutcome, ...]
     identity: Mapping[str, str]
 
     @property
-    def shown(self) -> tuple[Shown, ...]:
+    def shown(self) -> tuple[CauseSummary, ...]:
         """Causes of the library, by effect and joint."""
-        found: dict[Key, list[Outcome]] = {}
+        found: dict[Key, list[CaseOutcome]] = {}
         for outcome in self.outcomes:
             if outcome.kind == "cause" and outcome.planted is not None:
                 found.setdefault(outcome.planted, []).append(outcome)
         order = {name: place for place, name in enumerate(["base", *self.rig.nominal.names])}
-        return tuple(Shown(key, tuple(found[key])) for key in sorted(found, key=lambda k: (k[0], order[k[1]])))
+        return tuple(CauseSummary(key, tuple(found[key])) for key in sorted(found, key=lambda k: (k[0], order[k[1]])))
 
-    def of_kind(self, kind: str) -> list[Outcome]:
+    def of_kind(self, kind: str) -> list[CaseOutcome]:
         """Cases that were planted and diagnosed."""
         return [o for o in self.outcomes if o.kind == kind and o.counts]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.planting import laws
 from synth.planting.forms import Scale
-from synth.planting.ground import Cause
+from synth.planting.ground import PlantedCause
 from synth.planting.setup import Setup
 
 Told = Mapping[str, Any]
@@ -43,7 +43,7 @@ MEANING = {
 }
 
 
-def size_of(cause: Cause, setup: Setup, scale: Scale) -> float | None:
+def size_of(cause: PlantedCause, setup: Setup, scale: Scale) -> float | None:
     """SI value of what ``MEANING`` names; None for what has no such figure."""
     told = cause.form.tell(cause.size)
     known = _BY_EFFECT.get(cause.effect)
@@ -59,30 +59,30 @@ def _ratio(*names: str) -> Callable[..., float]:
     return lambda told, cause, setup, scale: max(abs(float(told[n]) - 1.0) for n in names if n in told)
 
 
-def _at_load(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+def _at_load(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     if cause.form.name.startswith("bearing"):
         return cause.size * setup.true.gravity * float(setup.true.of("mass")[j:].sum())
     return cause.size * float(setup.true.of("spring")[j] * scale.travel[j])
 
 
-def _law_torque(cause: Cause, q: float, w: float) -> float:
+def _law_torque(cause: PlantedCause, q: float, w: float) -> float:
     """N m that a planted law without memory gives at a rotation and rate."""
     law = cause.form.build(cause.size)[0].laws[0]
     par = np.array([*law.par, *(8 - len(law.par)) * [0.0]])
     return float(laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
 
 
-def _thinning(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+def _thinning(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     top = float(scale.speed[cause.joint])
     return _law_torque(cause, 0.0, top) / (float(setup.true.of("damper")[cause.joint]) * top)
 
 
-def _drag(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+def _drag(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return _law_torque(cause, 0.0, float(scale.speed[cause.joint]))
 
 
-def _hardening(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+def _hardening(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     j = cause.joint
     k, free = float(setup.true.of("spring")[j]), float(setup.true.of("free_angle")[j])
     end = max((float(scale.low[j]), float(scale.high[j])), key=lambda q: abs(q - free))
@@ -93,11 +93,11 @@ def _per_spring(name: str) -> Callable[..., float]:
     return lambda told, cause, setup, scale: float(told[name]) / float(setup.true.of("spring")[cause.joint])
 
 
-def _more_damping(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+def _more_damping(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return float(told["rate"]) - float(setup.true.of("damper")[cause.joint])
 
 
-def _late(told: Told, cause: Cause, setup: Setup, scale: Scale) -> float:
+def _late(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:
     return float(told.get("delay_s", told.get("lag_s", math.nan)))
 
 
@@ -105,7 +105,7 @@ def _radians(name: str) -> Callable[..., float]:
     return lambda told, cause, setup, scale: math.radians(float(told[name]))
 
 
-_BY_EFFECT: dict[str, Callable[[Told, Cause, Setup, Scale], float]] = {
+_BY_EFFECT: dict[str, Callable[[Told, PlantedCause, Setup, Scale], float]] = {
     "coulomb_friction": _first("p0"),
     "stribeck_friction": _first("p1"),
     "load_friction": _at_load,

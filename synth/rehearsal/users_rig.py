@@ -15,7 +15,7 @@ from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
 from synth.motion.smoothing import Mask
 from synth.planting import bodies, engine, laws
-from synth.planting.model import Leg, Trial, Truth, fastest
+from synth.planting.model import PlantedLeg, PlantedTrial, Truth, fastest
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
@@ -41,8 +41,8 @@ class Rig:
     ``missing`` (m, n) True where a sample is; ``left_out`` trials that could not be taken, each with its reason.
     """
 
-    nominal: Leg
-    trials: tuple[Trial, ...]
+    nominal: PlantedLeg
+    trials: tuple[PlantedTrial, ...]
     names: tuple[str, ...]
     times: tuple[Array, ...]
     missing: tuple[Mask, ...]
@@ -126,7 +126,7 @@ def _refuse(leg: OurLeg) -> None:
         raise UserError(problems)
 
 
-def _nominal(leg: OurLeg, fastest_seen: Array) -> Leg:
+def _nominal(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
     """The generator's leg, its rows in the order of ``planting.model.PARAMETERS``."""
     rates, curves = [], []
     for j, joint in enumerate(leg.joints):
@@ -146,7 +146,7 @@ def _nominal(leg: OurLeg, fastest_seen: Array) -> Leg:
             leg.rest,
         ]
     )
-    return Leg(leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity, tuple(curves), leg.armature)
+    return PlantedLeg(leg.joint_names, leg.zero, leg.sign, leg.tilt, values, leg.gravity, tuple(curves), leg.armature)
 
 
 def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
@@ -161,11 +161,11 @@ def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
     return float(torque_at(damper.curve, np.array([speed]))[0]) / speed, rows
 
 
-def _trial(recording: Recording, held_out: bool) -> Trial:
+def _trial(recording: Recording, held_out: bool) -> PlantedTrial:
     """One trial: from the pose and speed at its start."""
     smoothed, conditions = recording.smoothed, recording.conditions
     known = recording.known_torque
-    return Trial(
+    return PlantedTrial(
         pose=smoothed.angle[0].copy(),
         duration=float(recording.time[-1]),
         tip_mass=conditions.tip_mass,

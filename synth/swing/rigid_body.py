@@ -20,7 +20,7 @@ PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # xx, yy, zz, xy, xz,
 
 
 @dataclass(frozen=True)
-class Body:
+class RigidBody:
     """``mass`` kg, ``centre`` m, ``inertia`` kg m^2 about the centre: xx, yy, zz, xy, xz, yz of the matrix."""
 
     mass: float
@@ -38,15 +38,15 @@ class Body:
         x, y, _ = self.centre
         return self.inertia[2] + self.mass * (x * x + y * y)
 
-    def shifted(self, by: Vector) -> Body:
+    def shifted(self, by: Vector) -> RigidBody:
         """The body moved by ``by`` m."""
         x, y, z = (a + b for a, b in zip(self.centre, by, strict=True))
-        return Body(self.mass, (x, y, z), self.inertia)
+        return RigidBody(self.mass, (x, y, z), self.inertia)
 
-    def share(self, part: float) -> Body:
+    def share(self, part: float) -> RigidBody:
         """The body with this part of its mass."""
         xx, yy, zz, xy, xz, yz = (part * value for value in self.inertia)
-        return Body(part * self.mass, self.centre, (xx, yy, zz, xy, xz, yz))
+        return RigidBody(part * self.mass, self.centre, (xx, yy, zz, xy, xz, yz))
 
     def link(self, length: float) -> Link:
         """The planar link that moves as this body does, but for its centre's offset across the link.
@@ -58,7 +58,7 @@ class Body:
         return Link(length, self.mass, along, self.inertia[2] + self.mass * across**2)
 
 
-def together(bodies: Iterable[Body]) -> Body:
+def together(bodies: Iterable[RigidBody]) -> RigidBody:
     """Several bodies as one.
 
     Raises
@@ -74,13 +74,13 @@ def together(bodies: Iterable[Body]) -> Body:
     for body in several:
         away = np.array(body.centre) - (x, y, z)
         total += body.matrix + body.mass * (away @ away * np.eye(3) - np.outer(away, away))
-    return Body(mass, (x, y, z), _tensor(total))
+    return RigidBody(mass, (x, y, z), _tensor(total))
 
 
-def of_link(link: Link) -> Body:
+def of_link(link: Link) -> RigidBody:
     """A planar link as a body: about the other axes it is a thin rod of its length, which its figures leave open."""
     across, about, along = rod_inertias(link)
-    return Body(link.mass, (0.0, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))
+    return RigidBody(link.mass, (0.0, -link.com, 0.0), (across, along, about, 0.0, 0.0, 0.0))
 
 
 def rod_inertias(link: Link) -> Vector:
@@ -89,7 +89,7 @@ def rod_inertias(link: Link) -> Vector:
     return across, link.inertia, max(1e-3 * link.inertia, abs(across - link.inertia) + 1e-3 * link.inertia)
 
 
-def offset_torque(body: Body, gravity: float) -> float:
+def offset_torque(body: RigidBody, gravity: float) -> float:
     """The most (N m) that gravity turns a joint by because its link's centre lies beside the line of the link."""
     return abs(body.mass * gravity * body.centre[0])
 

@@ -158,7 +158,7 @@ def where_it_goes(project: GapProject) -> list[tuple[str, int, float, float]]:
     put(workbench.Workbench, "evaluate", "derivatives from lanes, whitening")
     put(LinearisedNormal, "steps", "steps of Levenberg-Marquardt")
     put(workbench.Workbench, "_part", "frames: derivatives by tolerances and states")
-    put(screening.Ground, "left", "promises of starts")
+    put(screening.ScreeningFrame, "left", "promises of starts")
     whole = shares.timed(diagnose, "everything else")
     try:
         whole(project.leg, project.trials, project.tolerance, seed=project.seed)

@@ -17,7 +17,7 @@ from synth.diagnosis.angle_trials import AngleTrial, angle_trial, sensor
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import score
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.files.gap_project import GapProject
 from synth.fit.recordings import recordings
 from synth.swing.tolerances import QUANTITIES, Tolerances
@@ -41,11 +41,11 @@ class Freed:
     """The leg with everything free at its best: ``held`` the trials that score."""
 
     bench: Workbench
-    fit: Fit
+    fit: EvaluatedHypothesis
     given: tuple[AngleTrial, ...]
     held: tuple[AngleTrial, ...]
 
-    def after(self, fit: Fit) -> float:
+    def after(self, fit: EvaluatedHypothesis) -> float:
         """RMS error on held-out trials, deg."""
         found = score(self.bench, fit, self.held)
         means = []
@@ -72,10 +72,10 @@ def least_residual(freed: Freed, project: GapProject) -> View:
     """Each candidate effect added to the free fit; the one with the smallest residual names the cause."""
     bench, base = freed.bench, freed.fit
     starts = [
-        Fit((c,), np.concatenate([base.unknowns, c.starts()[0]]), base.states)
+        EvaluatedHypothesis((c,), np.concatenate([base.unknowns, c.starts()[0]]), base.states)
         for c in candidates(project.leg, freed.given, scales(project.leg, freed.given))
     ]
-    best: dict[Key, tuple[float, Fit]] = {}
+    best: dict[Key, tuple[float, EvaluatedHypothesis]] = {}
     fits = sorted(bench.solve(starts, base.frame, 1), key=lambda fit: fit.cost)
     for fit in [*bench.solve(fits[:KEPT], base.frame, 1), *fits[KEPT:]]:
         left = ratio(bench, fit) if np.isfinite(fit.cost) else math.inf

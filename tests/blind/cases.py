@@ -12,10 +12,10 @@ from blind import legs
 from blind.legs import Wish
 from synth.planting.effects import AT_BASE, EFFECTS
 from synth.planting.forms import Unfit
-from synth.planting.ground import Cause, Ground
+from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.model import Array, Truth
 from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import NOISE, Setup
 from synth.planting.together import together
 
@@ -51,7 +51,7 @@ class Case:
     states: tuple[Array, ...]  # angles (rotations) and speeds at each recording's start, rad and rad/s
     answer: dict[str, Any]
     truth: Truth
-    sensor: Sensor
+    sensor: PlantedSensor
     rest: Array  # (n,) rad, whence the leg was brought to its releases
 
 
@@ -106,8 +106,8 @@ def _attempt(
     if tie is not None:
         joints, wish = tie
         side = 0
-    ground = Ground(legs.setup(rng, joints, wish))
-    causes: list[Cause] = []
+    ground = PlainMotion(legs.setup(rng, joints, wish))
+    causes: list[PlantedCause] = []
     if kind != "none":
         causes.append(_cause(rng, ground, effect, side, strength))
     if kind == "two":
@@ -128,7 +128,9 @@ def _attempt(
     return _record(rng, ground, truth, sensor, causes, tied, note)
 
 
-def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int | None, strength: float) -> Cause:
+def _cause(
+    rng: np.random.Generator, ground: PlainMotion, effect: str, joint: int | None, strength: float
+) -> PlantedCause:
     """The effect at a joint (drawn if None) with its size found; each joint is tried before the leg is given up."""
     maker = OUTSIDERS.get(effect) or EFFECTS[effect]
     order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
@@ -143,7 +145,12 @@ def _cause(rng: np.random.Generator, ground: Ground, effect: str, joint: int | N
 
 
 def _tied(
-    rng: np.random.Generator, ground: Ground, truth: Truth, sensor: Sensor, causes: list[Cause], kind: str
+    rng: np.random.Generator,
+    ground: PlainMotion,
+    truth: Truth,
+    sensor: PlantedSensor,
+    causes: list[PlantedCause],
+    kind: str,
 ) -> tuple[list[tuple[str, int, float]], float | None]:
     """Other single causes that do as well as the true one: (effect, joint, chi squared more than the truth's).
 
@@ -153,7 +160,7 @@ def _tied(
         return [], None
     model = ground.model
     targets, states = ground.targets(ground.run(truth, sensor, False), sensor)
-    plain = ground.targets(list(ground.plain), Sensor.good(ground.setup.true.n))
+    plain = ground.targets(list(ground.plain), PlantedSensor.good(ground.setup.true.n))
     trueness = model.fit(*plain).cost  # the truth's own: the price of its tolerance errors
     fits = []
     for other in model.alternatives():
@@ -182,10 +189,10 @@ def _tied(
 
 def _record(
     rng: np.random.Generator,
-    ground: Ground,
+    ground: PlainMotion,
     truth: Truth,
-    sensor: Sensor,
-    causes: list[Cause],
+    sensor: PlantedSensor,
+    causes: list[PlantedCause],
     tied: list[tuple[str, int, float]],
     note: dict[str, Any],
 ) -> Case:
@@ -194,10 +201,10 @@ def _record(
     targets, states = ground.targets(motions, sensor)
     fitted = ground.model.fit(targets, states)
     before = ground.model.held_out(targets, states, fitted.change)
-    plain_seen = ground.targets(list(ground.plain), Sensor.good(leg.n))
+    plain_seen = ground.targets(list(ground.plain), PlantedSensor.good(leg.n))
     unseen = ground.model.held_out(*plain_seen, ground.model.fit(*plain_seen).change)
     readings, floors, best, counted = [], [], [], []
-    plain = Sensor.good(leg.n)
+    plain = PlantedSensor.good(leg.n)
     for motion, trial, times in zip(motions, setup.trials, ground.times, strict=True):
         assert motion is not None
         clean = sensor.read(leg, motion, times, trial.start, counted=False)

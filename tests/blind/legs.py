@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from synth.planting.model import PARAMETERS, Leg, Trial, fastest, rest_pose
+from synth.planting.model import PARAMETERS, PlantedLeg, PlantedTrial, fastest, rest_pose
 from synth.planting.model import Truth as _Truth
 from synth.planting.setup import COUNTS, NOISE, Setup, as_built
 
@@ -20,7 +20,7 @@ def _round(value: float, digits: int = 5) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def design(rng: np.random.Generator, joints: int) -> Leg:
+def design(rng: np.random.Generator, joints: int) -> PlantedLeg:
     """A leg as designed, its numbers as a file writes them (five digits)."""
     first = math.exp(rng.uniform(math.log(0.016), math.log(0.28)))
     density = math.exp(rng.uniform(math.log(0.8), math.log(3.2)))
@@ -36,7 +36,7 @@ def design(rng: np.random.Generator, joints: int) -> Leg:
     values = np.stack([length, mass, com, inertia, *3 * [np.zeros(joints)]])
     zero = np.radians([rng.choice(ZEROS) for _ in range(joints)])
     tilt = math.radians(round(float(rng.normal(0, 5)), 1)) if rng.random() < 0.4 else 0.0
-    leg = Leg(NAMES[:joints], zero, rng.choice([-1.0, 1.0], joints), tilt, values)
+    leg = PlantedLeg(NAMES[:joints], zero, rng.choice([-1.0, 1.0], joints), tilt, values)
     for i in range(joints):
         load = leg.outboard(i)
         slow = math.sqrt(9.81 / length[0])  # small legs are quick ones
@@ -51,7 +51,7 @@ def design(rng: np.random.Generator, joints: int) -> Leg:
     rounded = np.array([[_round(float(v)) for v in row] for row in leg.values])
     reading = np.array([_round(float(np.degrees(v)), 6) for v in leg.reading(leg.of("free_angle"))])
     rounded[PARAMETERS.index("free_angle")] = leg.sign * (np.radians(reading) - leg.zero)
-    return Leg(leg.names, leg.zero, leg.sign, leg.tilt, rounded)
+    return PlantedLeg(leg.names, leg.zero, leg.sign, leg.tilt, rounded)
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def setup(rng: np.random.Generator, joints: int, wish: Wish = Wish()) -> Setup:
     return Setup(nominal, true, trials, bool(rng.random() < 0.5), noise, counts, sampling, missing, quick)
 
 
-def _trials(rng: np.random.Generator, leg: Leg, base: float, wish: Wish) -> tuple[Trial, ...]:
+def _trials(rng: np.random.Generator, leg: PlantedLeg, base: float, wish: Wish) -> tuple[PlantedTrial, ...]:
     """8 to 10 trials; about half are held out, half of these beyond the range of the given ones."""
     n = leg.n
     total = int(rng.integers(8, 11))
@@ -89,7 +89,7 @@ def _trials(rng: np.random.Generator, leg: Leg, base: float, wish: Wish) -> tupl
     reach = math.exp(rng.uniform(math.log(0.35), math.log(1.0))) if wish.reach is None else wish.reach
     reach = np.radians(np.array([28.0, 38.0, 40.0][:n])) * reach
     side = rng.choice([-1.0, 1.0])
-    rest = rest_pose(leg, Trial(np.zeros(n), 1.0))
+    rest = rest_pose(leg, PlantedTrial(np.zeros(n), 1.0))
     heavy = _round(float(leg.of("mass").sum() * rng.uniform(0.03, 0.08)), 2)
     tilt = math.radians(float(rng.choice([-40, -30, -20, 20, 30, 40])))
     lock = tuple(sorted(rng.choice(n, int(rng.integers(1, n)), replace=False).tolist())) if n > 1 else ()
@@ -111,7 +111,7 @@ def _trials(rng: np.random.Generator, leg: Leg, base: float, wish: Wish) -> tupl
             direction[0] *= 0.3
         if wish.one_side is not None:
             direction[wish.one_side] = side * rng.uniform(0.6, 1.0)
-        trial = Trial(
+        trial = PlantedTrial(
             pose=np.zeros(n),
             duration=base * float(rng.choice([1.0, 1.0, 1.0, 1.5, 2.0])),
             start=float(rng.choice([0.0, rng.uniform(0.004, 0.05) * base])),

@@ -19,7 +19,7 @@ from blind.score import true_keys
 from blind.views import View
 from blind.writing import folder_name
 from synth.planting.laws import KNOCKS
-from synth.planting.model import Array, Law, Trial, fastest, release
+from synth.planting.model import Array, Law, PlantedTrial, fastest, release
 from synth.units import parse
 
 RAMP = re.compile(r"a torque on (\w+) that rises slowly to ([\d.e+-]+) N m in ([\d.]+) s")
@@ -66,7 +66,7 @@ def recorded(case: Case, asked: Suggestion) -> tuple[Array, Array]:
     setup, leg = case.setup, case.setup.true
     given = [trial for trial in setup.trials if not trial.held_out]
     keys = asked.keys
-    trial = Trial(
+    trial = PlantedTrial(
         pose=_posed(case, asked.release),
         duration=asked.ramp[2] if asked.ramp else max(t.duration for t in given),
         tip_mass=parse(keys["tip_mass"], "kg") if "tip_mass" in keys else 0.0,

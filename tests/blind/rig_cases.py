@@ -17,12 +17,12 @@ from blind import legs
 from blind.cases import Case, _tied
 from blind.legs import Wish
 from synth.planting.effects import AT_BASE, EFFECTS
-from synth.planting.fitting import Fitted
+from synth.planting.fitting import PlainFit
 from synth.planting.forms import Form, Maker, Unfit
-from synth.planting.ground import Cause, Ground
+from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.model import PARAMETERS, Array, Motion, Truth
 from synth.planting.outsiders import EVERYWHERE, OUTSIDERS
-from synth.planting.sensors import Sensor
+from synth.planting.sensors import PlantedSensor
 from synth.planting.setup import TOLERANCE, Setup
 from synth.planting.together import together
 from synth.planting.wrong_numbers import CALLED, OF_TORQUE, WRONG_NUMBERS
@@ -86,9 +86,9 @@ def _attempt(
     turning = bool(rng.random() < DRIVEN) if driven is None else driven
     if turning or effect in OF_TORQUE:
         setup = _driven(rng, setup)
-    ground = Ground(setup)
+    ground = PlainMotion(setup)
     level = math.exp(rng.uniform(*np.log(MAIN)))
-    main: list[Cause] = []
+    main: list[PlantedCause] = []
     if kind != "none":
         main.append(_cause(rng, ground, effect, level, side))
     if kind == "two":
@@ -145,7 +145,9 @@ def _untorqued(setup: Setup) -> tuple[str, ...]:
     return () if any(trial.drive for trial in setup.trials) else OF_TORQUE
 
 
-def _cause(rng: np.random.Generator, ground: Ground, effect: str, strength: float, joint: int | None = None) -> Cause:
+def _cause(
+    rng: np.random.Generator, ground: PlainMotion, effect: str, strength: float, joint: int | None = None
+) -> PlantedCause:
     """The effect with a gap of that strength, at a joint (drawn if None); each is tried before the leg is given up."""
     maker = OUTSIDERS.get(effect) or LIBRARY[effect]
     order = rng.permutation(ground.setup.true.n).tolist() if joint is None else [joint]
@@ -159,13 +161,13 @@ def _cause(rng: np.random.Generator, ground: Ground, effect: str, strength: floa
     raise failed
 
 
-def _small(rng: np.random.Generator, ground: Ground, main: list[Cause], level: float) -> list[Cause]:
+def _small(rng: np.random.Generator, ground: PlainMotion, main: list[PlantedCause], level: float) -> list[PlantedCause]:
     """Small causes, of the library or not, each other than the main ones and than one another."""
     barred = {cause.effect for cause in main} | {"joint_stop", *_untorqued(ground.setup)}
     names = rng.permutation(sorted((set(LIBRARY) | set(OUTSIDERS)) - barred)).tolist()
     wanted = int(rng.integers(SMALL_NUMBER[0], SMALL_NUMBER[1] + 1))
     mounted = any(cause.effect == "base_compliance" for cause in main)
-    found: list[Cause] = []
+    found: list[PlantedCause] = []
     for name in names:
         if len(found) == wanted:
             break
@@ -181,7 +183,7 @@ def _small(rng: np.random.Generator, ground: Ground, main: list[Cause], level: f
 
 
 def _rivals(
-    rng: np.random.Generator, ground: Ground, main: list[Cause], kind: str, level: float
+    rng: np.random.Generator, ground: PlainMotion, main: list[PlantedCause], kind: str, level: float
 ) -> tuple[list[tuple[str, int]], float | None]:
     """Other single causes that explain the main one's gap as well; of an unknown the share that the library leaves."""
     if kind not in ("single", "unknown"):
@@ -194,7 +196,7 @@ def _rivals(
     found = []
     for other in model.alternatives():
         if (other.effect, other.joint) != (main[0].effect, main[0].joint):
-            fitted: Fitted = model.fit(targets, states, other.freed)
+            fitted: PlainFit = model.fit(targets, states, other.freed)
             if fitted.rms < ALIKE * level * ground.floor and model.plausible(other, fitted.change):
                 found.append((other.effect, other.joint))
     return found, None
@@ -219,7 +221,11 @@ def _filtered(reading: Array, setup: Setup, dirt: Dirt) -> Array:
 
 
 def _record(
-    rng: np.random.Generator, ground: Ground, causes: tuple[list[Cause], list[Cause]], dirt: Dirt, note: dict[str, Any]
+    rng: np.random.Generator,
+    ground: PlainMotion,
+    causes: tuple[list[PlantedCause], list[PlantedCause]],
+    dirt: Dirt,
+    note: dict[str, Any],
 ) -> Case:
     """Every trial with all causes at once, recorded; and what there is to know of them."""
     main, small = causes
@@ -263,13 +269,13 @@ def _record(
     return Case(setup, tuple(ground.times), tuple(readings), tuple(states), answer, truth, recorded, ground.scale.rest)
 
 
-def _left(ground: Ground, truth: Truth, sensor: Sensor, motions: list[Motion | None]) -> float:
+def _left(ground: PlainMotion, truth: Truth, sensor: PlantedSensor, motions: list[Motion | None]) -> float:
     """RMS (rad) that the leg within its tolerances, fitted to the given trials, leaves on those held out."""
     targets, states = ground.targets(motions, sensor)
     return ground.model.held_out(targets, states, ground.model.fit(targets, states).change)
 
 
-def _told(cause: Cause, names: dict[int, str]) -> dict[str, Any]:
+def _told(cause: PlantedCause, names: dict[int, str]) -> dict[str, Any]:
     return {
         "effect": cause.effect,
         "joint": names[cause.joint],

@@ -9,16 +9,16 @@ import pytest
 
 from peers import mujoco_leg
 from synth.planting import bodies, engine, laws
-from synth.planting.model import Base, Bend, Law, Leg, Trial, Truth, assemble, release, swing
+from synth.planting.model import Base, Bend, Law, PlantedLeg, PlantedTrial, Truth, assemble, release, swing
 from synth.swing.leg_model import Damper, Joint, Link, Spring
 from synth.swing.leg_model import Leg as PeerLeg
 
 
-def a_leg(generator: np.random.Generator, n: int) -> Leg:
+def a_leg(generator: np.random.Generator, n: int) -> PlantedLeg:
     """Uneven rods, springs of 1-4 Hz."""
     length, mass = generator.uniform(0.08, 0.3, n), generator.uniform(0.1, 0.8, n)
     values = np.stack([length, mass, length * generator.uniform(0.3, 0.6, n), mass * length**2 / 12] + 3 * [0 * length])
-    leg = Leg(tuple(f"j{i}" for i in range(n)), np.zeros(n), np.ones(n), generator.uniform(-0.5, 0.5), values)
+    leg = PlantedLeg(tuple(f"j{i}" for i in range(n)), np.zeros(n), np.ones(n), generator.uniform(-0.5, 0.5), values)
     for i in range(n):
         inertia = leg.outboard(i)
         leg = leg.changed("spring", i, inertia * (2 * math.pi * generator.uniform(1, 4)) ** 2)
@@ -27,7 +27,7 @@ def a_leg(generator: np.random.Generator, n: int) -> Leg:
     return leg
 
 
-def as_peer(leg: Leg) -> PeerLeg:
+def as_peer(leg: PlantedLeg) -> PeerLeg:
     joints = [
         Joint(name, Link(*v[:4]), 0.0, 1, spring=Spring(v[4], v[6]), damper=Damper(v[5]))
         for name, v in zip(leg.names, leg.values.T.tolist(), strict=True)
@@ -41,7 +41,7 @@ def test_a_leg_moves_as_in_mujoco(n: int, locked: tuple[int, ...]) -> None:
     leg = a_leg(generator, n)
     pose, speed = generator.uniform(-1, 1, n), generator.uniform(-2, 2, n)
     speed[list(locked)] = 0.0
-    trial = Trial(pose, 1.0, tip_mass=0.07, locked=locked, tilt=0.3)
+    trial = PlantedTrial(pose, 1.0, tip_mass=0.07, locked=locked, tilt=0.3)
     times = np.linspace(0, 1, 51)
     ours = swing(leg, trial, pose, speed, 2e-4).at(times)
     theirs = mujoco_leg.simulate(as_peer(leg), pose, speed, times, locked, 0.07, 0.3, step=1e-4)
@@ -55,7 +55,7 @@ def test_a_sliding_mount_is_a_longer_chain() -> None:
     leg = a_leg(generator, 2)
     leg = leg.changed("damper", 0, 0.0).changed("damper", 1, 0.0)
     slide = (bodies.SLIDE, 0.0, 0.0, 0.6, 0.0, 0.0, 0.0)
-    trial = Trial(np.array([0.6, -0.9]), 1.5)
+    trial = PlantedTrial(np.array([0.6, -0.9]), 1.5)
     a = assemble(Truth(leg, base=Base((slide,))), trial)
     none = np.zeros(0, dtype=np.int64)
     q0 = np.array([0.0, 0.6, -0.9])
@@ -95,14 +95,14 @@ def test_a_sliding_mount_is_a_longer_chain() -> None:
 
 def one_joint(rate: float, damping: float, law: tuple[Law, ...], bare: tuple[int, ...] = ()) -> Truth:
     values = np.array([[0.2], [0.5], [0.1], [0.002], [rate], [damping], [0.0]])
-    return Truth(Leg(("j",), np.zeros(1), np.ones(1), 0.0, values, gravity=0.0), law, bare=bare)
+    return Truth(PlantedLeg(("j",), np.zeros(1), np.ones(1), 0.0, values, gravity=0.0), law, bare=bare)
 
 
 def test_dry_friction_takes_a_fixed_bite_a_swing_and_then_holds() -> None:
     """On a spring each half swing is 2 T / k shorter than the one before; it stops for good where k |q| <= T."""
     k, dry = 8.0, 0.25
     motion = release(
-        one_joint(k, 0.0, (Law(laws.STICK_SLIP, 0, (dry, dry, 1.0, 0.0)),)), Trial(np.array([0.5]), 3.0), 2e-4
+        one_joint(k, 0.0, (Law(laws.STICK_SLIP, 0, (dry, dry, 1.0, 0.0)),)), PlantedTrial(np.array([0.5]), 3.0), 2e-4
     )
     q, w = motion.angle[:, 0], motion.speed[:, 0]
     turns = np.flatnonzero((w[1:] * w[:-1] <= 0) & (w[:-1] != 0))
@@ -118,7 +118,7 @@ def test_backlash_coasts_across_its_gap() -> None:
     """Between the flanks nothing acts: speed stays; in contact the spring acts from the flank."""
     k, gap = 8.0, 0.05
     law = Law(laws.SLACK, 0, (k, 0.0, gap, 1e-4))
-    motion = release(one_joint(0.0, 0.0, (law,), bare=(0,)), Trial(np.array([0.3]), 1.0), 1e-4)
+    motion = release(one_joint(0.0, 0.0, (law,), bare=(0,)), PlantedTrial(np.array([0.3]), 1.0), 1e-4)
     q, w = motion.angle[:, 0], motion.speed[:, 0]
     omega = math.sqrt(k / (0.002 + 0.5 * 0.01))
     quarter = math.pi / 2 / omega + 2 * gap / (0.25 * omega)
@@ -146,7 +146,7 @@ def test_halving_the_step_changes_little(law: Law) -> None:
     """Discontinuous and stiff laws: half the step moves the leg by less than a thirtieth of the finest noise floor."""
     leg = a_leg(np.random.default_rng(3), 3)
     bare = (law.joint,) if law.law in (laws.SLACK, laws.SLACK_ARM) else ()
-    trial = Trial(np.array([0.5, -0.6, 0.4]), 2.0)
+    trial = PlantedTrial(np.array([0.5, -0.6, 0.4]), 2.0)
     motions = [release(Truth(leg, (law,), bare=bare), trial, step) for step in (2e-4, 1e-4)]
     plain = release(Truth(leg), trial, 2e-4)
     times = np.linspace(0, 2, 400)
@@ -156,7 +156,7 @@ def test_halving_the_step_changes_little(law: Law) -> None:
 
 def test_a_stiff_bending_link_and_mount_are_the_rigid_leg() -> None:
     leg = a_leg(np.random.default_rng(8), 3)
-    trial = Trial(np.array([0.4, -0.5, 0.3]), 1.0)
+    trial = PlantedTrial(np.array([0.4, -0.5, 0.3]), 1.0)
     times = np.linspace(0, 1, 100)
     rigid = release(Truth(leg), trial, 2e-4).at(times)
     bend = Bend(1, (0.25, 0.75), (3e3, 3e3), (0.3, 0.3))

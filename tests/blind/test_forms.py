@@ -25,7 +25,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import read_gap_project
 from synth.planting.effects import EFFECTS
 from synth.planting.forms import Unfit
-from synth.planting.ground import Cause, Ground
+from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.together import together
 
 NOISE, COUNTS = 3e-5, 2**17  # rad and a turn: a floor of .002 deg, as fine as real rigs have
@@ -33,7 +33,7 @@ FLOORS = 60.0  # of the gap that is planted
 ATTEMPTS = 30
 
 
-def planted(effect: str, seed: int) -> tuple[Case, Cause]:
+def planted(effect: str, seed: int) -> tuple[Case, PlantedCause]:
     """A joint with the effect and nothing else, off within its tolerances, released and recorded from the release."""
     rng = np.random.default_rng([seed, 77])
     for _ in range(ATTEMPTS):
@@ -42,7 +42,7 @@ def planted(effect: str, seed: int) -> tuple[Case, Cause]:
             setup = replace(legs.setup(rng, 1, Wish(one_side=side)), noise=NOISE, counts=COUNTS, missing=0.0)
             joint = side if side is not None else int(rng.integers(0, 1))
             setup = replace(setup, trials=tuple(trial._replace(start=0.0) for trial in setup.trials))
-            ground = Ground(setup)
+            ground = PlainMotion(setup)
             cause = ground.find(effect, joint, EFFECTS[effect](rng, setup, ground.scale, joint), FLOORS, 0.1)
         except (Unfit, ArithmeticError, np.linalg.LinAlgError):
             continue
@@ -57,7 +57,7 @@ def planted(effect: str, seed: int) -> tuple[Case, Cause]:
     raise AssertionError(f"{effect}: no leg in {ATTEMPTS} shows it")
 
 
-def left(case: Case, cause: Cause, folder: Path) -> tuple[float, float]:
+def left(case: Case, cause: PlantedCause, folder: Path) -> tuple[float, float]:
     """RMS over the noise floor of the nominal leg at its best, and with the effect of that name alone."""
     write_case(case, folder / "case", "case")
     project = read_gap_project(folder / "case" / "gap.yaml")

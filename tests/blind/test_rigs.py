@@ -18,28 +18,28 @@ from blind.rig_score import right, scores
 from blind.views import View
 from blind.writing import write_case
 from synth.files.gap_project import read_gap_project
-from synth.planting.model import Leg, Trial, Truth, release, swing
+from synth.planting.model import PlantedLeg, PlantedTrial, Truth, release, swing
 from synth.planting.outsiders import OUTSIDERS
 from synth.swing.effects import registered
 
 HERE = Path(__file__).parent
 
 
-def a_joint(damper: float = 0.02) -> Leg:
+def a_joint(damper: float = 0.02) -> PlantedLeg:
     """Inertia 0.01 kg m^2 about the joint, 4 N m/rad: 20 rad/s; without gravity."""
     values = np.array([[0.2], [0.5], [0.1], [5e-3], [4.0], [damper], [0.1]])
-    return Leg(("hinge",), np.zeros(1), np.ones(1), 0.0, values, gravity=0.0)
+    return PlantedLeg(("hinge",), np.zeros(1), np.ones(1), 0.0, values, gravity=0.0)
 
 
 def test_a_rotor_adds_to_the_joint_s_inertia() -> None:
     times = np.linspace(0.0, 1.0, 101)
     truth = Truth(a_joint(0.0), rotors=((0, 0.005),))
-    found = release(truth, Trial(np.array([0.4]), 1.0), 1e-4).at(times)[:, 0]
+    found = release(truth, PlantedTrial(np.array([0.4]), 1.0), 1e-4).at(times)[:, 0]
     np.testing.assert_allclose(found, 0.1 + 0.3 * np.cos(20.0 / math.sqrt(1.5) * times), atol=1e-7)
 
 
 def test_a_drive_moves_the_joint_as_its_equation_says() -> None:
-    trial = Trial(np.array([0.4]), 1.0, start=0.15, drive=(0.0, 0.5, 9.0, 0.3, 0.2, 25.0, 1.0))
+    trial = PlantedTrial(np.array([0.4]), 1.0, start=0.15, drive=(0.0, 0.5, 9.0, 0.3, 0.2, 25.0, 1.0))
     gain, offset, delay = 0.2, 0.05, 0.01
 
     def slope(t: float, y: np.ndarray, wrong: bool) -> list[float]:

@@ -21,7 +21,7 @@ from blind.views import read_views
 from blind.writing import write_case
 from synth.diagnosis.result import Experiment
 from synth.files.gap_project import read_gap_project
-from synth.planting.model import Trial, rest_pose
+from synth.planting.model import PlantedTrial, rest_pose
 
 
 @pytest.fixture(scope="module")
@@ -72,13 +72,13 @@ def test_a_slow_torque_moves_the_leg_as_springs_and_gravity_let_it(preload: Case
     what = f"a torque on {names[0]} that rises slowly to {size:.3g} N m in 30 s, recorded with it"
     assert RAMP.search(what) is not None
     built = preload.truth.leg
-    resting = built.reading(rest_pose(built, Trial(np.zeros(1), 1.0), preload.truth.tilt))
+    resting = built.reading(rest_pose(built, PlantedTrial(np.zeros(1), 1.0), preload.truth.tilt))
     asked = Experiment("", {"file": "trials/next.csv"}, {names[0]: float(resting[0])}, 1.0, ((what, 1.0),)).as_json()
     times, readings = recorded(preload, Suggestion.of(asked, names))
     assert times[-1] == pytest.approx(30.0)
     torque = float(f"{size:.3g}") * true.sign[0]
     shifted = built.changed("free_angle", 0, float(built.of("free_angle")[0] + torque / built.of("spring")[0]))
-    end = shifted.reading(rest_pose(shifted, Trial(np.zeros(1), 1.0), preload.truth.tilt))
+    end = shifted.reading(rest_pose(shifted, PlantedTrial(np.zeros(1), 1.0), preload.truth.tilt))
     away = abs(float(end[0] - resting[0]))
     lag = float(torque / 30.0 * built.of("damper")[0] / built.of("spring")[0] ** 2)  # rad, a damper's, at most
     assert float(np.median(readings[-20:, 0])) == pytest.approx(float(end[0]), abs=0.01 * away + abs(2 * lag))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from blind.cases import Case
-from synth.planting.model import Array, Leg, Trial
+from synth.planting.model import Array, PlantedLeg, PlantedTrial
 from synth.planting.setup import TOLERANCE
 
 LETTERS = "abcdefghjkmnpqrstuvwxyz23456789"
@@ -69,7 +69,7 @@ def _tolerances() -> list[str]:
 
 
 def _leg_text(case: Case, name: str) -> str:
-    leg: Leg = case.setup.nominal
+    leg: PlantedLeg = case.setup.nominal
     lines = [
         "kind: leg",
         f"name: leg {name}",
@@ -104,7 +104,7 @@ def travel(case: Case, joint: int) -> tuple[int, int]:
     return math.floor(np.nanmin(seen) - margin[0]), math.ceil(np.nanmax(seen) + margin[1])
 
 
-def _torque(leg: Leg, trial: Trial, times: Array) -> tuple[str, Array] | None:
+def _torque(leg: PlantedLeg, trial: PlantedTrial, times: Array) -> tuple[str, Array] | None:
     """Header and column of a known torque, in the measured angle's sense."""
     if not trial.drive:
         return None

@@ -7,14 +7,14 @@ import pytest
 from synth.design.link_masses import alike, built_links, link_warnings, with_links
 from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
-from synth.swing.rigid_body import Body, of_link
+from synth.swing.rigid_body import RigidBody, of_link
 
 LENGTH = 0.2
 
 
 def part(joint: str, group: str, mass: float, at: float, family: str = "upper", basis: str = SOLID) -> PartMass:
     """A part ``at`` m above its joint (along the links), of no size."""
-    return PartMass(f"{joint}_{group}", joint, family, group, Body(mass, (0.0, at, 0.0), (0.0,) * 6), basis)
+    return PartMass(f"{joint}_{group}", joint, family, group, RigidBody(mass, (0.0, at, 0.0), (0.0,) * 6), basis)
 
 
 PARTS = (
@@ -84,7 +84,7 @@ def test_a_weighed_part_that_is_none_is_told() -> None:
 
 
 def test_masses_read_back() -> None:
-    body = Body(0.0123, (0.001, -0.02, 0.003), (1e-6, 2e-6, 3e-6, 1e-7, -2e-7, 3e-8))
+    body = RigidBody(0.0123, (0.001, -0.02, 0.003), (1e-6, 2e-6, 3e-6, 1e-7, -2e-7, 3e-8))
     item = PartMass("hip_lower", "hip", "lower", "lower", body, SOLID)
     again = mass_from(mass_json(item))
     assert again.body.mass == pytest.approx(body.mass)

@@ -14,7 +14,7 @@ from synth.diagnosis.lanes import Block
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.files.tolerance import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import Conditions, compiled_chain, simulate
@@ -40,7 +40,7 @@ BENCH = Workbench(Predictor(TWO, TOLERANCES), TRIALS, np.full(2, NOISE), 50.0)
 CANDIDATES = [c for c in candidates(TWO, TRIALS, scales(TWO, TRIALS)) if c.shape is c.effect.shapes[0]]
 
 
-def started(hypothesis: tuple[Candidate, ...] = ()) -> Fit:
+def started(hypothesis: tuple[Candidate, ...] = ()) -> EvaluatedHypothesis:
     """A point off the nominal one, each cause at its first start, each trial from where it was let go."""
     tolerances = 0.5 * np.random.default_rng(7).standard_normal(TOLERANCES.size)
     starts = [candidate.starts()[0] for candidate in hypothesis]
@@ -49,10 +49,10 @@ def started(hypothesis: tuple[Candidate, ...] = ()) -> Fit:
         state = np.concatenate([trial.recording.smoothed.angle[0], np.zeros(2)])
         state[[2 + j for j in trial.free]] = 0.3
         states.append(state)
-    return Fit(hypothesis, np.concatenate([tolerances, *starts]), tuple(states))
+    return EvaluatedHypothesis(hypothesis, np.concatenate([tolerances, *starts]), tuple(states))
 
 
-def separately(fit: Fit, number: int, state: Array | None = None) -> Array:
+def separately(fit: EvaluatedHypothesis, number: int, state: Array | None = None) -> Array:
     """(m, n) rad: the leg that the fit stands for as a leg file would hold it, simulated on its own and read."""
     trial = TRIALS[number]
     leg = diagnosed_leg(TWO, TOLERANCES, fit, ())
@@ -76,7 +76,7 @@ def bent_at_the_start(leg: Leg, candidate: Candidate, state: Array, trial: Angle
     return chain.run(lanes, trial.time, 1e-9)[:, own, 0]
 
 
-def slope(fit: Fit, number: int, index: int, step: float) -> Array:
+def slope(fit: EvaluatedHypothesis, number: int, index: int, step: float) -> Array:
     """(m, n) rad, central difference by one unknown."""
     ends = []
     for side in (1.0, -1.0):
@@ -154,10 +154,10 @@ def test_one_block_or_many_give_the_same() -> None:
             np.testing.assert_allclose(one, other, atol=2e-2)  # of the noise
 
 
-def at_its_best(bench: Workbench) -> Fit:
+def at_its_best(bench: Workbench) -> EvaluatedHypothesis:
     """The nominal leg within its tolerances, with derivatives of its own."""
     states = tuple(np.concatenate([t.recording.smoothed.angle[0], t.recording.smoothed.rate[0]]) for t in bench.trials)
-    fit = Fit((), np.zeros(bench.n_tolerance), states)
+    fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), states)
     for _ in range(3):
         (fit,) = bench.solve([replace(fit, damping=1e-3, done=False)], bench.frame(fit), 3, 1e-3)
     return replace(fit, frame=bench.frame(fit))

@@ -14,7 +14,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, ca
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import EFFECTIVE, diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.screening import leverage, prospects, strengthened
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
@@ -75,7 +75,7 @@ def test_a_secant_asks_for_the_strength_that_is_there() -> None:
     designed = as_designed(bench)
     candidate = of(found, "encoder_offset", "knee")
     unknowns = np.concatenate([designed.unknowns, candidate.starts()[0]])
-    start = Fit((candidate,), unknowns, designed.states)
+    start = EvaluatedHypothesis((candidate,), unknowns, designed.states)
     ((cost, times),) = leverage(bench, [start], designed)
     right = strengthened(start, len(designed.unknowns), times)
     assert candidate.named(right.unknowns[len(designed.unknowns) :])["offset"] == pytest.approx(0.04, rel=0.3)
@@ -88,11 +88,11 @@ def test_prospects_beside_a_cause_let_its_unknowns_follow() -> None:
     bench, found = bench_of(with_effects(TWO, {"hip": {"coulomb_friction": {"torque": 0.2}}}))
     designed = as_designed(bench)
     friction = of(found, "coulomb_friction", "hip")
-    weak = Fit((friction,), np.concatenate([designed.unknowns, friction.starts()[0]]), designed.states)
+    weak = EvaluatedHypothesis((friction,), np.concatenate([designed.unknowns, friction.starts()[0]]), designed.states)
     here = bench.evaluate([weak])[0]
     here = replace(here, frame=bench.frame(here))
     nothing = of(found, "encoder_offset", "knee")
-    start = Fit((friction, nothing), np.concatenate([here.unknowns, [0.0]]), here.states)
+    start = EvaluatedHypothesis((friction, nothing), np.concatenate([here.unknowns, [0.0]]), here.states)
     (promised,) = prospects(bench, [start], here)
     stepped = bench.solve([here], None, 1)[0]
     assert promised < 0.8 * here.cost

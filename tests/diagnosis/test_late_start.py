@@ -14,7 +14,7 @@ from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, s
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_predictor import Predictor
 from synth.diagnosis.score import first_state
-from synth.diagnosis.workbench import Fit, Workbench, state_rows
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
 from synth.files.gap_project import Tolerance
 from synth.files.trial_list import Trial
 from synth.fit.recordings import recordings
@@ -48,7 +48,7 @@ def test_the_state_of_a_link_that_gives_takes_part_in_prediction_and_fit() -> No
     mount = next(c for c in found if c.key == ("base_compliance", "base") and "arm" in c.shape.free)
     assert mount.links == 1
     unknowns = np.concatenate([np.zeros(bench.n_tolerance), mount.starts()[0]])
-    fit = Fit((mount,), unknowns, (first_state(trial),))
+    fit = EvaluatedHypothesis((mount,), unknowns, (first_state(trial),))
     (awake,) = (bench.awake(fit),)
     assert len(awake.states[0]) == 2 * 2 + 2
     assert state_rows(trial, awake.states[0]) == [0, 1, 2, 3, 4, 5]

@@ -18,7 +18,7 @@ from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_where import missing_torque
 from synth.diagnosis.verdict import CALIBRATED
-from synth.diagnosis.workbench import Fit
+from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 from synth.swing.chain import simulate
@@ -212,7 +212,7 @@ def test_a_cause_that_no_fit_found_alone_is_ranked_where_it_is_one_of_two(monkey
         "hip": {"quadratic_damping": {"coefficient": 0.04}},
     }
 
-    def without(*given: Any) -> Hypotheses[Fit]:
+    def without(*given: Any) -> Hypotheses[EvaluatedHypothesis]:
         found = search(*given)
         return replace(found, singles=tuple(s for s in found.singles if s.keys[0] != ("quadratic_damping", "hip")))
 

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.swung import NOISE, TWO, off, recorded, with_effects
 from synth.diagnosis.angle_search import as_designed, fit_nominal
 from synth.diagnosis.angle_trials import angle_trial
-from synth.diagnosis.hypotheses import Assessed, Hypotheses, Unseen
+from synth.diagnosis.hypotheses import Assessed, HeldOutError, Hypotheses
 from synth.diagnosis.odds import CALIBRATED, far_share, taken, weigh
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
@@ -19,7 +19,7 @@ from synth.diagnosis.remainder import Remainder
 from synth.diagnosis.score import score
 from synth.diagnosis.unseen import folds, independent, jackknife, unseen
 from synth.diagnosis.verdict import judge, of_no_account, paying
-from synth.diagnosis.workbench import Fit
+from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.files.gap_project import Tolerance
 from synth.fit.recordings import recordings
 
@@ -35,14 +35,16 @@ FRICTION, OFFSET = cause("coulomb_friction", "hip"), cause("encoder_offset", "kn
 DRAG = cause("quadratic_damping", "knee")
 
 
-def left(*ratios: float, independent: float = 8.0) -> Unseen:
+def left(*ratios: float, independent: float = 8.0) -> HeldOutError:
     """One RMS over the noise a trial."""
     squares = np.array(ratios)[:, None] ** 2
-    return Unseen(squares, np.full(squares.shape, 100.0), np.full(len(ratios), independent))
+    return HeldOutError(squares, np.full(squares.shape, 100.0), np.full(len(ratios), independent))
 
 
-def assessed(unseen: Unseen | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None) -> Assessed:
-    fit = Fit(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
+def assessed(
+    unseen: HeldOutError | None, *causes: Candidate, cost: float = 100.0, ratio: float | None = None
+) -> Assessed:
+    fit = EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ())
     return Assessed(fit, cost, ratio if ratio is not None else unseen.ratio if unseen else 1.0, unseen)
 
 

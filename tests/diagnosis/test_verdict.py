@@ -12,7 +12,7 @@ from synth.diagnosis.angle_trials import angle_trial
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate, candidates, scales
 from synth.diagnosis.verdict import CALIBRATED, judge, paying, weigh
-from synth.diagnosis.workbench import Fit
+from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.fit.recordings import recordings
 
 TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
@@ -28,7 +28,7 @@ DRAG, SCALE = cause("quadratic_damping", "knee"), cause("encoder_scale", "knee")
 
 
 def assessed(cost: float, ratio: float, *causes: Candidate) -> Assessed:
-    return Assessed(Fit(tuple(causes), np.zeros(sum(c.size for c in causes)), ()), cost, ratio)
+    return Assessed(EvaluatedHypothesis(tuple(causes), np.zeros(sum(c.size for c in causes)), ()), cost, ratio)
 
 
 NONE = assessed(1000.0, 5.0)

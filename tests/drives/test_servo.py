@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from synth.drives.servo import Motor, Servo, ServoSignals
+from synth.drives.servo import GearedMotor, Servo, ServoSignals
 from synth.swing.chain import compiled_chain, simulate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 LINK = Link(0.12, 0.49, 0.1, 1e-4)
 WEIGHT = 0.49 * 9.81 * 0.1  # N m, of the link held level
-MOTOR = Motor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8)
+MOTOR = GearedMotor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8)
 SERVO = Servo(
     gain=1.15, damping_gain=0.01, delay=0.004, dead_band=0.01, supply=7.4, current_limit=1.0, source_resistance=0.5,
     motor=MOTOR,

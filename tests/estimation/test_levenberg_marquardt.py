@@ -23,8 +23,8 @@ from synth.estimation.normal_equations import (
     ArrowNormal,
     Information,
     NormalEquations,
+    ParameterStep,
     ReducedNormal,
-    Step,
     StepLimits,
     TrialNormal,
 )
@@ -81,7 +81,7 @@ class Saturation(LeastSquares[Curve]):
     def bounds(self, point: Curve) -> tuple[Array, Array]:
         return self.box
 
-    def moved(self, point: Curve, step: Step) -> Curve:
+    def moved(self, point: Curve, step: ParameterStep) -> Curve:
         return Curve(point.unknowns + step.common, tuple(a + b for a, b in zip(point.own, step.own, strict=True)))
 
     def least_gain(self, cost: float) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from synth.drives.servo import Motor, Servo, TorqueDrive
+from synth.drives.servo import GearedMotor, Servo, TorqueDrive
 from synth.errors import UserError
 from synth.files.leg_file import read_leg, write_leg
 from synth.files.recording import read_recording
@@ -37,16 +37,16 @@ def leg_file(folder: Path, drive: str) -> Path:
     [
         (
             SERVO,
-            Servo(2.0, 0.01, 0.005, np.radians(1.0), 0.9, np.inf, 1.5, 12.0, 0.2, Motor(3.5, 2e-3, 200.0, 0.8)),
+            Servo(2.0, 0.01, 0.005, np.radians(1.0), 0.9, np.inf, 1.5, 12.0, 0.2, GearedMotor(3.5, 2e-3, 200.0, 0.8)),
         ),
         (
             "{kind: servo, gain: 20 N*m/rad, damping_gain: 0.5 N*m*s/rad, torque_limit: 3 N*m}",
             Servo(20.0, 0.5, torque_limit=3.0),
         ),
-        ("{kind: voltage, " + MOTOR + "}", Servo(0.0, motor=Motor(3.5, 2e-3, 200.0, 0.8), open_duty=1.0)),
+        ("{kind: voltage, " + MOTOR + "}", Servo(0.0, motor=GearedMotor(3.5, 2e-3, 200.0, 0.8), open_duty=1.0)),
         (
             "{kind: torque, motor: {torque_constant: 0.1 N*m/A, gear_ratio: 6}}",
-            TorqueDrive(Motor(np.inf, 0.1, 6.0)),
+            TorqueDrive(GearedMotor(np.inf, 0.1, 6.0)),
         ),
     ],
 )

@@ -13,7 +13,7 @@ import pytest
 from hopper.recorded import DESIGN, PART, Effects, jumped, pulled, write
 from synth.cli import main
 from synth.commands import init
-from synth.diagnosis.plants.jumping_leg.jump_across import Across, Design, _slopes
+from synth.diagnosis.plants.jumping_leg.jump_across import Across, JumpAcrossDesigns, _slopes
 from synth.diagnosis.plants.jumping_leg.jump_predict import JumpPredictor
 from synth.jump.jump_lanes import JumpLanes
 
@@ -221,14 +221,14 @@ def test_copies_count_once(tmp_path: Path) -> None:
     assert any("b.csv is a copy of a.csv" in text for text in found["warnings"])
 
 
-def designs(length_slope: float, ratio_slope: float) -> tuple[Design, ...]:
+def designs(length_slope: float, ratio_slope: float) -> tuple[JumpAcrossDesigns, ...]:
     """Nine jumps whose predicted rise is off by these shares a metre and a unit of ratio about 10 %."""
     made = []
     for length in (0.10, 0.12, 0.14):
         for ratio in (75.0, 100.0, 150.0):
             error = 0.1 + length_slope * (length - 0.12) + ratio_slope * (ratio - 108.3)
             rises = dict.fromkeys(("as_designed", "before", "after"), 0.1 * (1.0 + error))
-            made.append(Design(f"{length}-{ratio}", "m", length, ratio, 0.1, rises))
+            made.append(JumpAcrossDesigns(f"{length}-{ratio}", "m", length, ratio, 0.1, rises))
     return tuple(made)
 
 

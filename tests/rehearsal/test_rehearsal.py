@@ -24,8 +24,8 @@ from synth.rehearsal import rehearse
 from synth.rehearsal.case_files import write_case
 from synth.rehearsal.ladder import next_rung, visible_from
 from synth.rehearsal.one_case import Call, diagnosed, perform
-from synth.rehearsal.outcome import CANNOT, Outcome, accused
-from synth.rehearsal.plants import RUNGS, Field, Planted, Task, places
+from synth.rehearsal.outcome import CANNOT, CaseOutcome, accused
+from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, places
 from synth.rehearsal.rehearse import Rehearsal
 from synth.rehearsal.result import RehearsalResult
 from synth.rehearsal.users_rig import BACKGROUND, Rig, users_rig
@@ -94,14 +94,14 @@ def field(rig: Rig) -> Field:
     return Field.of(rig, 5, 0)
 
 
-def plant(field: Field, task: Task) -> Planted:
+def plant(field: Field, task: PlantingTask) -> Planted:
     planted = field.plant(np.random.default_rng(1), task)
     assert planted is not None
     return planted
 
 
 def test_a_planted_case_has_the_gap_of_its_rung_and_small_causes_beside_it(field: Field) -> None:
-    found = plant(field, Task("coulomb_friction", 1, 2, 0)).answer
+    found = plant(field, PlantingTask("coulomb_friction", 1, 2, 0)).answer
     (cause,) = found["causes"]
     assert cause["gap"] == pytest.approx(RUNGS[2] * field.unexplained, rel=0.13)
     assert cause["size"] > 0.0
@@ -115,7 +115,7 @@ def test_a_case_keeps_the_user_s_trials_and_tells_nothing(field: Field, tmp_path
     trials = recorded(TWO, seed=2, noise=np.radians(0.01))
     write_leg(TWO, tmp_path / "my.leg.yaml")
     (tmp_path / "gap.yaml").write_text("kind: gap\nleg: my.leg.yaml\ntrials: [a.csv]\ntolerance: {mass: 2 %}\n")
-    planted = plant(field, Task("spring_preload", 0, 2, 0))
+    planted = plant(field, PlantingTask("spring_preload", 0, 2, 0))
     (tmp_path / "case").mkdir()
     own = project(TWO, trials, tmp_path / "gap.yaml")
     case = read_gap_project(write_case(own, field.rig, planted, tmp_path / "case"))
@@ -149,19 +149,28 @@ def test_torques_of_a_case_are_the_user_s(tmp_path: Path) -> None:
         )
 
 
-def outcome(effect: str, joint: int, rung: int, right: bool, draw: int = 0, verdict: str = "") -> Outcome:
+def outcome(effect: str, joint: int, rung: int, right: bool, draw: int = 0, verdict: str = "") -> CaseOutcome:
     key = (effect, "knee")
     said = verdict or ("effect" if right else "none")
     named = (key,) if right else ()
-    return Outcome(
-        Task(effect, joint, rung, draw), key, "form", 0.01 * (rung + 1), 0.1 * (rung + 1), (), said, named, 0.9, 1.0
+    return CaseOutcome(
+        PlantingTask(effect, joint, rung, draw),
+        key,
+        "form",
+        0.01 * (rung + 1),
+        0.1 * (rung + 1),
+        (),
+        said,
+        named,
+        0.9,
+        1.0,
     )
 
 
 def test_the_search_by_halves_finds_the_least_rung_and_begins_anew() -> None:
     """A cause that is named from a rung on: two or three cases find the rung, whichever it is."""
     for least in range(len(RUNGS) + 1):
-        made: list[Outcome] = []
+        made: list[CaseOutcome] = []
         for _ in range(10):
             rung, draw = next_rung(made)
             if draw:
@@ -208,7 +217,7 @@ class Fake:
             task = call.task
             key = (task.effect, "knee") if task.effect else None
             right = task.rung >= 1
-            made = Outcome(
+            made = CaseOutcome(
                 task, key, "", 0.01, 0.1, (), "effect" if right else "none", (key,) if right and key else (), 0.9, 2.0
             )
             yield name, Ended(value=made.as_json())

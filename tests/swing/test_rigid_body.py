@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from synth.swing.leg_model import Link
-from synth.swing.rigid_body import Body, of_link, offset_torque, rod_inertias, together
+from synth.swing.rigid_body import RigidBody, of_link, offset_torque, rod_inertias, together
 
 
-def rod(mass: float, length: float, start: float = 0.0) -> Body:
+def rod(mass: float, length: float, start: float = 0.0) -> RigidBody:
     """A thin rod that hangs along -y from ``start`` m below the joint."""
     across = mass * length**2 / 12
-    return Body(mass, (0.0, -start - length / 2, 0.0), (across, 0.0, across, 0.0, 0.0, 0.0))
+    return RigidBody(mass, (0.0, -start - length / 2, 0.0), (across, 0.0, across, 0.0, 0.0, 0.0))
 
 
 def test_two_halves_of_a_rod_are_the_rod() -> None:
@@ -28,7 +28,7 @@ def test_random_points_together_have_the_inertia_of_their_sum() -> None:
     generator = np.random.default_rng(3)
     masses, places = generator.uniform(0.1, 1.0, 7), generator.normal(size=(7, 3))
     points = [
-        Body(float(m), tuple(map(float, p)), (0.0,) * 6)  # type: ignore[arg-type]
+        RigidBody(float(m), tuple(map(float, p)), (0.0,) * 6)  # type: ignore[arg-type]
         for m, p in zip(masses, places, strict=True)
     ]
     found = together([together(points[:3]), together(points[3:])])
@@ -41,7 +41,7 @@ def test_random_points_together_have_the_inertia_of_their_sum() -> None:
 
 
 def test_a_planar_link_keeps_mass_and_inertia_about_its_joint() -> None:
-    body = Body(0.5, (0.01, -0.12, 0.3), (1e-3, 2e-4, 1.5e-3, 1e-5, 2e-5, 3e-5))
+    body = RigidBody(0.5, (0.01, -0.12, 0.3), (1e-3, 2e-4, 1.5e-3, 1e-5, 2e-5, 3e-5))
     link = body.link(0.25)
     assert link.mass == body.mass
     assert link.com == 0.12

@@ -13,7 +13,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.score import score
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.errors import UserError
 from synth.fit.recordings import recordings
 from synth.swing.leg_model import Leg
@@ -104,7 +104,7 @@ def _misses(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> Array:
         except UserError:
             continue
         made[k] = angle_trial(recording, held_out=False).thinner(SAMPLES)
-    fit = Fit((), np.zeros(bench.n_tolerance), ())
+    fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), ())
     for k, (prediction, _) in zip(made, score(bench, fit, list(made.values())), strict=True):
         trial_made = made[k]
         away = (prediction - trial_made.measured)[trial_made.counts]

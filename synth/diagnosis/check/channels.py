@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
-from synth.diagnosis.angle_trials import Sensor
+from synth.diagnosis.angle_trials import AngleSensor
 from synth.diagnosis.check.finding import Finding
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
@@ -41,7 +41,7 @@ class Channel:
         return {"joint": self.joint} | {name: quantity(value, "deg") for name, value in found.items()}
 
 
-def channels(joints: Sequence[str], recordings: Sequence[Recording], sensor: Sensor) -> tuple[Channel, ...]:
+def channels(joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor) -> tuple[Channel, ...]:
     """Noise, count and motion of every joint's channel."""
     made = []
     for j, name in enumerate(joints):
@@ -53,7 +53,7 @@ def channels(joints: Sequence[str], recordings: Sequence[Recording], sensor: Sen
 
 
 def channel_findings(
-    joints: Sequence[str], recordings: Sequence[Recording], sensor: Sensor, made: Sequence[Channel]
+    joints: Sequence[str], recordings: Sequence[Recording], sensor: AngleSensor, made: Sequence[Channel]
 ) -> list[Finding]:
     """Frozen channels in each recording; noise, counts and filters of all."""
     found = [f for recording in recordings for f in _frozen(joints, recording, sensor)]
@@ -63,7 +63,7 @@ def channel_findings(
     return found
 
 
-def _frozen(joints: Sequence[str], recording: Recording, sensor: Sensor) -> list[Finding]:
+def _frozen(joints: Sequence[str], recording: Recording, sensor: AngleSensor) -> list[Finding]:
     """Runs of equal readings that begin or end while the joint is going, and channels that never change."""
     found = []
     for j in recording.free:
@@ -135,7 +135,7 @@ def _coarse(channel: Channel) -> list[Finding]:
     return [Finding("doubt", text + "; effects of that size are hidden", remedy, joint=channel.joint)]
 
 
-def _filtered(name: str, j: int, recordings: Sequence[Recording], sensor: Sensor) -> list[Finding]:
+def _filtered(name: str, j: int, recordings: Sequence[Recording], sensor: AngleSensor) -> list[Finding]:
     """Readings whose neighbours agree far better than they scatter about a smooth motion."""
     if sensor.step[j] > 0.5 * sensor.noise[j]:
         return []  # rounded readings scatter by their count, whatever a filter did

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.check.responses import Response, products
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.check.responses import CauseResponse, products
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.intervals import NORMAL90, Estimate
 
 LEAST_FREE = 2  # joints that move in the same trial: a channel alone is late against nothing
@@ -29,7 +29,7 @@ class Lag:
         return {"joint": self.joint, "late": self.late.as_json()}
 
 
-def lags(bench: Workbench, at: Fit, found: Sequence[Response]) -> tuple[Lag, ...]:
+def lags(bench: Workbench, at: EvaluatedHypothesis, found: Sequence[CauseResponse]) -> tuple[Lag, ...]:
     """One step from the leg as designed, each channel's lag alone beside tolerances and initial states.
 
     The deviation is widened by how far the design misses the trials: what else is wrong may pass for a lag.

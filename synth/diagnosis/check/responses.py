@@ -16,8 +16,8 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
-from synth.diagnosis.screening import DIVERGED, Ground, rungs
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.screening import DIVERGED, ScreeningFrame, rungs
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.parameters import Prior
 
 # A cause shows where the log-likelihood that it gains, half the squared signal, exceeds what an unknown costs in the
@@ -51,14 +51,14 @@ class Products:
 
 
 @dataclass(frozen=True)
-class Response:
+class CauseResponse:
     """One cause, in one shape, from one start: ``fit`` at the size where it is compared, and where it first shows.
 
     ``visible`` (n_unknown,) whitened unknowns of the cause at the smallest size that shows, or
     None; ``columns`` : places of its response and of its derivatives among those of all.
     """
 
-    fit: Fit
+    fit: EvaluatedHypothesis
     visible: Array | None
     columns: tuple[int, ...] = ()
 
@@ -73,9 +73,9 @@ class Response:
         return self.fit.hypothesis[0]
 
 
-def products(bench: Workbench, at: Fit, responses: Sequence[Sequence[Array]]) -> Products:
+def products(bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[Sequence[Array]]) -> Products:
     """Of responses (k, M), a list a trial, at a fit with a frame; what is not finite counts as diverged."""
-    ground = Ground.of(bench, at)
+    ground = ScreeningFrame.of(bench, at)
     count = len(responses[0])
     own, across = np.zeros((count, count)), np.zeros((len(ground.matrix), count))
     for i, rows in enumerate(responses):
@@ -85,10 +85,12 @@ def products(bench: Workbench, at: Fit, responses: Sequence[Sequence[Array]]) ->
     return Products(own, across, ground.matrix)
 
 
-def responses_of(bench: Workbench, at: Fit, candidates: Sequence[ShapedEffect]) -> tuple[list[Response], Products]:
+def responses_of(
+    bench: Workbench, at: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
+) -> tuple[list[CauseResponse], Products]:
     """Every candidate from every start, at a small size, and the products of responses and derivatives."""
     starts = [
-        Fit((candidate,), np.concatenate([at.unknowns, start]), at.states)
+        EvaluatedHypothesis((candidate,), np.concatenate([at.unknowns, start]), at.states)
         for candidate in candidates
         for start in candidate.starts()
     ]
@@ -106,7 +108,7 @@ def responses_of(bench: Workbench, at: Fit, candidates: Sequence[ShapedEffect]) 
     return placed, products(bench, at, rows)
 
 
-def _sized(bench: Workbench, at: Fit, starts: Sequence[Fit]) -> list[Response]:
+def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[EvaluatedHypothesis]) -> list[CauseResponse]:
     """Of each start the size at which it is compared, and the one where it first shows, by a ladder of sizes."""
     first = bench.n_tolerance
     ladders = [rungs(start, first) for start in starts]
@@ -126,13 +128,13 @@ def _sized(bench: Workbench, at: Fit, starts: Sequence[Fit]) -> list[Response]:
         candidate = start.hypothesis[0]
         size = scaled(candidate, sizes[best], COMPARED / bare[best]) if has_size(candidate) else sizes[best]
         point = np.concatenate([start.unknowns[:first], np.clip(size, *candidate.bounds())])
-        made.append(Response(replace(start, unknowns=point), shown))
+        made.append(CauseResponse(replace(start, unknowns=point), shown))
     return made
 
 
-def _signals(bench: Workbench, at: Fit, fits: Sequence[Fit]) -> tuple[Array, Array]:
+def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> tuple[Array, Array]:
     """(n_fit,) signal of each, and before tolerances take their part; nan where the motion diverged."""
-    ground = Ground.of(bench, at)
+    ground = ScreeningFrame.of(bench, at)
     inner = np.linalg.cholesky(np.eye(len(ground.matrix)) + ground.matrix)
     squares, across = np.zeros(len(fits)), np.zeros((len(ground.matrix), len(fits)))
     broken = np.zeros(len(fits), dtype=bool)
@@ -147,7 +149,7 @@ def _signals(bench: Workbench, at: Fit, fits: Sequence[Fit]) -> tuple[Array, Arr
     return np.where(broken, np.nan, np.sqrt(np.maximum(lessened, 0.0))), np.where(broken, np.nan, np.sqrt(squares))
 
 
-def _first_shown(start: Fit, sizes: Array, signals: Array, first: int) -> Array | None:
+def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first: int) -> Array | None:
     """Whitened unknowns at the smallest size of the ladder that shows, between its rungs in proportion.
 
     ``sizes`` (n_rung, n_unknown) rising within each sense, ``signals`` (n_rung,).

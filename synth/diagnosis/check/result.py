@@ -14,7 +14,7 @@ from synth.diagnosis.check.clocks import Sampling
 from synth.diagnosis.check.coverage import Coverage
 from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.check.lags import Lag
-from synth.diagnosis.check.separability import Cluster, Showing
+from synth.diagnosis.check.separability import InseparableCauses, Showing
 
 FORMAT = "synth/gap-check/1"
 
@@ -35,7 +35,7 @@ class Check:
     coverage: tuple[Coverage, ...]
     lags: tuple[Lag, ...]
     showings: tuple[Showing, ...]
-    clusters: tuple[Cluster, ...]
+    clusters: tuple[InseparableCauses, ...]
     sines: Array
     remainder: float
     inputs: Mapping[str, str] = field(default_factory=dict)

@@ -14,11 +14,11 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.check.responses import COMPARISON, Products, Response, has_size, products, scaled
+from synth.diagnosis.check.responses import COMPARISON, CauseResponse, Products, has_size, products, scaled
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.intervals import Estimate
 
 RIVALS = 4  # causes that are listed beside each, the most alike first
@@ -67,7 +67,7 @@ class Showing:
 
 
 @dataclass(frozen=True)
-class Cluster:
+class InseparableCauses:
     """Causes that pass for each other, and the trial of a menu that tells most of them apart, if one does.
 
     ``sine`` of the least angle now, ``with_trial`` with that trial added to the others.
@@ -93,7 +93,7 @@ class Separability:
     """
 
     showings: tuple[Showing, ...]
-    clusters: tuple[Cluster, ...]
+    clusters: tuple[InseparableCauses, ...]
     sines: Array
 
 
@@ -101,13 +101,17 @@ class Separability:
 class _Pair:
     """Two causes by the places of their responses: what was taken for true, and what passes for it."""
 
-    true: Response
-    other: Response
+    true: CauseResponse
+    other: CauseResponse
     sine: float
 
 
 def separability(
-    bench: Workbench, at: Fit, found: Sequence[Response], made: Products, menu: Sequence[MenuItem[AngleTrial]]
+    bench: Workbench,
+    at: EvaluatedHypothesis,
+    found: Sequence[CauseResponse],
+    made: Products,
+    menu: Sequence[MenuItem[AngleTrial]],
 ) -> Separability:
     """Every cause's smallest size, its rivals, and trials that would tell them apart.
 
@@ -116,7 +120,7 @@ def separability(
     at : the leg as designed, with its frame; found, made : from ``responses_of``; menu : trials that could be made.
     """
     gram = made.gram
-    by_key: dict[Key, list[Response]] = {}
+    by_key: dict[Key, list[CauseResponse]] = {}
     for response in found:
         by_key.setdefault(response.key, []).append(response)
     pairs: dict[Key, list[_Pair]] = {}
@@ -134,12 +138,12 @@ def separability(
     return Separability(showings, _clusters(bench, at, alike, menu), sines)
 
 
-def _plainest(responses: Sequence[Response]) -> Response:
+def _plainest(responses: Sequence[CauseResponse]) -> CauseResponse:
     """The first start of a cause that shows at all: its plain form."""
     return next((response for response in responses if response.visible is not None), responses[0])
 
 
-def _nearest(gram: Array, true: Response, others: Sequence[Response]) -> _Pair:
+def _nearest(gram: Array, true: CauseResponse, others: Sequence[CauseResponse]) -> _Pair:
     """The form of another cause that comes nearest to a response, its own unknowns free."""
     place = true.columns[0]
     whole = float(gram[place, place])
@@ -156,7 +160,7 @@ def _nearest(gram: Array, true: Response, others: Sequence[Response]) -> _Pair:
     return best
 
 
-def _showing(response: Response, pairs: Sequence[_Pair]) -> Showing:
+def _showing(response: CauseResponse, pairs: Sequence[_Pair]) -> Showing:
     if response.visible is None:
         return Showing(response.key, None, ())
     rivals = []
@@ -193,8 +197,8 @@ def _shown(unit: str) -> str:
 
 
 def _clusters(
-    bench: Workbench, at: Fit, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
-) -> tuple[Cluster, ...]:
+    bench: Workbench, at: EvaluatedHypothesis, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
+) -> tuple[InseparableCauses, ...]:
     """Causes linked by pairs that pass for each other either way, with the trial that parts them most."""
     both = {(pair.true.key, pair.other.key) for pair in pairs}
     kept = [pair for pair in pairs if (pair.other.key, pair.true.key) in both]
@@ -217,13 +221,15 @@ def _clusters(
         after = float(sines[best][places].min()) if told else least
         better = bool(told) and told[best] > 1.5 * float(np.mean([pair.sine for pair in members]))
         keys = tuple(dict.fromkeys(key for pair in members for key in (pair.true.key, pair.other.key)))
-        made.append(Cluster(keys, least, menu[best].what if better else "", after if better else least))
+        made.append(InseparableCauses(keys, least, menu[best].what if better else "", after if better else least))
     return tuple(sorted(made, key=lambda cluster: cluster.sine))
 
 
-def _with_each(bench: Workbench, at: Fit, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]) -> list[Array]:
+def _with_each(
+    bench: Workbench, at: EvaluatedHypothesis, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
+) -> list[Array]:
     """(n_pair,) sines a trial of the menu, with that trial added; each cause at the size where it was compared."""
-    fits: dict[int, Fit] = {}
+    fits: dict[int, EvaluatedHypothesis] = {}
     for pair in pairs:
         for response in (pair.true, pair.other):
             fits.setdefault(id(response), response.fit)
@@ -235,18 +241,18 @@ def _with_each(bench: Workbench, at: Fit, pairs: Sequence[_Pair], menu: Sequence
     for item in menu:
         there = replace(bench, trials=(item.trial,))
         state = np.concatenate([item.trial.measured[0], np.zeros(item.trial.measured.shape[1])])
-        begun = there.evaluate([Fit((), at.unknowns, (state,))])[0]
+        begun = there.evaluate([EvaluatedHypothesis((), at.unknowns, (state,))])[0]
         if not np.isfinite(begun.cost):
             found.append(np.array([pair.sine for pair in pairs]))
             continue
         begun = replace(begun, frame=there.frame(begun))
-        moved = [Fit(fit.hypothesis, fit.unknowns, (state,)) for fit in fits.values()]
+        moved = [EvaluatedHypothesis(fit.hypothesis, fit.unknowns, (state,)) for fit in fits.values()]
         gram = (here + _products(there, begun, moved)).gram
         found.append(np.array([_sine(gram, order.index(id(p.true)), order.index(id(p.other))) for p in pairs]))
     return found
 
 
-def _products(bench: Workbench, at: Fit, fits: Sequence[Fit]) -> Products:
+def _products(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> Products:
     finer = replace(bench, predictor=bench.predictor.coarser(COMPARISON))
     rows = []
     for base, *moved in finer.residuals([at, *fits]):

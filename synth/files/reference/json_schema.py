@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, get_origin
 
 from synth.files.reference.keys import choices, example, marks, model_of, options, rows
-from synth.files.reference.sections import KINDS, Section, kind_word
+from synth.files.reference.sections import KINDS, KeySection, kind_word
 from synth.files.validate import Quantity
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # what the YAML language server reads
@@ -20,7 +20,7 @@ def json_schema(kind: str) -> dict[str, Any]:
     return {"$schema": DRAFT, "title": f"synth: kind {kind}", **schema}
 
 
-def _mapping(section: Section) -> dict[str, Any]:
+def _mapping(section: KeySection) -> dict[str, Any]:
     fields = model_of(section).model_fields
     properties: dict[str, Any] = {}
     for row in rows(section):
@@ -37,7 +37,7 @@ def _mapping(section: Section) -> dict[str, Any]:
     return {"type": "object", "additionalProperties": False, "properties": properties, "required": required}
 
 
-def _placed(inner: Section, key: str) -> dict[str, Any]:
+def _placed(inner: KeySection, key: str) -> dict[str, Any]:
     """A section as it stands at its key: itself, in a list, or under names."""
     mapping = _mapping(inner)
     if inner.how == "by name":

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from synth import units
-from synth.files.reference.sections import Section
+from synth.files.reference.sections import KeySection
 from synth.files.reference.texts import TEXTS
 from synth.files.schema import Because, schema_model
 from synth.files.validate import Quantity
@@ -33,13 +33,13 @@ class KeyRow:
     example: str
 
 
-def model_of(section: Section) -> type[BaseModel]:
+def model_of(section: KeySection) -> type[BaseModel]:
     """The pydantic model that checks the section."""
     schema = section.schema
     return schema_model(schema) if is_dataclass(schema) else schema
 
 
-def rows(section: Section) -> list[KeyRow]:
+def rows(section: KeySection) -> list[KeyRow]:
     """The keys of a section in the order of its class.
 
     Raises
@@ -102,7 +102,7 @@ def choices(item: FieldInfo) -> tuple[Any, ...]:
     return tuple(value for option in found for value in get_args(option))
 
 
-def _type(name: str, item: FieldInfo, section: Section) -> str:
+def _type(name: str, item: FieldInfo, section: KeySection) -> str:
     inner = section.inner.get(name)
     if inner is not None:
         what = {"mapping": "mapping", "list": "list of mappings", "by name": "mapping, a joint each"}[inner.how]

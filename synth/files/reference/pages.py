@@ -7,7 +7,7 @@ import json
 from synth.files.reference.json_schema import json_schema
 from synth.files.reference.keys import KeyRow, rows
 from synth.files.reference.result_texts import COLUMNS, RESULTS
-from synth.files.reference.sections import KINDS, Section, kind_word, sections
+from synth.files.reference.sections import KINDS, KeySection, kind_word, sections
 from synth.files.reference.texts import KIND_TEXTS, SECTION_TEXTS
 
 NOTE = "<!-- made from the schema classes by `make reference`; edit those, and the texts in synth/files/reference -->"
@@ -66,7 +66,7 @@ def _results() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _page(kind: str, section: Section) -> str:
+def _page(kind: str, section: KeySection) -> str:
     what, command = KIND_TEXTS[kind]
     lines = [NOTE, "", f"# kind: {kind_word(kind)}", "", f"{what[0].upper()}{what[1:]}. Read by {command}.", ""]
     for name, inner in sections(section).items():

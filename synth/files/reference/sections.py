@@ -27,7 +27,7 @@ How = Literal["mapping", "list", "by name"]
 
 
 @dataclass(frozen=True)
-class Section:
+class KeySection:
     """A mapping of a file: ``name`` under which its texts stand, its class, and the sections at its keys.
 
     ``how`` : it stands there itself, in a list, or under names that the user chooses (joints').
@@ -35,114 +35,114 @@ class Section:
 
     name: str
     schema: type[Any]
-    inner: Mapping[str, Section] = field(default_factory=dict)
+    inner: Mapping[str, KeySection] = field(default_factory=dict)
     how: How = "mapping"
 
 
-def _many(name: str, schema: type[Any], how: How, **inner: Section) -> Section:
-    return Section(name, schema, inner, how)
+def _many(name: str, schema: type[Any], how: How, **inner: KeySection) -> KeySection:
+    return KeySection(name, schema, inner, how)
 
 
-_TIP = Section("tip_mass", trial_list.TipMass)
+_TIP = KeySection("tip_mass", trial_list.TipMass)
 _TRIALS = _many("trial", trial_list.TrialEntry, "list", tip_mass=_TIP)
-_TOLERANCE = Section("tolerance", tolerance.JointTolerance)
-_FIT = Section("fit_options", project_options.FitOptions)
-_MOTOR = Section("motor", drive.MotorKeys)
+_TOLERANCE = KeySection("tolerance", tolerance.JointTolerance)
+_FIT = KeySection("fit_options", project_options.FitOptions)
+_MOTOR = KeySection("motor", drive.MotorKeys)
 _LEG_JOINT = _many(
     "joint",
     leg_file._Joint,
     "list",
-    link=Section("link", leg_file._Link),
-    spring=Section("spring", leg_file._Spring),
-    damper=Section("damper", leg_file._Damper),
-    drive=Section("drive", drive.DriveKeys, {"motor": _MOTOR}),
+    link=KeySection("link", leg_file._Link),
+    spring=KeySection("spring", leg_file._Spring),
+    damper=KeySection("damper", leg_file._Damper),
+    drive=KeySection("drive", drive.DriveKeys, {"motor": _MOTOR}),
 )
 _CHOICE = _many(
     "joint_choice",
     leg_project._Joint,
     "by name",
-    spring=Section("spring_choice", project_options.SpringChoice),
-    damper=Section("damper_choice", project_options.DamperChoice),
+    spring=KeySection("spring_choice", project_options.SpringChoice),
+    damper=KeySection("damper_choice", project_options.DamperChoice),
 )
-_SELECT = Section(
+_SELECT = KeySection(
     "select",
     leg_project._Select,
-    {"joints": _CHOICE, "tolerance": Section("part_tolerance", project_options.ToleranceOptions)},
+    {"joints": _CHOICE, "tolerance": KeySection("part_tolerance", project_options.ToleranceOptions)},
 )
 _JUMP_TRIALS = _many("jump_trial", hopper_gap_project._Entry, "list")
 
 # kind -> its file; `gap` of a jumping leg has a page of its own.
-KINDS: dict[str, Section] = {
-    "leg": Section("leg_file", leg_file._Leg, {"joints": _LEG_JOINT}),
-    "fit": Section(
+KINDS: dict[str, KeySection] = {
+    "leg": KeySection("leg_file", leg_file._Leg, {"joints": _LEG_JOINT}),
+    "fit": KeySection(
         "fit",
         projects._FitFile,
         {
             "trials": _TRIALS,
             "fit": _FIT,
             "tolerance": _TOLERANCE,
-            "prior": Section("prior", project_options.RatePrior),
+            "prior": KeySection("prior", project_options.RatePrior),
             "static": _many("static", static_points_file._Entry, "list"),
         },
     ),
-    "gap": Section("gap", gap_project._GapFile, {"trials": _TRIALS, "tolerance": _TOLERANCE}),
-    "leg-design": Section(
+    "gap": KeySection("gap", gap_project._GapFile, {"trials": _TRIALS, "tolerance": _TOLERANCE}),
+    "leg-design": KeySection(
         "leg_design",
         leg_project._LegDesignFile,
         {
-            "source": Section("source", leg_project._Source, {"trials": _TRIALS}),
-            "scale": Section("scale", leg_project._Scale),
+            "source": KeySection("source", leg_project._Source, {"trials": _TRIALS}),
+            "scale": KeySection("scale", leg_project._Scale),
             "fit": _FIT,
             "tolerance": _TOLERANCE,
             "select": _SELECT,
             "dampers": _many("measured_damper", leg_project._Damper, "by name"),
-            "cad": Section("cad", project_options.CadOptions),
-            "measured": Section(
+            "cad": KeySection("cad", project_options.CadOptions),
+            "measured": KeySection(
                 "measured",
                 leg_project._MeasuredParts,
                 {"spring": _many("measured_spring", project_options.MeasuredSpring, "by name")},
             ),
         },
     ),
-    "import": Section(
+    "import": KeySection(
         "import",
         import_project._ImportFile,
         {
-            "time": Section("clock", import_project._Clock),
+            "time": KeySection("clock", import_project._Clock),
             "joints": _many("column", import_project._Column, "by name"),
             "files": _many("foreign_file", import_project._Entry, "list"),
         },
     ),
-    "hopper-design": Section(
+    "hopper-design": KeySection(
         "hopper",
         hopper_project._HopperFile,
         {
-            "leg": Section("hopper_leg", hopper_project.LegSection),
-            "laminate": Section("laminate", hopper_project.LaminateSection),
-            "flexures": Section("flexures", hopper_project.FlexureSection),
-            "contact": Section("contact", hopper_project.ContactSection),
-            "motors": Section("motors", hopper_project.MotorSection),
-            "lengths": Section("lengths", hopper_project.LengthsSection),
-            "tolerance": Section("hopper_tolerance", hopper_project.ToleranceSection),
-            "parts": Section("hopper_parts", hopper_project.PartsSection),
+            "leg": KeySection("hopper_leg", hopper_project.LegSection),
+            "laminate": KeySection("laminate", hopper_project.LaminateSection),
+            "flexures": KeySection("flexures", hopper_project.FlexureSection),
+            "contact": KeySection("contact", hopper_project.ContactSection),
+            "motors": KeySection("motors", hopper_project.MotorSection),
+            "lengths": KeySection("lengths", hopper_project.LengthsSection),
+            "tolerance": KeySection("hopper_tolerance", hopper_project.ToleranceSection),
+            "parts": KeySection("hopper_parts", hopper_project.PartsSection),
         },
     ),
-    "gap-of-jumps": Section(
+    "gap-of-jumps": KeySection(
         "jump_gap",
         hopper_gap_project._GapFile,
-        {"trials": _JUMP_TRIALS, "tolerance": Section("jump_tolerance", hopper_gap_project.JumpTolerance)},
+        {"trials": _JUMP_TRIALS, "tolerance": KeySection("jump_tolerance", hopper_gap_project.JumpTolerance)},
     ),
-    "hopper-motor": Section("run_ups", hopper_recordings._MotorFile),
-    "hopper-pull-ups": Section(
+    "hopper-motor": KeySection("run_ups", hopper_recordings._MotorFile),
+    "hopper-pull-ups": KeySection(
         "pull_ups", hopper_recordings._PullUpFile, {"trials": _many("pull_up", hopper_recordings._Trial, "list")}
     ),
-    "hopper-jumps": Section("plate_jumps", hopper_recordings._JumpFile),
-    "part-wish": Section(
+    "hopper-jumps": KeySection("plate_jumps", hopper_recordings._JumpFile),
+    "part-wish": KeySection(
         "part_wish",
         part_wish._WishFile,
         {
-            "spring": Section("spring_choice", part_wish.SpringWished),
-            "damper": Section("damper_choice", part_wish.DamperWished),
+            "spring": KeySection("spring_choice", part_wish.SpringWished),
+            "damper": KeySection("damper_choice", part_wish.DamperWished),
         },
     ),
 }
@@ -153,7 +153,7 @@ def kind_word(kind: str) -> str:
     return "gap" if kind == "gap-of-jumps" else kind
 
 
-def sections(section: Section) -> dict[str, Section]:
+def sections(section: KeySection) -> dict[str, KeySection]:
     """The section and all in it by their names, each once."""
     found = {section.name: section}
     for inner in section.inner.values():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from synth.errors import Problem, UserError
-from synth.files.robots.robot_tree import Body, Kind, Robot, RobotJoint
+from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
 LINEAR = 1e-12  # of the linear coefficient, below which a polynomial's other terms are nothing
 
@@ -55,14 +55,14 @@ def _name(mujoco: Any, model: Any, kind: str, index: int) -> str:
     return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, kind), index) or ""
 
 
-def _body(model: Any, data: Any, index: int) -> Body:
+def _body(model: Any, data: Any, index: int) -> RobotBody:
     import mujoco
 
     turn = data.ximat[index].reshape(3, 3)
     inertia = turn @ np.diag(model.body_inertia[index]) @ turn.T
     first, count = int(model.body_geomadr[index]), int(model.body_geomnum[index])
     ends = [_ends(model, data, geom) for geom in range(first, first + count)]
-    return Body(
+    return RobotBody(
         _name(mujoco, model, "mjOBJ_BODY", index) or f"body {index}",
         int(model.body_parentid[index]) - 1,
         data.xmat[index].reshape(3, 3).copy(),

@@ -11,7 +11,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.paths import read_bytes
-from synth.files.robots.robot_tree import Body, Kind, Robot, RobotJoint
+from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
 LARGEST = 20_000_000  # bytes; meshes are files of their own
 GRAVITY = 9.81  # m/s^2; URDF leaves it to the simulator
@@ -39,7 +39,7 @@ def read_urdf(path: Path) -> Robot:
     joints = [item for item in root.findall("joint") if item.find("parent") is not None]
     order = reader.ordered(links, joints)
     reader.finish()
-    bodies: list[Body] = []
+    bodies: list[RobotBody] = []
     found: list[RobotJoint] = []
     places: dict[str, int] = {}
     for name, joint in order:
@@ -149,7 +149,7 @@ class _Reader:
             waiting = [name for name in waiting if name not in done]
         return list(done.items())
 
-    def body(self, link: Element, name: str, parent: int, turn: Array, place: Array) -> Body:
+    def body(self, link: Element, name: str, parent: int, turn: Array, place: Array) -> RobotBody:
         """A link with its inertia and the ends of its shapes, in the world."""
         inertial, key = link.find("inertial"), f"link {name}"
         own_place, own_turn = self.origin(inertial)
@@ -161,7 +161,7 @@ class _Reader:
             self.refuse(f"has the mass {mass:g} kg", key)
         ends = [self.ends(item) for tag in ("collision", "visual") for item in link.findall(tag)]
         points = place + np.concatenate(ends) @ turn.T if ends else np.empty((0, 3))
-        return Body(name, parent, turn, place, mass, place + turn @ own_place, inertia, points)
+        return RobotBody(name, parent, turn, place, mass, place + turn @ own_place, inertia, points)
 
     def ends(self, shape: Element) -> Array:
         """(k, 3) where a shape ends, in the link's frame: along a cylinder's axis, else its centre."""

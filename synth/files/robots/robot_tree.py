@@ -13,7 +13,7 @@ Kind = Literal["hinge", "slide", "fixed", "free"]
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class RobotBody:
     """A body in the robot's reference pose, all of it in world coordinates, SI.
 
     ``parent`` : index of the body that it hangs from, -1 for the world. ``rotation`` (3, 3) body to world.
@@ -60,7 +60,7 @@ class Robot:
     """Bodies, each after its parent, and joints. ``gravity`` (3,) m/s^2. ``left_out`` : what no leg can hold."""
 
     name: str
-    bodies: tuple[Body, ...]
+    bodies: tuple[RobotBody, ...]
     joints: tuple[RobotJoint, ...]
     gravity: Array
     left_out: tuple[str, ...] = ()

@@ -22,7 +22,7 @@ EVEN = 0.02  # of the rise: from one end of the designs to the other, no trend w
 
 
 @dataclass(frozen=True)
-class Design:
+class JumpAcrossDesigns:
     """One jump: its design, and rises in m by ``STAGES`` beside the measured; ``learnt`` : fits, not predictions."""
 
     file: str
@@ -42,7 +42,7 @@ class Design:
 class Across:
     """``slopes`` : "length" or "gear_ratio" -> stage -> change of the error a metre, a unit of ratio."""
 
-    designs: tuple[Design, ...]
+    designs: tuple[JumpAcrossDesigns, ...]
     slopes: dict[str, dict[str, Estimate]]
 
     def as_json(self) -> dict[str, Any]:
@@ -101,7 +101,9 @@ def across(gaps: JumpGaps) -> Across:
         rises = {stage: getattr(rise, stage) for stage in STAGES}
         if rise.measured is None or rise.measured <= 0.0 or None in rises.values():
             continue
-        designs.append(Design(trial.name, trial.motor.name, trial.leg.length, trial.motor.ratio, rise.measured, rises))
+        designs.append(
+            JumpAcrossDesigns(trial.name, trial.motor.name, trial.leg.length, trial.motor.ratio, rise.measured, rises)
+        )
     columns = {by: np.array([getattr(d, by) for d in designs]) for by in UNITS}
     varied = [by for by, values in columns.items() if len(values) > 2 and np.std(values) > SPREAD * np.mean(values)]
     slopes: dict[str, dict[str, Estimate]] = {by: {} for by in varied}

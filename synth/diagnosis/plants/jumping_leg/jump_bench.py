@@ -16,7 +16,7 @@ from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_data import Jump
 from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN, JumpPredictor
 from synth.estimation.levenberg_marquardt import Factors, Iterate, LeastSquares, minimise
-from synth.estimation.normal_equations import ReducedNormal, Step, StepLimits, TrialNormal
+from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
 from synth.threads import in_parallel
 
 STEP = 0.05  # whitened, of differences
@@ -214,7 +214,7 @@ class _Hypothesis(LeastSquares[JumpFit]):
         p = self.bench.n_tolerance
         return StepLimits(np.r_[np.full(p, FARTHEST), np.full(len(point.unknowns) - p, np.inf)], FARTHEST)
 
-    def moved(self, point: JumpFit, step: Step) -> JumpFit:
+    def moved(self, point: JumpFit, step: ParameterStep) -> JumpFit:
         """After a step, not evaluated."""
         own = point.own + np.array(step.own)
         return replace(point, unknowns=point.unknowns + step.common, own=own, cost=np.inf)

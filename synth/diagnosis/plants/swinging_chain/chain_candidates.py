@@ -28,7 +28,7 @@ RECIPROCAL = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequ
 
 
 @dataclass(frozen=True)
-class Scales:
+class NaturalSizes:
     """A joint's natural sizes, from its motion: by them a prior fits a flea's leg and an elephant's.
 
     ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
@@ -71,7 +71,7 @@ class Scales:
         return float(sizes.get(unit, 1.0))
 
 
-def scales(leg: Leg, trials: Sequence[AngleTrial]) -> Scales:
+def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
     """Natural sizes of each joint from the trials in which it is free."""
     n = len(leg.joints)
     low, high, speed, known = np.full(n, np.inf), np.full(n, -np.inf), np.zeros(n), np.zeros(n)
@@ -98,7 +98,7 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> Scales:
     pace = min(trial.recording.smoothed.pace for trial in trials)
     damping = np.array([_rate(joint.damper, float(w)) for joint, w in zip(leg.joints, speed, strict=True)])
     middle = 0.5 * (low + high)
-    return Scales(angle, speed, torque, force, length, middle, half, RECIPROCAL * pace, damping, mass)
+    return NaturalSizes(angle, speed, torque, force, length, middle, half, RECIPROCAL * pace, damping, mass)
 
 
 def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
@@ -137,7 +137,7 @@ class Candidate(ShapedEffect):
 
     effect: Effect
     joint: int
-    scales: Scales
+    scales: NaturalSizes
     leg: Leg
 
     @property
@@ -167,7 +167,7 @@ class Candidate(ShapedEffect):
         return links <= MOST_LINKS and all(compatible(other, self) for other in others)
 
     def natural_size(self, parameter: Parameter) -> float:
-        """By the joint's motion, see ``Scales``."""
+        """By the joint's motion, see ``NaturalSizes``."""
         return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
@@ -219,7 +219,7 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
     return found
 
 
-def candidates(leg: Leg, trials: Sequence[AngleTrial], found: Scales) -> list[Candidate]:
+def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
     """Every effect at every place where it could act and show, in every shape."""
     free = sorted({j for trial in trials for j in trial.free})
     made = []

@@ -14,7 +14,7 @@ from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
-from synth.diagnosis.hypotheses import Hypotheses, Unseen
+from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
 from synth.diagnosis.influence import hangs_on
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
@@ -32,7 +32,7 @@ from synth.diagnosis.score import score
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.diagnosis.unseen import with_unseen
 from synth.diagnosis.verdict import Judged, with_counts
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.errors import UserError
 from synth.estimation.information import TrialForecast
 from synth.estimation.intervals import Estimate
@@ -70,7 +70,7 @@ class Scene:
         return self.held or self.given
 
 
-class SwingingChain(Plant[Fit, AngleTrial, Array]):
+class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
     """A leg of links that swings from releases, or is driven by known torques."""
 
     def __init__(self, scene: Scene, warnings: tuple[str, ...]) -> None:
@@ -84,26 +84,26 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
             for item in scene.coarse
         )
 
-    def search(self, say: Callable[[str], None]) -> Hypotheses[Fit]:
+    def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
         """Every effect at every place where it could show, alone and with others."""
         leg, given = self.scene.leg, self.scene.given
         found = search(self.bench, candidates(leg, given, scales(leg, given)), say)
         say("trials left out")
         return with_unseen(self.bench, found)
 
-    def designed(self) -> Fit:
+    def designed(self) -> EvaluatedHypothesis:
         """The nominal leg to the letter."""
-        return Fit((), np.zeros(self.n_tolerance), ())
+        return EvaluatedHypothesis((), np.zeros(self.n_tolerance), ())
 
-    def normal(self, fit: Fit) -> LinearisedNormal:
+    def normal(self, fit: EvaluatedHypothesis) -> LinearisedNormal:
         """Normal equations at a fit."""
         return self.bench.normal(fit)
 
-    def bounds(self, fit: Fit) -> tuple[Array, Array]:
+    def bounds(self, fit: EvaluatedHypothesis) -> tuple[Array, Array]:
         """Least and greatest unknowns."""
         return self.bench.bounds(fit.hypothesis)
 
-    def predict(self, fit: Fit, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
+    def predict(self, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
         """Rotations (m, n) rad in the sense of q, from the initial states that fit best."""
         begun = [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
         return tuple(prediction for prediction, _ in score(self.bench, fit, begun))
@@ -117,7 +117,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         """By joint and phase, in squared degrees above the noise."""
         return left_where(self.scene.leg, self.scored, predicted, self.scene.usual)
 
-    def freely(self, found: Hypotheses[Fit]) -> Unseen | None:
+    def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> HeldOutError | None:
         """What the free torque that helps most leaves."""
         torques = self.free_torques(found.none.fit)
         return torques[0].unseen if torques else None
@@ -131,11 +131,11 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         counts = squares(self.scored, [np.ones_like(t.measured) + t.measured for t in self.scored])
         return counts, squares(self.scored, [t.measured + self.scene.usual for t in self.scored])
 
-    def with_direct_causes(self, judged: Judged[Fit]) -> Judged[Fit]:
+    def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
         """The verdict with coarse counts in."""
         return with_counts(judged, len(self.scene.coarse) > 0)
 
-    def remarks(self, stages: StagePredictions[Fit, Array]) -> tuple[str, ...]:
+    def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
         """Trials that the nominal leg at its best misses by far more than the others."""
         rms = []
         for trial, predicted in zip(self.scored, stages.before, strict=True):
@@ -144,7 +144,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         names = [trial.recording.name for trial in self.scored]
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
-    def doubts(self, found: Hypotheses[Fit], judged: Judged[Fit]) -> tuple[str, ...]:
+    def doubts(self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]) -> tuple[str, ...]:
         """Recordings that the verdict hangs on."""
         return hangs_on(self.bench, found, judged, self.calibration, self.freely(found)).warnings()
 
@@ -169,7 +169,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         plain = f"the {cause.joint} {phrase}" + (f" ({values})" if values else "")
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
 
-    def free_torques(self, nominal: Fit) -> tuple[FreeTorque, ...]:
+    def free_torques(self, nominal: EvaluatedHypothesis) -> tuple[FreeTorque, ...]:
         """Torques of free shape beside the nominal leg at its best, taken once."""
         if self._free is None:
             leg, sizes = self.scene.leg, scales(self.scene.leg, self.scene.given)
@@ -177,7 +177,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
             self._free = free_torques(leg, at_best, self.bench, nominal, sizes)
         return self._free
 
-    def addendum(self, verdict: Verdict, stages: StagePredictions[Fit, Array]) -> str:
+    def addendum(self, verdict: Verdict, stages: StagePredictions[EvaluatedHypothesis, Array]) -> str:
         """Where and in what torque is missing, if no effect of the library explains it."""
         return described(self.free_torques(stages.fits[1])) if verdict == "unknown" else ""
 
@@ -189,7 +189,7 @@ class SwingingChain(Plant[Fit, AngleTrial, Array]):
         """Releases, locked joints, added masses, tilts and torques."""
         return menu(self.scene.leg, self.bench, self.scene.given)
 
-    def forecast(self, fit: Fit, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
+    def forecast(self, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
         """What a hypothesis predicts of an imagined trial."""
         return forecast(self.bench, fit, trial, covariance)
 
@@ -286,7 +286,7 @@ def scene_of(
     return Scene(leg, tolerances, bench, given, held, coarse, usual, seed), tuple(warnings)
 
 
-def _blamed(judged: Judged[Fit], leg: Leg) -> dict[str, float]:
+def _blamed(judged: Judged[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
     """Joint -> probability that a cause sits there."""
     found: dict[str, float] = {}
     for item, probability in judged.singles:

@@ -12,7 +12,7 @@ from synth.diagnosis.plant import StagePredictions
 from synth.diagnosis.plants.swinging_chain.chain_result import TrialGap
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, phases
 from synth.diagnosis.prediction_error import BLOCKS
-from synth.diagnosis.workbench import Fit
+from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.swing.leg_model import Leg
 
 
@@ -29,7 +29,7 @@ def squares(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> Array:
 def trial_gaps(
     nominal: Leg,
     trials: Sequence[AngleTrial],
-    stages: StagePredictions[Fit, Array],
+    stages: StagePredictions[EvaluatedHypothesis, Array],
     missing: Sequence[MissingTorque],
     held_out: bool,
     noise: Array,

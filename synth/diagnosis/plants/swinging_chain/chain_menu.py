@@ -10,7 +10,7 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.plants.swinging_chain.command_menu import command_menu, has_servo
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.information import TrialForecast
 from synth.fit.recordings import Recording
 from synth.motion.smoothing import Smoothed
@@ -107,7 +107,7 @@ def _imagined(
     return AngleTrial(recording, time, held, counts, held_out=False)
 
 
-def forecast(bench: Workbench, fit: Fit, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
+def forecast(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
     """Prediction and its uncertainty, whitened by the noise; its initial state is free. None where it diverges."""
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
     count = len(fit.unknowns)

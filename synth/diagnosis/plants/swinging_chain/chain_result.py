@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.diagnosis.hypotheses import Unseen
+from synth.diagnosis.hypotheses import HeldOutError
 from synth.diagnosis.result import Diagnosis
 from synth.estimation.intervals import Estimate
 from synth.swing.leg_model import Leg
@@ -65,7 +65,7 @@ class FreeTorque:
     low: Array
     high: Array
     taken: float
-    unseen: Unseen
+    unseen: HeldOutError
 
     def as_json(self) -> dict[str, Any]:
         """One entry of ``free_torque`` in ``gap.json``."""

@@ -30,7 +30,7 @@ SEEDS = 3  # sums of sines with other phases, of which one may happen to be the 
 
 
 @dataclass(frozen=True)
-class Limits:
+class CommandLimits:
     """What a command may ask of each joint: ``low``, ``high`` (n,) rad on q, ``speed`` (n,) rad/s."""
 
     low: Array
@@ -38,7 +38,7 @@ class Limits:
     speed: Array
 
     @classmethod
-    def of(cls, leg: Leg, trials: Sequence[AngleTrial]) -> Limits:
+    def of(cls, leg: Leg, trials: Sequence[AngleTrial]) -> CommandLimits:
         """As wide and as fast as the commands so far, within the joints' ranges."""
         told = [trial.recording.signals for trial in trials]
         known = [signals for signals in told if signals is not None]
@@ -65,7 +65,7 @@ def has_servo(leg: Leg, trials: Sequence[AngleTrial]) -> bool:
 
 def command_menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
     """A trial for each command; all driven joints follow it at once, each within its own limits."""
-    limits, time = Limits.of(leg, trials), np.arange(0.0, LENGTH, 1.0 / RATE)
+    limits, time = CommandLimits.of(leg, trials), np.arange(0.0, LENGTH, 1.0 / RATE)
     made = []
     for what, shape in _shapes().items():
         command = np.stack([_within(shape, time, limits, j) for j in range(len(leg.joints))], axis=1)
@@ -82,7 +82,7 @@ def command_menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> li
 Shape = Callable[[Array, float], Array]
 
 
-def _within(shape: Shape, time: Array, limits: Limits, joint: int) -> Array:
+def _within(shape: Shape, time: Array, limits: CommandLimits, joint: int) -> Array:
     """(m,) rad: a shape between a joint's limits, at its speed."""
     low, high = limits.low[joint], limits.high[joint]
     crossing = max(high - low, 1e-9) / max(limits.speed[joint], 1e-9)

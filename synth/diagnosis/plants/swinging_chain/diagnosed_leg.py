@@ -10,14 +10,14 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.encoder_counts import Coarse
 from synth.diagnosis.plants.swinging_chain.chain_candidates import Candidate
-from synth.diagnosis.workbench import Fit
+from synth.diagnosis.workbench import EvaluatedHypothesis
 from synth.swing.damper_curves import with_rate
 from synth.swing.leg_lanes import LegLanes
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
 
-def parts(fit: Fit, n_tolerance: int) -> list[tuple[Candidate, Array]]:
+def parts(fit: EvaluatedHypothesis, n_tolerance: int) -> list[tuple[Candidate, Array]]:
     """Each cause with its whitened unknowns (size,)."""
     found, first = [], n_tolerance
     for candidate in fit.hypothesis:
@@ -27,7 +27,7 @@ def parts(fit: Fit, n_tolerance: int) -> list[tuple[Candidate, Array]]:
     return found
 
 
-def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: Fit, coarse: Sequence[Coarse]) -> Leg:
+def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[Coarse]) -> Leg:
     """A leg that a leg file can hold; effects that change a number of the leg are in that number."""
     made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
     for candidate, x in parts(fit, tolerances.size):

@@ -17,17 +17,17 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_search import few_trials
-from synth.diagnosis.hypotheses import Unseen
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Scales
+from synth.diagnosis.hypotheses import HeldOutError
+from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import FreeTorque, Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque, missing_torque
 from synth.diagnosis.plants.swinging_chain.torque_hats import Hats
 from synth.diagnosis.unseen import DIVERGED, cells, folds, kept, unseen
-from synth.diagnosis.workbench import RULE, Fit, Workbench
+from synth.diagnosis.workbench import RULE, EvaluatedHypothesis, Workbench
 from synth.estimation.intervals import NORMAL90
 from synth.estimation.levenberg_marquardt import Iterate, LeastSquares, minimise
 from synth.estimation.linearisation import LinearisedNormal
-from synth.estimation.normal_equations import Step, StepLimits
+from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.swing.leg_model import Leg
 from synth.threads import in_parallel
 
@@ -47,7 +47,7 @@ FACTORS = (1.0, 1e3)  # on the damping, tried side by side
 
 
 @dataclass(frozen=True)
-class _TorqueFit(Fit):
+class _TorqueFit(EvaluatedHypothesis):
     """A fit beside a free torque to all trials but ``out``; below the tolerances ``unknowns`` holds the whitened hats.
 
     ``slopes`` a trial (M, k): whitened derivatives by these, of the point at which ``frame`` was taken.
@@ -83,7 +83,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return [self._evaluated(point) for point in points]
 
     def _evaluated(self, point: _TorqueFit) -> _TorqueFit:
-        plain = Fit((), point.unknowns[: self.bench.n_tolerance], point.states)
+        plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states)
         residuals = self.driven(point).evaluate([plain])[0].residuals
         squares, total = kept(self.bench, residuals, point.out)
         cost = total * float(np.log1p(squares / total)) + 0.5 * float(point.unknowns @ point.unknowns)
@@ -91,7 +91,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
 
     def framed(self, point: _TorqueFit) -> _TorqueFit:
         """With derivatives of its own point."""
-        plain = Fit((), point.unknowns[: self.bench.n_tolerance], point.states, point.residuals)
+        plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states, point.residuals)
         heights = self.heights(point)
 
         def slopes(i: int) -> Array:
@@ -125,7 +125,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         """A free shape is easily led astray where the motion bends."""
         return FACTORS
 
-    def moved(self, point: _TorqueFit, step: Step) -> _TorqueFit:
+    def moved(self, point: _TorqueFit, step: ParameterStep) -> _TorqueFit:
         """After a step, not evaluated."""
         states = self.bench.moved_states(point, step.own)
         return replace(point, unknowns=point.unknowns + step.common, states=states, residuals=(), cost=np.inf)
@@ -140,7 +140,9 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return [end.point for end in ends]
 
 
-def free_torques(leg: Leg, nominal: Leg, bench: Workbench, base: Fit, scales: Scales) -> tuple[FreeTorque, ...]:
+def free_torques(
+    leg: Leg, nominal: Leg, bench: Workbench, base: EvaluatedHypothesis, scales: NaturalSizes
+) -> tuple[FreeTorque, ...]:
     """The better of both shapes at the joints that it promises most for, the joint that it does most for first.
 
     Parameters
@@ -161,7 +163,7 @@ def free_torques(leg: Leg, nominal: Leg, bench: Workbench, base: Fit, scales: Sc
     )
     missing = [missing_torque(nominal, trial) for trial in bench.trials]
     promising = _promising(leg, coarse, base, scales, missing)
-    (start,) = coarse.evaluate([Fit((), base.unknowns, base.states)])
+    (start,) = coarse.evaluate([EvaluatedHypothesis((), base.unknowns, base.states)])
     (before,) = unseen(coarse, [start])
     found = []
     for hats in promising[:RANKED]:
@@ -171,7 +173,9 @@ def free_torques(leg: Leg, nominal: Leg, bench: Workbench, base: Fit, scales: Sc
     return tuple(sorted(found, key=lambda item: -item.taken))
 
 
-def _promising(leg: Leg, bench: Workbench, base: Fit, scales: Scales, missing: Sequence[MissingTorque]) -> list[Hats]:
+def _promising(
+    leg: Leg, bench: Workbench, base: EvaluatedHypothesis, scales: NaturalSizes, missing: Sequence[MissingTorque]
+) -> list[Hats]:
     """The better shape of each joint, the joint first that fits best on a few trials."""
     few = few_trials(bench)
     some = replace(bench, trials=tuple(bench.trials[i] for i in few))
@@ -180,7 +184,7 @@ def _promising(leg: Leg, bench: Workbench, base: Fit, scales: Scales, missing: S
         for over in SHAPES:
             hats = Hats.of(bench.trials, joint, over, scales, float(leg.rest[joint]))
             problem = _TorqueFits(some, hats)
-            here = Fit((), base.unknowns, tuple(base.states[i] for i in few))
+            here = EvaluatedHypothesis((), base.unknowns, tuple(base.states[i] for i in few))
             begun = _begun(problem, here, hats.from_missing(bench.trials, missing))
             cost = problem.improved([problem.framed(begun)], 1)[0].cost
             if joint not in best or cost < best[joint][0]:
@@ -188,14 +192,14 @@ def _promising(leg: Leg, bench: Workbench, base: Fit, scales: Scales, missing: S
     return [hats for _, hats in sorted(best.values(), key=lambda item: item[0])]
 
 
-def _begun(problem: _TorqueFits, base: Fit, heights: Array) -> _TorqueFit:
+def _begun(problem: _TorqueFits, base: EvaluatedHypothesis, heights: Array) -> _TorqueFit:
     """At the torque that is missing along the recordings, at a part of it, or at none: where it fits best."""
     white = np.linalg.solve(problem.root, heights)
     starts = [_TorqueFit((), np.concatenate([base.unknowns, share * white]), base.states) for share in (1.0, 0.3, 0.0)]
     return min(problem.evaluate(starts), key=lambda fit: fit.cost)
 
 
-def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[Unseen, Array]:
+def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[HeldOutError, Array]:
     """What the shape leaves on unseen trials, and its heights (n_fold, k) without each fold."""
     for _ in range(FRAMES - 1):
         before = fit.cost
@@ -207,7 +211,7 @@ def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[Unseen, Array]:
     ends = problem.improved(starts, FOLD_STEPS)
     left = {index: end for end in ends for index in end.out}
     made = [cells(problem.bench, i, left[i].residuals[i]) for i in range(len(problem.bench.trials))]
-    found = Unseen(*(np.array(column) for column in zip(*made, strict=True)))
+    found = HeldOutError(*(np.array(column) for column in zip(*made, strict=True)))
     return found, np.array([problem.heights(end) for end in ends])
 
 
@@ -223,7 +227,7 @@ def described(found: Sequence[FreeTorque]) -> str:
     )
 
 
-def _result(leg: Leg, problem: _TorqueFits, left: Unseen, each: Array, before: Unseen) -> FreeTorque:
+def _result(leg: Leg, problem: _TorqueFits, left: HeldOutError, each: Array, before: HeldOutError) -> FreeTorque:
     """From the heights (n_fold, k), each without one fold, to a curve in the measured angle's sense."""
     hats = problem.hats
     sign, count = leg.joints[hats.joint].sign, len(each)

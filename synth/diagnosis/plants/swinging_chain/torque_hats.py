@@ -14,10 +14,10 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.lanes import Block
-from synth.diagnosis.plants.swinging_chain.chain_candidates import Scales
+from synth.diagnosis.plants.swinging_chain.chain_candidates import NaturalSizes
 from synth.diagnosis.plants.swinging_chain.chain_result import Over
 from synth.diagnosis.plants.swinging_chain.chain_where import MissingTorque
-from synth.diagnosis.workbench import Fit, Workbench
+from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.fit.recordings import Recording
 
 PLACES = 9  # hats over the range of deflection, for each direction of motion
@@ -42,7 +42,7 @@ class Hats:
     speed: float
 
     @classmethod
-    def of(cls, trials: Sequence[AngleTrial], joint: int, over: Over, scales: Scales, rest: float) -> Hats:
+    def of(cls, trials: Sequence[AngleTrial], joint: int, over: Over, scales: NaturalSizes, rest: float) -> Hats:
         """Over the range of what the joint does in the trials."""
         moving = [trial.recording.smoothed for trial in trials if joint in trial.free]
         angle = np.concatenate([smoothed.angle[:, joint] for smoothed in moving])
@@ -108,7 +108,7 @@ class Hats:
         """What ``_along_knots`` has made."""
         return {}
 
-    def columns(self, bench: Workbench, fit: Fit, index: int, heights: Array) -> Array:
+    def columns(self, bench: Workbench, fit: EvaluatedHypothesis, index: int, heights: Array) -> Array:
         """(count, k) change of a trial's whitened prediction by each hat of the joint's natural torque.
 
         ``bench`` : without the free torque; ``heights`` (k,) of it where ``fit`` stands.
