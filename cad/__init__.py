@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from cad.checks import CheckResult, GateError, check_leg
     from cad.export import ExportedFile, PreviewError, draw_leg, export_leg
     from cad.failures import draw_failures
-    from cad.leg import BuiltLeg, build_leg
+    from cad.leg_joints import BuiltLeg, build_leg
     from cad.printing import PrintPlan, plan_leg
     from cad.sizing import SIZED, sized
 
 # Loaded on first use: these modules need numpy and, when called, cadquery.
 _LATER = {
-    "BuiltLeg": "cad.leg",
+    "BuiltLeg": "cad.leg_joints",
     "CheckResult": "cad.checks",
     "ExportedFile": "cad.export",
     "GateError": "cad.checks",
@@ -47,7 +47,7 @@ _LATER = {
     "SIZED": "cad.sizing",
     "sized": "cad.sizing",
     "PrintPlan": "cad.printing",
-    "build_leg": "cad.leg",
+    "build_leg": "cad.leg_joints",
     "check_leg": "cad.checks",
     "clear_upper_arm_angle": "cad.checked_layout",
     "draw_failures": "cad.failures",

@@ -14,7 +14,7 @@ from cad.fittings import PrintDimensions
 from cad.flexed_wire import effective_length
 from cad.hardware_checks import check_axial_play, check_keyed, check_screws
 from cad.joint import BuiltJoint
-from cad.leg import BuiltLeg
+from cad.leg_joints import BuiltLeg
 from cad.parts import BuiltPart
 from cad.play import check_play
 from cad.printing import check_printing

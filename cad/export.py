@@ -12,7 +12,7 @@ from cad.assembly import exploded, numbers_at
 from cad.checks import check_leg
 from cad.dxf import flat_brackets, write_flat
 from cad.joint import BuiltJoint
-from cad.leg import BuiltLeg
+from cad.leg_joints import BuiltLeg
 from cad.parts import BuiltPart, Mesh, file_name
 from cad.preview import Camera, Colour, PreviewError
 from cad.print_file import plates, write_3mf

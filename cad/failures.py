@@ -9,7 +9,7 @@ import numpy as np
 
 from cad.fittings import PrintDimensions
 from cad.joint import BuiltJoint
-from cad.leg import BuiltLeg
+from cad.leg_joints import BuiltLeg
 from cad.parts import Array, BuiltPart, Mesh
 from cad.preview import Camera, Item
 from cad.printing import WAYS_UP, hanging_faces, plan_part, thin_points

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cad.fittings import PrintDimensions
 from cad.joint import BuiltJoint
-from cad.leg import BuiltLeg
+from cad.leg_joints import BuiltLeg
 from cad.parts import BuiltPart, Mesh
 from cad.results import CheckResult, at_least, at_most
 from cad.strength import Axis, check_strength

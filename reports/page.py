@@ -14,12 +14,12 @@ from markupsafe import Markup
 
 from reports import quantities, stick_figure
 from reports.opening import Opening, marked, shortly, told
-from reports.openings.check import check_opening
-from reports.openings.fit import fit_opening
-from reports.openings.gap import gap_opening
-from reports.openings.imported import import_opening
-from reports.openings.leg import leg_opening
-from reports.openings.rehearsal import rehearsal_opening
+from reports.openings.check_opening import check_opening
+from reports.openings.fit_opening import fit_opening
+from reports.openings.gap_opening import gap_opening
+from reports.openings.import_opening import import_opening
+from reports.openings.leg_opening import leg_opening
+from reports.openings.rehearsal_opening import rehearsal_opening
 from reports.reading import Result, read_result
 from reports.scripts import policy, script
 from reports.section import AbsentResult, ReportSection
@@ -28,8 +28,7 @@ from reports.sections import (
     check_apart,
     check_found,
     check_sizes,
-    checks,
-    damper_curves,
+    damper_laws_measured,
     equations,
     estimates,
     files,
@@ -39,10 +38,11 @@ from reports.sections import (
     gap_where,
     gap_which,
     inputs,
+    joint_checks,
     links,
     live_leg,
     motion,
-    parts,
+    parts_list,
     pictures,
     rehearsal_confusion,
     rehearsal_sizes,
@@ -57,14 +57,14 @@ LEG_SECTIONS: tuple[ReportSection, ...] = (
     built.SECTION,
     swap.SECTION,
     summary.SECTION,
-    parts.SECTION,
+    parts_list.SECTION,
     sets.SECTION,
     links.SECTION,
     spring_sheet.SECTION,
-    damper_curves.SECTION,
+    damper_laws_measured.SECTION,
     estimates.SECTION,
     motion.SECTION,
-    checks.SECTION,
+    joint_checks.SECTION,
     pictures.SECTION,
     inputs.SECTION,
     files.SECTION,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from reports import page
-from reports.openings.tables import reproduction_opening
+from reports.openings.tables_opening import reproduction_opening
 from reports.reading import Json, Result, read_result
 from reports.section import AbsentResult, ReportSection, mapping, sequence
 

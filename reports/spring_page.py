@@ -15,7 +15,7 @@ from reports.reading import Json, read_result
 from reports.scripts import policy, script
 from reports.section import mapping, sequence
 from reports.sections.spring_sheet import drawing_of, groups_of
-from reports.sections.winding import sheet_content
+from reports.sections.winding_plan import sheet_content
 from reports.severity import judged
 
 

@@ -74,7 +74,7 @@ LONG = {
     "synth.jump.planar_engine._accelerations": "compiled: one system of equations, filled row by row",
     "synth.jump.jump_integrator.jump": "compiled: one loop over steps",
     "synth.jump.recorder.record": "compiled: one loop over steps",
-    "synth.planting.laws.torque": "the laws of torque, one a branch",
+    "synth.planting.torque_laws.torque": "the laws of torque, one a branch",
     "synth.spring.evaluate.check_spring": "fills a record of fifty numbers, one a line",
 }
 # What takes more arguments all the same, and why.

@@ -43,20 +43,20 @@ def commands(projects: Path, results: Path) -> dict[str, list[str]]:
 def writers() -> dict[str, Callable[[Path], Path]]:
     """What writes each page from its result folder."""
     import reports
-    from reports import comparison, fits, hopper, model_checks
+    from reports import comparison_page, fits_page, hopper_pages, model_checks
 
     return {
         "leg": reports.write_leg_report,
         "fit": reports.write_fit_report,
         "gap": reports.write_gap_report,
-        "hopper": hopper.write_hopper_report,
-        "jump-gap": hopper.write_jump_gap_report,
-        "fits": fits.write_fits_report,
+        "hopper": hopper_pages.write_hopper_report,
+        "jump-gap": hopper_pages.write_jump_gap_report,
+        "fits": fits_page.write_fits_report,
         "spring": reports.write_winding_sheet,
         "check": model_checks.write_checks_report,
         "check-hopper": model_checks.write_checks_report,
-        "compare": comparison.write_comparison_report,
-        "truth": hopper.write_truth_report,
+        "compare": comparison_page.write_comparison_report,
+        "truth": hopper_pages.write_truth_report,
     }
 
 

@@ -10,7 +10,7 @@ from reports.figures.palette import BUILT, RECORDED, WANTED
 from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import number, unit_text
 from reports.reading import Json, Result
-from reports.responses import Response, extremes, read_response
+from reports.response_files import Response, extremes, read_response
 from reports.section import AbsentResult, ReportSection, mapping
 
 FOLDER = "responses/target"

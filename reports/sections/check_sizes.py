@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.openings.check import size_text
+from reports.openings.check_opening import size_text
 from reports.quantities import number
 from reports.reading import Result
 from reports.section import AbsentResult, ReportSection, mapping, sequence

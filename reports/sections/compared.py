@@ -9,13 +9,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.intervals import IntervalRow, interval_figure
+from reports.figures.interval_bars import IntervalRow, interval_figure
 from reports.figures.legend import legend
 from reports.figures.palette import MODEL_SIDES, RECORDED_SIDES, Line
 from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from reports.quantities import brief, interval_of, number, text, unit_text
 from reports.reading import Json, Result, value_of
-from reports.responses import Response, read_response
+from reports.response_files import Response, read_response
 from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.stick_figure import following
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.intervals import IntervalRow, interval_figure
+from reports.figures.interval_bars import IntervalRow, interval_figure
 from reports.figures.svg import shortened
 from reports.quantities import in_si, interval_of, percent
 from reports.reading import Json, Result, value_of

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.intervals import IntervalRow, interval_figure
+from reports.figures.interval_bars import IntervalRow, interval_figure
 from reports.reading import Json, Result
 from reports.section import AbsentResult, ReportSection, mapping, sequence
 

@@ -15,7 +15,7 @@ from reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORD
 from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
 from reports.quantities import brief, interval_of, number, share_text
 from reports.reading import Json, Result, value_of
-from reports.responses import Response, extremes, read_response
+from reports.response_files import Response, extremes, read_response
 from reports.section import AbsentResult, ReportSection, mapping, sequence
 from reports.stick_figure import following
 

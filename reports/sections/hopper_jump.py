@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from reports.figures.hopper_jump import Geometry, Pose, strip_figure
+from reports.figures.jump_drawing import Geometry, Pose, strip_figure
 from reports.reading import Result, value_of
 from reports.section import AbsentResult, ReportSection, mapping
 from reports.sections.live_jump import jump_curves

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.hopper_models import ModelBar, models_figure
+from reports.figures.model_bars import ModelBar, models_figure
 from reports.reading import Result, value_of
 from reports.section import AbsentResult, ReportSection, mapping, sequence
 

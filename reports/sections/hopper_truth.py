@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from reports.figures.hopper_map import Map, map_figure
-from reports.figures.hopper_models import ModelBar, models_figure
+from reports.figures.model_bars import ModelBar, models_figure
 from reports.reading import Result, value_of
 from reports.section import AbsentResult, ReportSection, mapping, sequence
 

@@ -13,7 +13,7 @@ from reports.figures.palette import FITTED, RECORDED
 from reports.figures.trials import shared_limits, trial_figure
 from reports.quantities import brief, number, unit_text
 from reports.reading import Json, Result, value_of
-from reports.responses import MOST_TRIALS, Response, extremes, file_of, read_response
+from reports.response_files import MOST_TRIALS, Response, extremes, file_of, read_response
 from reports.section import AbsentResult, ReportSection, fit_key, fit_of, mapping, sequence
 from reports.stick_figure import following
 

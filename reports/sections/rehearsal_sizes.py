@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.openings.rehearsal import visible_cell
+from reports.openings.rehearsal_opening import visible_cell
 from reports.reading import Result
 from reports.section import ReportSection, mapping, sequence
 

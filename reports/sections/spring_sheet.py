@@ -12,7 +12,7 @@ from reports.figures.spring_drawing import DrawnSpring, spring_drawing
 from reports.quantities import in_si, text
 from reports.reading import Json, Result, value_of
 from reports.section import AbsentResult, ReportSection, mapping, sequence
-from reports.sections.winding import winding_of
+from reports.sections.winding_plan import winding_of
 
 # Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
 WIND = (

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from synth.api.report import Cell, Panel, Report, Stage, silent
-from synth.comparison.compare import Comparison, response_columns, table_columns
-from synth.comparison.compare import compare as _compare
+from synth.comparison.compare_sides import Comparison, response_columns, table_columns
+from synth.comparison.compare_sides import compare as _compare
 from synth.comparison.opened import open_sides
 from synth.comparison.side import ComparedMotion, Side
-from synth.comparison.source import RESULTS, Source, read_source
+from synth.comparison.side_source import RESULTS, Source, read_source
 from synth.files.output import sha256_file
 from synth.parts.resolver import resolver
 from synth.swing.leg_model import Leg
@@ -48,7 +48,7 @@ class Compared(Report):
 
     def write(self, folder: Path) -> None:
         """``compare.json``, ``compare.csv``, responses and a report."""
-        from reports.comparison import write_comparison_report
+        from reports.comparison_page import write_comparison_report
         from synth.files.output import place, stems, write_csv, write_json
         from synth.files.page_outline import outline_json
 

@@ -12,12 +12,12 @@ import numpy as np
 from synth.api.fitting import IN_CODE
 from synth.api.report import Cell, Panel, Report, Stage, silent
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import Diagnosis, Ranked
 from synth.diagnosis.plants.jumping_leg.jump_data import prepared
 from synth.diagnosis.plants.jumping_leg.jump_result import JumpGapResult
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.trial_checks import check_trials
-from synth.diagnosis.result import Diagnosis, Ranked
 from synth.errors import UserError
 from synth.files.gap_project import GapProject, with_rates
 from synth.files.gap_project import read_gap_project as _read_gap_project
@@ -153,7 +153,7 @@ class JumpGap(_Diagnosed):
 
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions and a report."""
-        from reports.hopper import write_jump_gap_report
+        from reports.hopper_pages import write_jump_gap_report
         from synth.diagnosis.plants.jumping_leg.jump_write import write_gap
 
         write_gap(self.result, self.project, folder)

@@ -76,7 +76,7 @@ class Hopper(Report):
 
     def write_with(self, folder: Path, *, parts: bool = True, stage: Stage = silent) -> None:
         """The same, ``parts`` or not."""
-        from reports.hopper import write_hopper_report
+        from reports.hopper_pages import write_hopper_report
         from synth.files.output import write_json
         from synth.hopper.laminate_parts import draw_parts
         from synth.hopper.write_study import hopper_json, write_designs, write_jump

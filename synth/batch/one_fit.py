@@ -15,7 +15,7 @@ from synth.files.projects import FitProject
 from synth.files.tolerance import links_json
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
-from synth.fit.hand import later
+from synth.fit.free_motion_start import later
 from synth.fit.methods import fit_by, require_method
 from synth.fit.plausibility import doubts
 from synth.fit.recordings import Recording, recordings

@@ -21,7 +21,7 @@ from synth.errors import UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.comparison.side import ComparedMotion, Side
-    from synth.comparison.source import Source
+    from synth.comparison.side_source import Source
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Open, move, compare, write ``compare.json``, ``compare.csv``, ``responses/`` and the page."""
     from synth.api.comparisons import compared, open_compared
     from synth.commands.answers import tell
-    from synth.comparison.source import read_source
+    from synth.comparison.side_source import read_source
     from synth.files.leg_file import read_leg
     from synth.files.output import output_folder
     from synth.parts.resolver import resolver
@@ -132,7 +132,7 @@ def _starts(written: str | None, sides: list[Side]) -> list[ComparedMotion]:
     """The start that the user gives: a recording's, or angles at rest."""
     from synth import units
     from synth.comparison.overlay import STANDARD_TIME
-    from synth.comparison.recorded import from_trials, standard_release
+    from synth.comparison.recorded_sides import from_trials, standard_release
     from synth.files.trial_list import read_trials
     from synth.files.validate import near
 

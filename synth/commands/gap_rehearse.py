@@ -27,8 +27,8 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
     from synth.batch.folder import Kept
     from synth.batch.task_outcome import versions
     from synth.files.output import output_folder, sha256_file, write_json
+    from synth.rehearsal.rehearsal_result import RehearsalResult
     from synth.rehearsal.rehearse import WORDS, Rehearsal, default_count
-    from synth.rehearsal.result import RehearsalResult
     from synth.rehearsal.users_rig import users_rig
 
     rig = users_rig(project)

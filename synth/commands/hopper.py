@@ -135,7 +135,7 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
 
 def _truth(arguments: argparse.Namespace, progress: Progress) -> None:
     """The models against what was published, on a page of its own."""
-    from reports.hopper import write_truth_report
+    from reports.hopper_pages import write_truth_report
     from synth.files.output import output_folder, write_json
     from synth.hopper.truth import truth_json
     from synth.parts.catalogs import Catalogue

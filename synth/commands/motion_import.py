@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the recordings, write ``trials/*.csv``, ``import.json`` and ``report.html``."""
     from synth.files.output import output_folder
-    from synth.motion.importers.imported import FIT, TRIALS, read_files, write_import
+    from synth.motion.importers.import_result import FIT, TRIALS, read_files, write_import
 
     if arguments.list:
         progress.result(_formats_text())

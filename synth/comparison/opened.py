@@ -7,9 +7,9 @@ from dataclasses import replace
 from math import degrees
 from typing import Any
 
-from synth.comparison.recorded import from_fit, from_gap, from_trials
+from synth.comparison.recorded_sides import from_fit, from_gap, from_trials
 from synth.comparison.side import MODEL, RECORDED, ComparedJoint, ComparedMotion, Side, StatedFigure, joints_of
-from synth.comparison.source import Source
+from synth.comparison.side_source import Source
 from synth.errors import Problem, UserError
 from synth.files.gap_project import read_gap_project
 from synth.files.leg_file import PartResolver, read_leg

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from synth.arrays import Array
-from synth.comparison.recorded import standard_release
+from synth.comparison.recorded_sides import standard_release
 from synth.comparison.side import MODEL, ComparedMotion, Side, nearest
 from synth.errors import UserError
 from synth.swing.chain import Conditions, simulate

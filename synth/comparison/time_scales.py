@@ -9,7 +9,7 @@ from math import degrees
 import numpy as np
 
 from synth.comparison.side import MODEL, RECORDED, ComparedMotion, Side, StatedFigure, joints_of
-from synth.comparison.source import Source
+from synth.comparison.side_source import Source
 from synth.design.stages import fit_options, read_motion
 from synth.design.target_effects import target_of
 from synth.files.projects import read_leg_project

@@ -13,7 +13,7 @@ from synth.files.leg_project import LegProject
 from synth.fit.damper_laws import DamperLaw, find_damper_law
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult, TrialFit
-from synth.fit.hand import later
+from synth.fit.free_motion_start import later
 from synth.fit.methods import require_method
 from synth.fit.recordings import Recording, recordings
 from synth.fit.still_start import from_release

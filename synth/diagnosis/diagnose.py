@@ -9,13 +9,13 @@ from typing import Any, Generic
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Assessed, Hypotheses
 from synth.diagnosis.next_experiment import next_experiment
 from synth.diagnosis.plant import F, Plant, S, StagePredictions, T
 from synth.diagnosis.prediction_error import PredictionErrors, label
 from synth.diagnosis.remainder import Remainder
-from synth.diagnosis.result import Cause, Experiment, Ranked
 from synth.diagnosis.sentences import sentence, what_is_open
 from synth.diagnosis.verdict import Judged, judge, of_no_account, open_explanations
 from synth.estimation.intervals import NORMAL90, Estimate

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from synth.diagnosis.diagnosis_result import Experiment
 from synth.diagnosis.plant import F, Plant, S, T
-from synth.diagnosis.result import Experiment
 from synth.estimation.information import expected_information, rivals_of
 from synth.threads import in_parallel
 

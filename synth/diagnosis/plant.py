@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, Self, TypeVar
 
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged
 from synth.estimation.information import TrialForecast

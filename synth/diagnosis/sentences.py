@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.remainder import Remainder
-from synth.diagnosis.result import Cause, Verdict
 from synth.estimation.intervals import Estimate
 
 SEEN = 0.5  # noise floors that are left from which on it is said: less is what a form misses

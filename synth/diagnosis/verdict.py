@@ -9,12 +9,12 @@ from typing import Generic
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import Verdict
 from synth.diagnosis.hypotheses import Assessed, F, HeldOutError, Hypotheses, Key
 from synth.diagnosis.odds import CALIBRATED as CALIBRATED
 from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import far_share, taken, taken_of
 from synth.diagnosis.odds import weigh as weigh
-from synth.diagnosis.result import Verdict
 
 LEAST_SHARE = 0.1  # of the whole gap (RMS) that one cause more must take to be named: less does not matter to a user
 MOST_SCATTER = 1 / 3  # of the gap, that a scatter of the remainder from trial to trial may excuse

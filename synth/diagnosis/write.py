@@ -11,7 +11,7 @@ import numpy as np
 
 import synth
 from synth.arrays import Array
-from synth.diagnosis.result import PHASES, Cause, Diagnosis
+from synth.diagnosis.diagnosis_result import PHASES, Cause, Diagnosis
 from synth.estimation.parameters import PlantEffect
 from synth.units import quantity
 

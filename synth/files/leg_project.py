@@ -35,7 +35,7 @@ from synth.files.schema import Because, Default, read_section
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title, gathering
-from synth.files.wanted_motion import WantedCharacteristics, read_wanted
+from synth.files.wanted_section import WantedCharacteristics, read_wanted
 from synth.files.yaml_lines import Key
 from synth.swing.leg_model import DamperCurve, Leg
 

@@ -19,7 +19,7 @@ from synth.files.static_points_file import StaticPoint, read_static_points
 from synth.files.tolerance import Tolerance, of_links, read_tolerance
 from synth.files.trial_list import Trial
 from synth.files.validate import Title
-from synth.files.wanted_motion import WantedCharacteristics, read_wanted
+from synth.files.wanted_section import WantedCharacteristics, read_wanted
 from synth.swing.leg_model import Leg
 
 __all__ = ["FitProject", "LegProject", "read_fit_project", "read_leg_project"]

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.fit.candidate_laws import LAWS, LINEAR, POWER, TABLE, CandidateLaw, LawUnknowns, SpeedRange
 from synth.fit.fit_problem import bare
-from synth.fit.laws import LAWS, LINEAR, POWER, TABLE, CandidateLaw, LawUnknowns, SpeedRange
 from synth.fit.least_squares import FitStart, Solution, Weights, solve
 from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals

@@ -13,7 +13,7 @@ from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import NOTHING_NEAR, model_of, sought_by
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import LEAST_SPREAD, SIGNIFICANCE, WIDE, heterogeneity
-from synth.fit.hand import cut_of, later, look, said_of, unseen
+from synth.fit.free_motion_start import cut_of, later, look, said_of, unseen
 from synth.fit.least_squares import Solution, Stage
 from synth.fit.recordings import Recording
 from synth.fit.refinement import or_another_start, refine

@@ -17,7 +17,7 @@ from synth.arrays import Array
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_problem import model_of
 from synth.fit.fit_result import FitResult
-from synth.fit.hand import later
+from synth.fit.free_motion_start import later
 from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals, weak_form_start

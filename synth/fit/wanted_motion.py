@@ -19,7 +19,7 @@ from synth.arrays import Array
 from synth.errors import CannotBeHad, Problem
 from synth.files.projects import FitProject, LegProject
 from synth.files.trial_list import Trial
-from synth.files.wanted_motion import WantedCharacteristics
+from synth.files.wanted_section import WantedCharacteristics
 from synth.motion.characteristics import characteristics
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Damper, Leg, Spring

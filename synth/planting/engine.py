@@ -12,9 +12,9 @@ import math
 import numpy as np
 from numba import njit
 
-from synth.planting import laws
+from synth.planting import torque_laws
 from synth.planting.bodies import DAMPING, FREE, RATE, accelerate
-from synth.planting.laws import BEARING, BRISTLES, MESH, SLACK, STICK_SLIP, fall
+from synth.planting.torque_laws import BEARING, BRISTLES, MESH, SLACK, STICK_SLIP, fall
 
 
 @njit
@@ -53,7 +53,7 @@ def derivative(body, gravity, locked, law, at, par, table, mode, t, dt, q, w, w0
             if mode[k] != 0:
                 tau[i] -= p[0] * (q[i] - p[1] - mode[k] * p[2]) + p[3] * w[i]
         else:
-            a, b, dz[k, 0], dz[k, 1] = laws.torque(law[k], p, table, t, q[i], w[i], q[j], w[j], z[k, 0], z[k, 1])
+            a, b, dz[k, 0], dz[k, 1] = torque_laws.torque(law[k], p, table, t, q[i], w[i], q[j], w[j], z[k, 0], z[k, 1])
             tau[i] += a
             if j != i:
                 tau[j] += b

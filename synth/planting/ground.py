@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from synth.planting.effects import AT_BASE, EFFECTS
-from synth.planting.fitting import Plain, PlainFit
+from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.explained_gap import Plain, PlainFit
 from synth.planting.forms import Form, Scale, Unfit
 from synth.planting.model import Array, Motion, Truth, fastest, release
 from synth.planting.sensors import PlantedSensor

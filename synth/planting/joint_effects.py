@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from synth.planting import laws
+from synth.planting import torque_laws
 from synth.planting.forms import Form, Scale, Unfit, between, law_form, spring_torque, sprung
 from synth.planting.model import Law, Truth
 from synth.planting.sensors import PlantedSensor
@@ -18,10 +18,12 @@ def coulomb(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
     """True sticking, or bristles."""
     most = 0.4 * spring_torque(setup, scale, j)
     if rng.random() < 0.5:
-        return law_form(setup, "stick-slip", most, lambda s: Law(laws.STICK_SLIP, j, (s, s, 1.0, 0.0)))
+        return law_form(setup, "stick-slip", most, lambda s: Law(torque_laws.STICK_SLIP, j, (s, s, 1.0, 0.0)))
     deflection = between(rng, 2e-4, 3e-3)
     micro = rng.uniform(0.0, 0.3) * setup.true.of("damper")[j]
-    return law_form(setup, "bristles", most, lambda s: Law(laws.BRISTLES, j, (s, s, 1.0, 0.0, deflection, micro)))
+    return law_form(
+        setup, "bristles", most, lambda s: Law(torque_laws.BRISTLES, j, (s, s, 1.0, 0.0, deflection, micro))
+    )
 
 
 def stribeck(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -31,14 +33,14 @@ def stribeck(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     shape = float(rng.integers(0, 2))
     name = ("rational", "exponential")[int(shape)]
     if rng.random() < 0.5:
-        law = laws.STICK_SLIP
+        law = torque_laws.STICK_SLIP
         return law_form(setup, f"stick-slip, {name}", most, lambda s: Law(law, j, (weak * s, s, speed, shape)))
     deflection = between(rng, 2e-4, 2e-3)
     return law_form(
         setup,
         f"bristles, {name}",
         most,
-        lambda s: Law(laws.BRISTLES, j, (weak * s, s, speed, shape, deflection, 0.0)),
+        lambda s: Law(torque_laws.BRISTLES, j, (weak * s, s, speed, shape, deflection, 0.0)),
     )
 
 
@@ -47,10 +49,10 @@ def load_friction(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) 
     if rng.random() < 0.5:
         weight = 9.81 * float(setup.true.of("mass")[j:].sum())
         most = min(0.5 * spring_torque(setup, scale, j) / weight, 0.25 * float(setup.true.of("length").mean()))
-        return law_form(setup, "bearing, sticking", most, lambda s: Law(laws.BEARING, j, (s, 0.0)))
+        return law_form(setup, "bearing, sticking", most, lambda s: Law(torque_laws.BEARING, j, (s, 0.0)))
     k, free = sprung(setup, j), float(setup.true.of("free_angle")[j])
     deflection = between(rng, 2e-4, 2e-3)
-    return law_form(setup, "mesh, bristles", 0.5, lambda s: Law(laws.MESH, j, (s, k, free, 0.0, deflection)))
+    return law_form(setup, "mesh, bristles", 0.5, lambda s: Law(torque_laws.MESH, j, (s, k, free, 0.0, deflection)))
 
 
 def thinning(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -60,9 +62,9 @@ def thinning(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
         raise Unfit("the joint has no damper")
     if rng.random() < 0.5:
         m = rng.uniform(0.6, 1.3)
-        return law_form(setup, "Cross", 40.0, lambda s: Law(laws.CROSS, j, (b, top / s, m)))
+        return law_form(setup, "Cross", 40.0, lambda s: Law(torque_laws.CROSS, j, (b, top / s, m)))
     n = rng.uniform(0.25, 0.7)
-    return law_form(setup, "power law over plateau", 100.0, lambda s: Law(laws.PLATEAU, j, (b, top / s, n)))
+    return law_form(setup, "power law over plateau", 100.0, lambda s: Law(torque_laws.PLATEAU, j, (b, top / s, n)))
 
 
 def drag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -75,11 +77,11 @@ def drag(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
             setup,
             "square and cube",
             most,
-            lambda s: Law(laws.DRAG, j, ((1 - cube) * s / top, cube * s / top**2)),
+            lambda s: Law(torque_laws.DRAG, j, ((1 - cube) * s / top, cube * s / top**2)),
         )
     bend = rng.uniform(0.25, 0.5) * top
     size = bend * (math.sinh(top / bend) - top / bend)
-    return law_form(setup, "Eyring", most, lambda s: Law(laws.EYRING, j, (s * top / size, bend)))
+    return law_form(setup, "Eyring", most, lambda s: Law(torque_laws.EYRING, j, (s * top / size, bend)))
 
 
 def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -89,18 +91,26 @@ def hardening(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
     kind = int(rng.integers(0, 4))
     if kind == 0:
         return law_form(
-            setup, "tanh, softening", 4.0, lambda s: Law(laws.TANH_SPRING, j, (k, free, reach / s)), reach=reach
+            setup, "tanh, softening", 4.0, lambda s: Law(torque_laws.TANH_SPRING, j, (k, free, reach / s)), reach=reach
         )
     if kind == 1:
         sign = float(rng.choice([-1.0, 1.0, 1.0]))
         most = 0.6 if sign > 0 else 0.15
         return law_form(
-            setup, "quintic", most, lambda s: Law(laws.QUINTIC_SPRING, j, (sign * s * k / reach**4, free)), reach=reach
+            setup,
+            "quintic",
+            most,
+            lambda s: Law(torque_laws.QUINTIC_SPRING, j, (sign * s * k / reach**4, free)),
+            reach=reach,
         )
     if kind == 2:
-        return law_form(setup, "sinh", 3.0, lambda s: Law(laws.SINH_SPRING, j, (k, free, reach / s)), reach=reach)
+        return law_form(
+            setup, "sinh", 3.0, lambda s: Law(torque_laws.SINH_SPRING, j, (k, free, reach / s)), reach=reach
+        )
     knee = rng.uniform(0.3, 0.65) * reach
-    return law_form(setup, "piecewise", 2.0, lambda s: Law(laws.PIECEWISE_SPRING, j, (s * k, free, knee)), reach=reach)
+    return law_form(
+        setup, "piecewise", 2.0, lambda s: Law(torque_laws.PIECEWISE_SPRING, j, (s * k, free, knee)), reach=reach
+    )
 
 
 def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -117,13 +127,13 @@ def one_sided(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> F
         width = math.radians(rng.uniform(0.5, 2.5))
 
         def soft(s: float) -> Law:
-            return Law(laws.SOFT_ONE_SIDED, j, (sign * s * k * side, free, width))
+            return Law(torque_laws.SOFT_ONE_SIDED, j, (sign * s * k * side, free, width))
 
         return _mirrored(setup, "soft changeover", most, soft, j, side, sign)
     shift = math.radians(rng.uniform(-1.5, 1.5))
 
     def sharp(s: float) -> Law:
-        return Law(laws.SHIFTED_ONE_SIDED, j, (sign * s * k * side, free, shift))
+        return Law(torque_laws.SHIFTED_ONE_SIDED, j, (sign * s * k * side, free, shift))
 
     return _mirrored(setup, "sharp, beside the free angle", most, sharp, j, side, sign)
 
@@ -147,10 +157,10 @@ def hysteresis(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
     k, travel = sprung(setup, j), float(scale.travel[j])
     if rng.random() < 0.5:
         delta, power, share = travel * rng.uniform(0.1, 0.4), rng.uniform(1.5, 3.0), rng.uniform(0.2, 0.6)
-        return law_form(setup, "Bouc-Wen", 0.8, lambda s: Law(laws.BOUC_WEN, j, (s * k, delta, power, share)))
+        return law_form(setup, "Bouc-Wen", 0.8, lambda s: Law(torque_laws.BOUC_WEN, j, (s * k, delta, power, share)))
     tau, ratio, second = rng.uniform(0.5, 2.5) / scale.slow, rng.uniform(4, 8), rng.uniform(0.5, 1.0)
     return law_form(
-        setup, "two Maxwell", 0.8, lambda s: Law(laws.TWO_MAXWELL, j, (s * k, tau, second * s * k, tau / ratio))
+        setup, "two Maxwell", 0.8, lambda s: Law(torque_laws.TWO_MAXWELL, j, (s * k, tau, second * s * k, tau / ratio))
     )
 
 
@@ -165,7 +175,7 @@ def backlash(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
         name = "contact lost"
 
         def law(s: float) -> Law:
-            return Law(laws.SLACK, j, (k, free, s, b))
+            return Law(torque_laws.SLACK, j, (k, free, s, b))
 
     else:
         arm, loss = rng.uniform(0.01, 0.03) * setup.true.outboard(j), rng.uniform(0.1, 0.6) / float(scale.speed[j])
@@ -173,7 +183,7 @@ def backlash(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
         name = "arm and flanks"
 
         def law(s: float) -> Law:
-            return Law(laws.SLACK_ARM, j, (k, free, s, b, arm, flank, loss))
+            return Law(torque_laws.SLACK_ARM, j, (k, free, s, b, arm, flank, loss))
 
     return Form(
         name,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.planting import bodies, engine
-from synth.planting.laws import BOUC_WEN, DAMPER_TABLE, DRIVE, DRIVE_TABLE, SLACK, SLACK_ARM
+from synth.planting.torque_laws import BOUC_WEN, DAMPER_TABLE, DRIVE, DRIVE_TABLE, SLACK, SLACK_ARM
 
 Array = NDArray[np.float64]
 PARAMETERS = ("length", "mass", "com", "inertia", "spring", "damper", "free_angle")  # as in ``tolerance:``

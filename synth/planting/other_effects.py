@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.planting import bodies, laws
+from synth.planting import bodies, torque_laws
 from synth.planting.forms import Form, Scale, Unfit, between, spring_torque, sprung
 from synth.planting.model import Array, Base, Bend, Law, Truth
 from synth.planting.sensors import PlantedSensor
@@ -137,10 +137,15 @@ def joint_stop(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> 
         power, loss = rng.uniform(1.2, 1.6), rng.uniform(0.05, 0.5) / top
         rate = stiff / math.radians(2.0) ** (power - 1)
         name, shape = "Hunt-Crossley", (power, loss)
-        law = laws.HUNT_CROSSLEY
+        law = torque_laws.HUNT_CROSSLEY
     else:
         damping = float(setup.true.of("damper")[j]) * rng.uniform(0.3, 2.0)
-        name, shape, law, rate = "rubber", (math.radians(rng.uniform(1.0, 4.0)), damping), laws.RUBBER_STOP, stiff
+        name, shape, law, rate = (
+            "rubber",
+            (math.radians(rng.uniform(1.0, 4.0)), damping),
+            torque_laws.RUBBER_STOP,
+            stiff,
+        )
     return Form(
         name,
         room,
@@ -168,7 +173,7 @@ def base_compliance(rng: np.random.Generator, setup: Setup, scale: Scale, j: int
             parts: tuple[tuple[float, ...], ...] = (slide, (*rock, 2 * ratio * math.sqrt(rock[5] * carried)))
             return Truth(leg, base=Base(parts)), good
         swing = math.radians(0.5) * omega  # speed at which the drag equals the ratio's linear damping
-        law = Law(laws.DRAG, 0, (2 * ratio * carried * omega / swing, 0.0), base=True)
+        law = Law(torque_laws.DRAG, 0, (2 * ratio * carried * omega / swing, 0.0), base=True)
         return Truth(leg, (law,), base=Base(((*rock, 0.1 * ratio * carried * omega),))), good
 
     return Form(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from synth.planting import laws
+from synth.planting import torque_laws
 from synth.planting.forms import Form, Maker, Scale, Unfit, law_form
 from synth.planting.model import Law, Truth
 from synth.planting.sensors import PlantedSensor
@@ -26,7 +26,7 @@ def cable(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     k = float(setup.true.of("spring")[i : i + 2].mean())
     return law_form(
         setup, "pulls only" if pulls else "both ways", 2.0,
-        lambda s: Law(laws.CABLE, i, (s * k, 1.0, arm, free, pulls), second=i + 1),
+        lambda s: Law(torque_laws.CABLE, i, (s * k, 1.0, arm, free, pulls), second=i + 1),
     )  # fmt: skip
 
 
@@ -34,35 +34,35 @@ def cogging(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> For
     """Torque that repeats many times a turn."""
     count, phase = float(rng.integers(12, 40)), rng.uniform(0, 2 * math.pi)
     most = 0.5 * float(setup.true.of("spring")[j] * scale.travel[j])
-    return law_form(setup, "sine of the angle", most, lambda s: Law(laws.COGGING, j, (s, count, phase)))
+    return law_form(setup, "sine of the angle", most, lambda s: Law(torque_laws.COGGING, j, (s, count, phase)))
 
 
 def fading_damper(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A damper that warms up and thins during each trial."""
     span = float(np.mean([t.duration for t in setup.trials])) * rng.uniform(0.15, 0.4)
     b = float(setup.true.of("damper")[j])
-    return law_form(setup, "warms up", 0.95, lambda s: Law(laws.FADING_DAMPER, j, (b, s, span)))
+    return law_form(setup, "warms up", 0.95, lambda s: Law(torque_laws.FADING_DAMPER, j, (b, s, span)))
 
 
 def creeping_spring(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """The free angle creeps back after each release."""
     span = float(np.mean([t.duration for t in setup.trials])) * rng.uniform(0.2, 0.6)
     k, sign = float(setup.true.of("spring")[j]), float(rng.choice([-1.0, 1.0]))
-    return law_form(setup, "creeps", 0.4, lambda s: Law(laws.CREEPING_SPRING, j, (k, sign * s, span)))
+    return law_form(setup, "creeps", 0.4, lambda s: Law(torque_laws.CREEPING_SPRING, j, (k, sign * s, span)))
 
 
 def loose_spring(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A clamp that slips: the rate falls during each trial."""
     span = float(np.mean([t.duration for t in setup.trials])) * rng.uniform(0.2, 0.5)
     k, free = float(setup.true.of("spring")[j]), float(setup.true.of("free_angle")[j])
-    return law_form(setup, "rate falls", 0.7, lambda s: Law(laws.LOOSE_SPRING, j, (k, free, s, span)))
+    return law_form(setup, "rate falls", 0.7, lambda s: Law(torque_laws.LOOSE_SPRING, j, (k, free, s, span)))
 
 
 def magnet(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
     """A magnet near the joint: torque as a sine of a few times the angle."""
     harmonic, phase = float(rng.integers(5, 9)), rng.uniform(0, 2 * math.pi)
     most = 0.6 * float(setup.true.of("spring")[j] * scale.travel[j])
-    return law_form(setup, "few a turn", most, lambda s: Law(laws.MAGNET, j, (s, harmonic, phase)))
+    return law_form(setup, "few a turn", most, lambda s: Law(torque_laws.MAGNET, j, (s, harmonic, phase)))
 
 
 def rub_spot(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -70,7 +70,7 @@ def rub_spot(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Fo
     where = float(scale.rest[j]) + rng.uniform(-0.5, 0.5) * float(scale.travel[j])
     width = float(scale.travel[j]) * rng.uniform(0.08, 0.2)
     most = 1.0 * float(setup.true.of("spring")[j] * scale.travel[j])
-    return law_form(setup, "rubs", most, lambda s: Law(laws.RUB_SPOT, j, (s, where, width)))
+    return law_form(setup, "rubs", most, lambda s: Law(torque_laws.RUB_SPOT, j, (s, where, width)))
 
 
 def knocks(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:
@@ -79,7 +79,7 @@ def knocks(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form
     width = rng.uniform(0.01, 0.04)
     phase, sign = rng.uniform(0.1, 0.9) * period, float(rng.choice([-1.0, 1.0]))
     most = 2.0 * float(setup.true.of("spring")[j] * scale.travel[j])
-    return law_form(setup, "pulses", most, lambda s: Law(laws.KNOCKS, j, (sign * s, period, phase, width)))
+    return law_form(setup, "pulses", most, lambda s: Law(torque_laws.KNOCKS, j, (sign * s, period, phase, width)))
 
 
 def dropped_samples(rng: np.random.Generator, setup: Setup, scale: Scale, j: int) -> Form:

@@ -11,7 +11,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.motion.smoothing import Mask
-from synth.planting.effects import AT_BASE, EFFECTS
+from synth.planting.effect_makers import AT_BASE, EFFECTS
 from synth.planting.forms import Form, Maker, Unfit
 from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.outsiders import EVERYWHERE, OUTSIDERS

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from synth.planting import laws
+from synth.planting import torque_laws
 from synth.planting.forms import Scale
 from synth.planting.ground import PlantedCause
 from synth.planting.setup import Setup
@@ -70,7 +70,7 @@ def _law_torque(cause: PlantedCause, q: float, w: float) -> float:
     """N m that a planted law without memory gives at a rotation and rate."""
     law = cause.form.build(cause.size)[0].laws[0]
     par = np.array([*law.par, *(8 - len(law.par)) * [0.0]])
-    return float(laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
+    return float(torque_laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])
 
 
 def _thinning(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> float:

@@ -14,7 +14,7 @@ from synth.drives.servo import Servo
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
 from synth.motion.smoothing import Mask
-from synth.planting import bodies, engine, laws
+from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import PlantedLeg, PlantedTrial, Truth, fastest
 from synth.planting.setup import LONGEST_LAG, Setup, as_built
 from synth.swing.damper_curves import torque_at
@@ -24,7 +24,7 @@ from synth.swing.leg_model import Leg as OurLeg
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-keep_code_of(bodies, laws, engine)  # before anything of them is called
+keep_code_of(bodies, torque_laws, engine)  # before anything of them is called
 
 # Share of each joint's motion (RMS) that small causes leave beside a main one; the same as ``gap --check`` takes.
 BACKGROUND = 0.01

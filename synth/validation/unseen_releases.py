@@ -18,7 +18,7 @@ from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
 from synth.fit.free_angle import WIDE
-from synth.fit.hand import cut_of, later, look
+from synth.fit.free_motion_start import cut_of, later, look
 from synth.fit.recordings import Recording
 from synth.fit.still_start import from_release
 from synth.fit.unseen_score import score

@@ -10,7 +10,7 @@ import numpy as np
 
 from blind import legs
 from blind.legs import Wish
-from synth.planting.effects import AT_BASE, EFFECTS
+from synth.planting.effect_makers import AT_BASE, EFFECTS
 from synth.planting.forms import Unfit
 from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.model import Array, Truth

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from synth.compiling.compiled import keep_code_of
-from synth.planting import bodies, engine, laws
+from synth.planting import bodies, engine, torque_laws
 
-keep_code_of(bodies, laws, engine)
+keep_code_of(bodies, torque_laws, engine)

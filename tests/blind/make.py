@@ -19,7 +19,7 @@ import numpy as np
 from blind.asked import Asked
 from blind.cases import KINDS, make_case
 from blind.writing import folder_name, write_case
-from synth.planting.effects import EFFECTS
+from synth.planting.effect_makers import EFFECTS
 from synth.planting.forms import Unfit
 from synth.planting.outsiders import OUTSIDERS
 

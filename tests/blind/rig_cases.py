@@ -16,8 +16,8 @@ from scipy.signal import butter, filtfilt
 from blind import legs
 from blind.cases import Case, _tied
 from blind.legs import Wish
-from synth.planting.effects import AT_BASE, EFFECTS
-from synth.planting.fitting import PlainFit
+from synth.planting.effect_makers import AT_BASE, EFFECTS
+from synth.planting.explained_gap import PlainFit
 from synth.planting.forms import Form, Maker, Unfit
 from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.model import PARAMETERS, Array, Motion, Truth

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from peers import mujoco_leg
-from synth.planting import bodies, engine, laws
+from synth.planting import bodies, engine, torque_laws
 from synth.planting.model import Base, Bend, Law, PlantedLeg, PlantedTrial, Truth, assemble, release, swing
 from synth.swing.leg_model import Damper, Joint, Link, Spring
 from synth.swing.leg_model import Leg as PeerLeg
@@ -102,7 +102,9 @@ def test_dry_friction_takes_a_fixed_bite_a_swing_and_then_holds() -> None:
     """On a spring each half swing is 2 T / k shorter than the one before; it stops for good where k |q| <= T."""
     k, dry = 8.0, 0.25
     motion = release(
-        one_joint(k, 0.0, (Law(laws.STICK_SLIP, 0, (dry, dry, 1.0, 0.0)),)), PlantedTrial(np.array([0.5]), 3.0), 2e-4
+        one_joint(k, 0.0, (Law(torque_laws.STICK_SLIP, 0, (dry, dry, 1.0, 0.0)),)),
+        PlantedTrial(np.array([0.5]), 3.0),
+        2e-4,
     )
     q, w = motion.angle[:, 0], motion.speed[:, 0]
     turns = np.flatnonzero((w[1:] * w[:-1] <= 0) & (w[:-1] != 0))
@@ -117,7 +119,7 @@ def test_dry_friction_takes_a_fixed_bite_a_swing_and_then_holds() -> None:
 def test_backlash_coasts_across_its_gap() -> None:
     """Between the flanks nothing acts: speed stays; in contact the spring acts from the flank."""
     k, gap = 8.0, 0.05
-    law = Law(laws.SLACK, 0, (k, 0.0, gap, 1e-4))
+    law = Law(torque_laws.SLACK, 0, (k, 0.0, gap, 1e-4))
     motion = release(one_joint(0.0, 0.0, (law,), bare=(0,)), PlantedTrial(np.array([0.3]), 1.0), 1e-4)
     q, w = motion.angle[:, 0], motion.speed[:, 0]
     omega = math.sqrt(k / (0.002 + 0.5 * 0.01))
@@ -128,16 +130,16 @@ def test_backlash_coasts_across_its_gap() -> None:
 
 
 STEPPED = [
-    Law(laws.STICK_SLIP, 1, (0.05, 0.09, 0.4, 1.0)),
-    Law(laws.BRISTLES, 1, (0.05, 0.08, 0.4, 0.0, 2e-3, 0.0)),
-    Law(laws.BEARING, 0, (0.006, 0.0)),
-    Law(laws.MESH, 1, (0.1, 3.0, 0.2, 0.0, 2e-3, 0.0)),
-    Law(laws.BOUC_WEN, 1, (1.0, 0.1, 2.0, 0.3)),
-    Law(laws.TWO_MAXWELL, 1, (1.0, 0.3, 0.5, 0.05)),
-    Law(laws.HUNT_CROSSLEY, 1, (60.0, 0.3, 1.0, 1.5, 0.3)),
-    Law(laws.RUBBER_STOP, 1, (30.0, 0.3, 1.0, 0.05, 0.02)),
-    Law(laws.SLACK_ARM, 1, (3.0, 0.2, 0.03, 0.02, 1e-4, 2000.0, 0.3)),
-    Law(laws.SLACK, 1, (3.0, 0.2, 0.03, 0.02)),
+    Law(torque_laws.STICK_SLIP, 1, (0.05, 0.09, 0.4, 1.0)),
+    Law(torque_laws.BRISTLES, 1, (0.05, 0.08, 0.4, 0.0, 2e-3, 0.0)),
+    Law(torque_laws.BEARING, 0, (0.006, 0.0)),
+    Law(torque_laws.MESH, 1, (0.1, 3.0, 0.2, 0.0, 2e-3, 0.0)),
+    Law(torque_laws.BOUC_WEN, 1, (1.0, 0.1, 2.0, 0.3)),
+    Law(torque_laws.TWO_MAXWELL, 1, (1.0, 0.3, 0.5, 0.05)),
+    Law(torque_laws.HUNT_CROSSLEY, 1, (60.0, 0.3, 1.0, 1.5, 0.3)),
+    Law(torque_laws.RUBBER_STOP, 1, (30.0, 0.3, 1.0, 0.05, 0.02)),
+    Law(torque_laws.SLACK_ARM, 1, (3.0, 0.2, 0.03, 0.02, 1e-4, 2000.0, 0.3)),
+    Law(torque_laws.SLACK, 1, (3.0, 0.2, 0.03, 0.02)),
 ]
 
 
@@ -145,7 +147,7 @@ STEPPED = [
 def test_halving_the_step_changes_little(law: Law) -> None:
     """Discontinuous and stiff laws: half the step moves the leg by less than a thirtieth of the finest noise floor."""
     leg = a_leg(np.random.default_rng(3), 3)
-    bare = (law.joint,) if law.law in (laws.SLACK, laws.SLACK_ARM) else ()
+    bare = (law.joint,) if law.law in (torque_laws.SLACK, torque_laws.SLACK_ARM) else ()
     trial = PlantedTrial(np.array([0.5, -0.6, 0.4]), 2.0)
     motions = [release(Truth(leg, (law,), bare=bare), trial, step) for step in (2e-4, 1e-4)]
     plain = release(Truth(leg), trial, 2e-4)

@@ -23,7 +23,7 @@ from synth.diagnosis.angle_search import AngleExplorer
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 from synth.files.gap_project import read_gap_project
-from synth.planting.effects import EFFECTS
+from synth.planting.effect_makers import EFFECTS
 from synth.planting.forms import Unfit
 from synth.planting.ground import PlainMotion, PlantedCause
 from synth.planting.together import together

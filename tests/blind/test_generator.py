@@ -16,8 +16,8 @@ from blind.make import main, plan
 from blind.writing import write_case
 from synth.files.leg_file import read_leg
 from synth.files.trial_list import read_trials
-from synth.planting.effects import EFFECTS
-from synth.planting.fitting import Plain
+from synth.planting.effect_makers import EFFECTS
+from synth.planting.explained_gap import Plain
 from synth.planting.model import Array
 from synth.planting.outsiders import OUTSIDERS
 

@@ -19,7 +19,7 @@ from blind.next_trial import RAMP, Suggestion, add_trial, recorded
 from blind.run import ROOT, diagnose_all, snapshot
 from blind.views import read_views
 from blind.writing import write_case
-from synth.diagnosis.result import Experiment
+from synth.diagnosis.diagnosis_result import Experiment
 from synth.files.gap_project import read_gap_project
 from synth.planting.model import PlantedTrial, rest_pose
 

@@ -22,7 +22,7 @@ from cad import (
 )
 from cad.checked_layout import lay_out
 from cad.dimensions import check, coil_fraction
-from cad.leg import lay_out_leg
+from cad.leg_joints import lay_out_leg
 from cad_joints import cleared
 
 SPRING = SpringDimensions(3.429, 26.035, 7.17, 120.0)

@@ -11,7 +11,7 @@ import cadquery as cq
 import ezdxf
 import pytest
 
-from cad.hopper import HopperDimensions, HopperParts, assembly, export_hopper, hinges, hub, layers, mount
+from cad.hopper_joint import HopperDimensions, HopperParts, assembly, export_hopper, hinges, hub, layers, mount
 from cad.limits import DimensionError
 
 LEG = HopperDimensions(

@@ -23,7 +23,7 @@ from cad.checks import (
     require,
 )
 from cad.joint import BuiltJoint, build_joint, orient
-from cad.leg import build_leg
+from cad.leg_joints import build_leg
 from cad.parts import Mesh, mesh_of
 from cad.pose import loaded_line
 from cad.printing import check_printing

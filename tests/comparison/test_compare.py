@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 from synth.cli import main
-from synth.comparison.compare import Comparison, compare
-from synth.comparison.recorded import standard_release
+from synth.comparison.compare_sides import Comparison, compare
+from synth.comparison.recorded_sides import standard_release
 from synth.comparison.shown_characteristics import alone
 from synth.comparison.side import MODEL, Side, joints_of
-from synth.comparison.source import read_source
+from synth.comparison.side_source import read_source
 from synth.errors import UserError
 from synth.files.leg_file import read_leg
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring

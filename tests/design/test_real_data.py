@@ -18,7 +18,7 @@ from synth.files.projects import read_leg_project
 from synth.files.trial_list import read_trials
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.hand import later
+from synth.fit.free_motion_start import later
 from synth.fit.recordings import recordings
 from synth.fit.still_start import from_release
 from synth.parts.catalogs import Catalogue

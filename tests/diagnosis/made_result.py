@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from fit.simulated_legs import FREE_ANGLE, RELEASES, SPRING, robot
+from synth.diagnosis.diagnosis_result import Cause, Experiment, Ranked, Where
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
 from synth.diagnosis.remainder import Remainder
-from synth.diagnosis.result import Cause, Experiment, Ranked, Where
 from synth.estimation.intervals import Estimate
 from synth.swing.chain import simulate
 from synth.swing.leg_model import Leg

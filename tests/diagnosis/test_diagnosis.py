@@ -14,10 +14,10 @@ import pytest
 
 from diagnosis.swung import AWAY, HANGING, NOISE, TWO, causes, off, recorded, shifted, with_effects
 from synth import units
+from synth.diagnosis.diagnosis_result import PHASES, Experiment
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
-from synth.diagnosis.result import PHASES, Experiment
 from synth.errors import UserError
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial, read_trials

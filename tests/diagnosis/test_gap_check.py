@@ -13,8 +13,8 @@ import pytest
 from diagnosis.swung import HANGING, NOISE, ONE, TWO, off, recorded, with_effects
 from synth.cli import main
 from synth.diagnosis.check import run
+from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.check.result import Check
 from synth.diagnosis.check.separability import Showing
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.trial_list import Trial
@@ -76,7 +76,7 @@ def test_a_pendulum_on_a_spring_without_gravity_tells_no_mass_from_inertia() -> 
 def test_what_first_shows_leaves_three_deviations_after_a_fit_of_all_tolerances() -> None:
     """The claim itself: friction of the size that is said to show, in recordings without noise, then fitted away."""
     from synth.diagnosis.angle_search import as_designed, fit_nominal
-    from synth.diagnosis.check.responses import VISIBLE
+    from synth.diagnosis.check.cause_responses import VISIBLE
     from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
 
     away = np.array([[0.5], [-0.4], [0.7]])

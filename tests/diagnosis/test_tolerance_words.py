@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from diagnosis.swung import TWO, heavier, recorded
+from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import diagnose
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_tolerances, in_words
-from synth.diagnosis.result import Cause
 from synth.estimation.intervals import Estimate
 from synth.files.gap_project import Tolerance
 from synth.swing.tolerances import Tolerances

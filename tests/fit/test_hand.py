@@ -12,7 +12,7 @@ from fit.simulated_legs import Rig, bare, recorded, releases, robot
 from robustness.random_legs import random_case
 from synth.fit.estimate import fit_leg
 from synth.fit.fit_options import LegFitOptions
-from synth.fit.hand import Seen, later, look, same_leg
+from synth.fit.free_motion_start import Seen, later, look, same_leg
 from synth.fit.recordings import recordings
 from synth.validation.thesis_data import read_lab_data
 

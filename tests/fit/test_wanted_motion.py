@@ -12,7 +12,7 @@ import pytest
 
 from synth.cli import main
 from synth.errors import CannotBeHad
-from synth.files.wanted_motion import WantedCharacteristics
+from synth.files.wanted_section import WantedCharacteristics
 from synth.fit.wanted_motion import natural_frequency, rise_of, wanted_motion
 from synth.swing.leg_model import Joint, Leg, Link
 

@@ -26,8 +26,8 @@ from synth.rehearsal.ladder import next_rung, visible_from
 from synth.rehearsal.one_case import Call, diagnosed, perform
 from synth.rehearsal.outcome import CANNOT, CaseOutcome, accused
 from synth.rehearsal.plants import RUNGS, Field, Planted, PlantingTask, places
+from synth.rehearsal.rehearsal_result import RehearsalResult
 from synth.rehearsal.rehearse import Rehearsal
-from synth.rehearsal.result import RehearsalResult
 from synth.rehearsal.users_rig import BACKGROUND, Rig, users_rig
 from synth.swing.chain import Conditions, simulate
 from synth.swing.leg_model import Damper, DamperCurve, Leg

@@ -8,7 +8,7 @@ from pathlib import Path
 from reports.page import environment
 from reports.reading import Result
 from reports.section import AbsentResult
-from reports.sections import checks
+from reports.sections import joint_checks
 
 DOT = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -23,7 +23,7 @@ def check(part: str, value: float, *, passed: bool = True, **more: object) -> di
 def shown(folder: Path, *found: dict[str, object]) -> tuple[dict[str, object], str]:
     size = [{"value": value, "unit": "mm"} for value in (59.4, 50.0, 90.8)]
     plan = {"part": "hip_upper", "up": "+y", "support": {"value": 9.0, "unit": "mm^2"}, "size": size}
-    content = checks.content(Result(folder, "design.json", {"solids": {"checks": list(found), "print": [plan]}}))
+    content = joint_checks.content(Result(folder, "design.json", {"solids": {"checks": list(found), "print": [plan]}}))
     assert not isinstance(content, AbsentResult)
     return dict(content), environment().get_template("checks.html").render(**content, file="design.json")
 
@@ -50,4 +50,4 @@ def test_a_failed_one_comes_first_with_its_picture_and_markup_escaped(tmp_path: 
 
 
 def test_without_solids_it_is_left_out(tmp_path: Path) -> None:
-    assert isinstance(checks.content(Result(tmp_path, "design.json", {"solids": {"checks": []}})), AbsentResult)
+    assert isinstance(joint_checks.content(Result(tmp_path, "design.json", {"solids": {"checks": []}})), AbsentResult)

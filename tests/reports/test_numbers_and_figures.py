@@ -17,7 +17,7 @@ from reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
 from reports.figures.svg import polyline_path, thinned
 from reports.figures.torque_speed import RPM, law_points
 from reports.reading import ReportError, ResultTable, read_table
-from reports.responses import Response, extremes, file_of
+from reports.response_files import Response, extremes, file_of
 from reports.sections.spring_sheet import drawing_of
 
 

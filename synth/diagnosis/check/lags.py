@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from synth.diagnosis.check.cause_responses import CauseResponse, products
 from synth.diagnosis.check.finding import Finding
-from synth.diagnosis.check.responses import CauseResponse, products
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.intervals import NORMAL90, Estimate
 

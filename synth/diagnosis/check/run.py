@@ -11,13 +11,13 @@ import numpy as np
 from synth.diagnosis.angle_search import as_designed
 from synth.diagnosis.angle_trials import AngleTrial, sensor
 from synth.diagnosis.check.against_nominal import column_findings
+from synth.diagnosis.check.cause_responses import responses_of
 from synth.diagnosis.check.channels import Channel, channel_findings, channels
+from synth.diagnosis.check.check_result import Check
 from synth.diagnosis.check.clocks import clock_findings, sampling
 from synth.diagnosis.check.coverage import coverage, coverage_findings
 from synth.diagnosis.check.finding import Finding, of_alike, worst_first
 from synth.diagnosis.check.lags import Lag, lag_findings, lags
-from synth.diagnosis.check.responses import responses_of
-from synth.diagnosis.check.result import Check
 from synth.diagnosis.check.separability import Separability, separability
 from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates, scales
 from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of

@@ -14,7 +14,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.check.responses import COMPARISON, CauseResponse, Products, has_size, products, scaled
+from synth.diagnosis.check.cause_responses import COMPARISON, CauseResponse, Products, has_size, products, scaled
 from synth.diagnosis.effect_shape import ShapedEffect
 from synth.diagnosis.hypotheses import Key
 from synth.diagnosis.plant import MenuItem

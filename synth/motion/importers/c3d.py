@@ -16,8 +16,8 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.registry import loader
-from synth.motion.importers.source import Markers
 
 SIZE_LIMIT = 1_000_000_000  # bytes; the whole file is read into memory
 INSTALL = 'reading C3D needs the package ezc3d: pip install "limb-synth[c3d]", or pip install ezc3d'

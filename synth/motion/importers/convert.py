@@ -12,9 +12,9 @@ from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.cleaning import SHORTEST, clean, remarks
+from synth.motion.importers.foreign_data import Channels, Markers, listed, other_side, same_name
 from synth.motion.importers.points import Tracked, track
 from synth.motion.importers.registry import ForeignFormat, formats, recognise
-from synth.motion.importers.source import Channels, Markers, listed, other_side, same_name
 from synth.motion.importers.swaps import exchanged, restored, swap_note
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Joint, Leg

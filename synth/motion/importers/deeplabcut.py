@@ -17,8 +17,8 @@ from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
+from synth.motion.importers.foreign_data import Markers, listed
 from synth.motion.importers.registry import loader, text_start
-from synth.motion.importers.source import Markers, listed
 
 SIZE_LIMIT = 400_000_000  # bytes: an hour at 200 Hz of 30 points
 LIKELIHOOD = 0.6  # DeepLabCut's own `pcutoff`

@@ -15,8 +15,8 @@ from synth.errors import Problem, UserError
 from synth.files.csv_rows import csv_rows
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
+from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.registry import loader, text_start
-from synth.motion.importers.source import Markers
 
 SIZE_LIMIT = 400_000_000  # bytes
 _COLUMN = re.compile(r"(.+)_([xyz]|error|score|ncams)")

@@ -13,8 +13,8 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.foreign_data import Markers
 from synth.motion.importers.registry import HDF5, loader
-from synth.motion.importers.source import Markers
 
 _READ = """
 import h5py

@@ -16,8 +16,8 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.foreign_data import Channels, listed
 from synth.motion.importers.registry import loader
-from synth.motion.importers.source import Channels, listed
 
 MCAP = b"\x89MCAP0\r\n"
 ROS1 = b"#ROSBAG V2.0"

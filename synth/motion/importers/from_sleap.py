@@ -15,8 +15,8 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.foreign_data import Markers, listed
 from synth.motion.importers.registry import HDF5, loader
-from synth.motion.importers.source import Markers, listed
 
 _ANALYSIS = """
 import h5py

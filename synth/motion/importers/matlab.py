@@ -19,8 +19,8 @@ from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
 from synth.files.validate import near
 from synth.motion.importers.child import read_in_child
+from synth.motion.importers.foreign_data import Channels, listed
 from synth.motion.importers.registry import loader
-from synth.motion.importers.source import Channels, listed
 
 SIZE_LIMIT = 500_000_000  # bytes; the whole file is read into memory
 _EXPRESSION = re.compile(r"\s*([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)\s*(?:\(\s*(:|\d{1,6})\s*,\s*(:|\d{1,6})\s*\))?\s*")

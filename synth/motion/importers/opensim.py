@@ -13,8 +13,8 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.files.paths import read_bytes
+from synth.motion.importers.foreign_data import Channels
 from synth.motion.importers.registry import loader, text_start
-from synth.motion.importers.source import Channels
 
 SIZE_LIMIT = 200_000_000  # bytes; the whole file is read into memory
 HEADER_LIMIT = 500  # lines

@@ -14,7 +14,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
-from synth.motion.importers.source import Markers, listed, other_side
+from synth.motion.importers.foreign_data import Markers, listed, other_side
 from synth.motion.importers.swaps import Mask, exchanged, restored, swap_note
 from synth.swing.leg_model import Leg
 

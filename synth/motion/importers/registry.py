@@ -17,7 +17,7 @@ from typing import Literal
 
 from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
-from synth.motion.importers.source import Source
+from synth.motion.importers.foreign_data import Source
 
 START = 200_000  # bytes of a file that validators are shown
 HDF5 = b"\x89HDF\r\n\x1a\n"

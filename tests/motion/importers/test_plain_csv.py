@@ -12,7 +12,7 @@ from motion.importers.swung_leg import angles, leg
 from synth.errors import UserError
 from synth.files.import_project import JointColumn, Mapping
 from synth.motion.importers.convert import Imported, import_file
-from synth.motion.importers.source import other_side
+from synth.motion.importers.foreign_data import other_side
 
 PLAIN = Mapping()
 

@@ -10,7 +10,7 @@ import pytest
 
 from synth.files.import_project import ForeignFile
 from synth.motion.importers.convert import Imported
-from synth.motion.importers.imported import ImportedTrial, _without_hand
+from synth.motion.importers.import_result import ImportedTrial, _without_hand
 from synth.motion.release import FADING, Release, free_after
 
 TIME = np.arange(0.0, 1.0, 0.01)

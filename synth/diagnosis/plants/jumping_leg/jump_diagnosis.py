@@ -9,6 +9,7 @@ import numpy as np
 
 from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
+from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.hypotheses import Hypotheses
 from synth.diagnosis.plant import MenuItem, Plant, StagePredictions
 from synth.diagnosis.plants.jumping_leg.jump_across import across
@@ -25,7 +26,6 @@ from synth.diagnosis.plants.jumping_leg.jump_tolerances import OF_MOTOR, SHARED,
 from synth.diagnosis.plants.jumping_leg.jump_where import missing, where
 from synth.diagnosis.plants.jumping_leg.jump_words import cause_text, rise_text, wording
 from synth.diagnosis.prediction_error import BLOCKS, PredictionErrors
-from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.sentences import ErrorWording
 from synth.diagnosis.verdict import Calibration
 from synth.errors import UserError

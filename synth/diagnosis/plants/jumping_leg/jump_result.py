@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.plants.jumping_leg.jump_across import Across
 from synth.diagnosis.plants.jumping_leg.jump_figures import JumpGaps
 from synth.diagnosis.plants.jumping_leg.jump_where import MissingHipTorque
 from synth.diagnosis.prediction_error import shrink_of_best
-from synth.diagnosis.result import Diagnosis
 from synth.units import quantity
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import PHASES, THIRDS, Where, shares
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
-from synth.diagnosis.result import PHASES, THIRDS, Where, shares
 
 PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
 STILL = 0.2  # of the fastest: the envelope below which the swing has ended

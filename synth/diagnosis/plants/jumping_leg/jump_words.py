@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from synth.diagnosis.diagnosis_result import Cause
 from synth.diagnosis.plants.jumping_leg.jump_figures import Rise
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.result import Cause
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.jump.effects import motor_effect_named
 

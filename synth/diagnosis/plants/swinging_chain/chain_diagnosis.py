@@ -12,6 +12,7 @@ from synth.arrays import Array
 from synth.diagnosis import diagnose as any_plant
 from synth.diagnosis.angle_search import search
 from synth.diagnosis.angle_trials import AngleTrial, angle_trial, copies, sensor
+from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.encoder_counts import Coarse, coarse_counts, rounded, usual_noise
 from synth.diagnosis.encoder_transitions import at_edges
 from synth.diagnosis.hypotheses import HeldOutError, Hypotheses
@@ -27,7 +28,6 @@ from synth.diagnosis.plants.swinging_chain.diagnosed_leg import diagnosed_leg
 from synth.diagnosis.plants.swinging_chain.free_torque import described, free_torques
 from synth.diagnosis.plants.swinging_chain.tolerance_words import in_words
 from synth.diagnosis.prediction_error import PredictionErrors
-from synth.diagnosis.result import Cause, Verdict
 from synth.diagnosis.score import score
 from synth.diagnosis.sentences import ErrorWording, angle, parameters_text, scored_on
 from synth.diagnosis.unseen import with_unseen

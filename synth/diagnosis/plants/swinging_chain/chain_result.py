@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.hypotheses import HeldOutError
-from synth.diagnosis.result import Diagnosis
 from synth.estimation.intervals import Estimate
 from synth.swing.leg_model import Leg
 from synth.units import quantity

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
-from synth.diagnosis.result import PHASES, THIRDS, Where, shares
+from synth.diagnosis.diagnosis_result import PHASES, THIRDS, Where, shares
 from synth.motion.smoothing import Smoothed, odd_points, smooth
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Leg

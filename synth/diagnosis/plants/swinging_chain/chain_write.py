@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from synth.arrays import Array
+from synth.diagnosis.diagnosis_result import COMMAND_FILE
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult, TrialGap
 from synth.diagnosis.prediction_error import shrink_of_best
-from synth.diagnosis.result import COMMAND_FILE
 from synth.diagnosis.write import STAGES, basis_json, rms
 from synth.files.gap_project import GapProject
 from synth.files.leg_file import write_leg

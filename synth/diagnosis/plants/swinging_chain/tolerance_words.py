@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from synth.diagnosis.result import Cause
+from synth.diagnosis.diagnosis_result import Cause
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from reports import page
-from reports.openings.tables import fits_opening
+from reports.openings.tables_opening import fits_opening
 from reports.reading import read_result
 from reports.section import ReportSection
 from reports.sections import fits

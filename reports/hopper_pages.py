@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from reports.openings.gap import gap_opening
-from reports.openings.hopper import study_opening, truth_opening
+from reports.openings.gap_opening import gap_opening
+from reports.openings.hopper_opening import study_opening, truth_opening
 from reports.page import SCRIPTS, write_page
 from reports.reading import read_result
 from reports.section import ReportSection
