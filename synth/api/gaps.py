@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -36,9 +37,9 @@ class _Diagnosed(Report):
     """What the diagnoses of swinging and of jumping legs share."""
 
     @property
+    @abstractmethod
     def diagnosis(self) -> Diagnosis:
-        """The result itself."""
-        raise NotImplementedError
+        """The diagnosis."""
 
     @property
     def verdict(self) -> str:

@@ -92,7 +92,7 @@ class JumpTrial:
     sha256: str = ""
 
 
-class _Entry(FileModel):
+class _JumpEntry(FileModel):
     """One item under ``trials:``; ``file`` may be a glob."""
 
     file: Annotated[str, Field(min_length=1, examples=["jumps/*.csv"])]
@@ -105,7 +105,7 @@ class _Entry(FileModel):
 
 
 @dataclass(frozen=True)
-class _GapFile:
+class _HopperGapFile:
     kind: str
     leg: Annotated[str, Field(examples=["hopper.yaml"])]
     trials: Annotated[list[Any], Field(min_length=1, examples=["[jumps/*.csv]"])]
@@ -151,7 +151,7 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
         With every mistake of the project, the design and the recordings.
     """
     reader = ProjectReader.open(path, "gap")
-    file, tolerance = reader.section(_GapFile), reader.section(JumpTolerance, "tolerance")
+    file, tolerance = reader.section(_HopperGapFile), reader.section(JumpTolerance, "tolerance")
     design = design_named(reader, "leg")
     if design is not None and design.model == "point_mass":
         reader.refuse("its model is point_mass, which has no motion to compare; choose another", ("leg",))
@@ -168,12 +168,12 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     )  # fmt: skip
 
 
-def _trials(reader: ProjectReader, file: _GapFile) -> tuple[JumpTrial, ...]:
+def _trials(reader: ProjectReader, file: _HopperGapFile) -> tuple[JumpTrial, ...]:
     found: list[JumpTrial] = []
     for index, raw in enumerate(file.trials):
         key = ("trials", index)
         value = {"file": raw} if isinstance(raw, str) else raw
-        entry = check_part(_Entry, reader.document, value, key, reader.problems)
+        entry = check_part(_JumpEntry, reader.document, value, key, reader.problems)
         if entry is None:
             continue
         motor, length = entry.motor or file.motor, entry.length or file.length
@@ -192,7 +192,7 @@ def _trials(reader: ProjectReader, file: _GapFile) -> tuple[JumpTrial, ...]:
     return tuple(found)
 
 
-def _trial(reader: ProjectReader, path: Path, name: str, entry: _Entry, motor: str, length: float) -> JumpTrial:
+def _trial(reader: ProjectReader, path: Path, name: str, entry: _JumpEntry, motor: str, length: float) -> JumpTrial:
     recording = _recording(path, name)
     reader.note(path)
     sha256 = next(item.sha256 for item in reader.inputs if item.name == name)

@@ -101,7 +101,7 @@ class _Column:
 
 
 @dataclass(frozen=True)
-class _Entry:
+class _FileEntry:
     file: Annotated[Text, Field(examples=["videos/*.csv"])]
     window: (
         Annotated[list[Annotated[float, Quantity("s")]], Field(min_length=2, max_length=2, examples=["[2.7 s, 3.4 s]"])]
@@ -204,7 +204,7 @@ def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
         if not isinstance(value, Dictionary):
             reader.refuse(f"{raw!r} is no file; write a file, a glob or {{file: ..., window: [2.7 s, 3.4 s]}}", key)
             continue
-        entry = reader.entry(_Entry, key, dict(value))
+        entry = reader.entry(_FileEntry, key, dict(value))
         if entry is None:
             continue
         window = (entry.window[0], entry.window[1]) if entry.window else None

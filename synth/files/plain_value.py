@@ -61,7 +61,7 @@ def from_bytes(data: bytes, expected: type[Value], remade: Mapping[Any, Remade] 
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             tree = json.loads(file["tree"].tobytes())
             arrays = [file[f"a{index}"] for index in range(len(file.files) - 1)]
-        value = _Reader(tree["objects"], arrays, classes_of(cast(Any, expected)), remade or {}).read(tree["value"])
+        value = _ValueReader(tree["objects"], arrays, classes_of(cast(Any, expected)), remade or {}).read(tree["value"])
     except Exception as error:  # whatever numpy, zip, JSON or a class makes of a file that is not one of ours
         raise NotPlain(str(error)) from error
     if not isinstance(value, expected):
@@ -146,7 +146,7 @@ class _Writer:
         raise TypeError(f"a {_name(type(value))} cannot be written as data")
 
 
-class _Reader:
+class _ValueReader:
     """Objects by number, those of known classes alone."""
 
     def __init__(

@@ -60,7 +60,7 @@ class StaticPoint:
     angle_error: float = ANGLE_ERROR
 
 
-class _Entry(FileModel):
+class _PointEntry(FileModel):
     """One item under ``static:``."""
 
     angles: Annotated[dict[str, Angle], Field(min_length=1, examples=["{hip: 125 deg, knee: 118 deg}"])]
@@ -87,7 +87,7 @@ def read_static_points(
     points = []
     for index, value in enumerate(entries):
         place = (*key, index)
-        entry = check_part(_Entry, document, value, place, problems)
+        entry = check_part(_PointEntry, document, value, place, problems)
         if entry is None:
             continue
         found = _problems(entry, leg, document, place)
@@ -97,7 +97,7 @@ def read_static_points(
     return tuple(points)
 
 
-def _problems(entry: _Entry, leg: Leg, document: Document, place: Key) -> list[Problem]:
+def _problems(entry: _PointEntry, leg: Leg, document: Document, place: Key) -> list[Problem]:
     """What contradicts the leg, or leaves the balance open."""
     names, problems = leg.joint_names, []
     for what, given in (("angles", entry.angles), ("torque", entry.torque), ("locked", entry.locked)):
@@ -129,12 +129,12 @@ def _problems(entry: _Entry, leg: Leg, document: Document, place: Key) -> list[P
     return problems
 
 
-def _balanced(entry: _Entry, leg: Leg) -> tuple[int, ...]:
+def _balanced(entry: _PointEntry, leg: Leg) -> tuple[int, ...]:
     wanted: Sequence[str] = list(entry.torque) or list(entry.angles)
     return tuple(j for j, name in enumerate(leg.joint_names) if name in wanted and name not in entry.locked)
 
 
-def _point(entry: _Entry, leg: Leg, name: str) -> StaticPoint:
+def _point(entry: _PointEntry, leg: Leg, name: str) -> StaticPoint:
     angles = np.array([entry.angles.get(joint, np.nan) for joint in leg.joint_names])
     torques = np.array([entry.torque.get(joint, 0.0) for joint in leg.joint_names])
     return StaticPoint(

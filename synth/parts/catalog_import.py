@@ -39,7 +39,7 @@ class ImportedParts:
 
 
 @dataclass(frozen=True)
-class _Column:
+class _SheetColumn:
     index: int
     title: str
     field: Field[Any]
@@ -96,14 +96,14 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     return ImportedParts(family, header, {key: tuple(value) for key, value in rows.items()}, used, tuple(unused))
 
 
-def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_Column], list[str]]:
+def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_SheetColumn], list[str]]:
     """The family that most columns fit, these columns, and the titles that fit none."""
     told = {theirs.casefold(): ours for theirs, ours in mapping.items()}
     missing = [theirs for theirs in mapping if theirs.casefold() not in {title.casefold() for title in titles}]
     if missing:
         text = f"no column is called {' or '.join(missing)}; there are {', '.join(titles)}"
         raise UserError(Problem(text, name, line=1, key="--map"))
-    best: tuple[str, list[_Column], list[str]] | None = None
+    best: tuple[str, list[_SheetColumn], list[str]] | None = None
     for family in IMPORTED:
         columns, unused = _columns(titles, told, FAMILIES[family])
         names = {column.field.name for column in columns}
@@ -120,9 +120,9 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
 
 def _columns(
     titles: Sequence[str], told: Mapping[str, str], row: type[CatalogueRow]
-) -> tuple[list[_Column], list[str]]:
+) -> tuple[list[_SheetColumn], list[str]]:
     known = {item.name: item for item in row.columns()}
-    columns: list[_Column] = []
+    columns: list[_SheetColumn] = []
     unused = []
     for index, title in enumerate(titles):
         ours = told.get(title.casefold()) or standard(title, frozenset(known))
@@ -133,11 +133,11 @@ def _columns(
             unused.append(title)
             continue
         item = known[bare]
-        columns.append(_Column(index, title, item, unit.rstrip("] ").strip() or None))
+        columns.append(_SheetColumn(index, title, item, unit.rstrip("] ").strip() or None))
     return columns, unused
 
 
-def _cell(text: str, column: _Column) -> str:
+def _cell(text: str, column: _SheetColumn) -> str:
     """A cell in the catalogue's unit; ValueError with the column where it is no such quantity."""
     text = text.strip()
     rules = column.field.metadata

@@ -35,7 +35,7 @@ class ReadTable:
 
 
 @dataclass(frozen=True)
-class _Column:
+class _TableColumn:
     """One column of the file: where it goes and by what its numbers are multiplied."""
 
     index: int
@@ -137,13 +137,13 @@ def _near_key(titles: list[str]) -> str:
 
 def _columns(
     titles: list[str], written: list[str], row_type: type[CatalogueRow], name: str
-) -> tuple[list[_Column], list[Problem]]:
+) -> tuple[list[_TableColumn], list[Problem]]:
     """Match headers with fields; ``written``: as they stand in the file.
 
     A column that the family does not know is passed over, unless it looks like a slip.
     """
     known = {item.name: item for item in row_type.columns()}
-    columns: list[_Column] = []
+    columns: list[_TableColumn] = []
     problems: list[Problem] = []
     seen: set[str] = set()
     for index, title in enumerate(titles):
@@ -164,7 +164,7 @@ def _columns(
         except UserError as error:
             problems.append(Problem(str(error), file=name, line=1, key=bare))
             continue
-        columns.append(_Column(index, written[index], known[bare], scale))
+        columns.append(_TableColumn(index, written[index], known[bare], scale))
     return columns, problems
 
 
@@ -186,7 +186,7 @@ def _scale(title: str, item: Field[Any]) -> float:
 
 
 def _row(
-    cells: list[str], columns: list[_Column], row_type: type[CatalogueRow], name: str, line: int
+    cells: list[str], columns: list[_TableColumn], row_type: type[CatalogueRow], name: str, line: int
 ) -> tuple[CatalogueRow | None, list[Problem]]:
     values: dict[str, Any] = {}
     problems: list[Problem] = []
@@ -203,7 +203,7 @@ def _row(
     return row_type(file=name, line=line, **values), []
 
 
-def _cell(text: str, column: _Column) -> float | str:
+def _cell(text: str, column: _TableColumn) -> float | str:
     """One cell; the ValueError's text is the user's message."""
     rules = column.field.metadata
     if rules["unit"] is None:

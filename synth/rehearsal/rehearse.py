@@ -51,7 +51,7 @@ class Rehearsal:
         UserError : every case of the first round broke off.
         """
         wanted = places(self.rig, self.seed)
-        clock = _Clock(self.count)
+        clock = _TimeBudget(self.count)
         while len(self.outcomes) < self.count:
             tasks = self._round(wanted)
             made = dict(self._done(tasks, kept, earlier))
@@ -104,7 +104,12 @@ class Rehearsal:
         return found
 
     def _note(
-        self, task: PlantingTask, outcome: CaseOutcome, clock: _Clock, tell: Callable[[str], None], counted: bool = True
+        self,
+        task: PlantingTask,
+        outcome: CaseOutcome,
+        clock: _TimeBudget,
+        tell: Callable[[str], None],
+        counted: bool = True,
     ) -> None:
         clock.done += 1
         if not counted:
@@ -117,7 +122,7 @@ class Rehearsal:
 
 
 @dataclass
-class _Clock:
+class _TimeBudget:
     """Cases done, those of them made in this run, and how long the rest will take at that pace."""
 
     count: int

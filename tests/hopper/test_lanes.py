@@ -10,11 +10,12 @@ import pytest
 
 from hopper.hoppers import motor
 from synth.jump import outcomes
-from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate, segments
+from synth.jump.hopper_leg import Contact, Flexures, HopperLeg, Laminate
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS, lane
 from synth.jump.jump_runs import compiled_jump, simulate
 from synth.jump.planar_jump import planar_jump
+from synth.model_checks.jumping import energy_of
 
 GROUND = Contact()
 LOOSE = Flexures(rate=0.0, damping=0.0)
@@ -33,38 +34,6 @@ def unpowered(leg: HopperLeg, contact: Contact = GROUND) -> np.ndarray:
     return z
 
 
-def energy(leg: HopperLeg, trace: np.ndarray, contact: Contact) -> np.ndarray:
-    """Kinetic, gravity, spring and ground energy of the whole leg (n_time,), written out piece by piece."""
-    layout = LAYOUTS[leg.bending]
-    lengths, masses, knee = segments(leg)
-    z = trace[:, 1:]
-    y, v = z[:, layout.row("height")], z[:, layout.row("speed")]
-    phi = z[:, layout.block("angle")].copy()
-    spin = np.column_stack([z[:, layout.block("rate")], np.zeros(len(z))])
-    reach = leg.hip_spacing / 2 + np.sin(phi[:, :-1]) @ np.array(lengths[:-1])
-    phi[:, -1] = -np.arcsin(reach / lengths[-1])
-    spin[:, -1] = -(np.cos(phi[:, :-1]) * spin[:, :-1]) @ lengths[:-1] / (lengths[-1] * np.cos(phi[:, -1]))
-    body = leg.structure_mass + 2 * motor().mass
-    total = body * (0.5 * v**2 + leg.gravity * y)
-    px, py, vx, vy = np.full(len(z), leg.hip_spacing / 2), y.copy(), np.zeros(len(z)), v.copy()
-    for i, (length, mass) in enumerate(zip(lengths, masses, strict=True)):
-        s, c, w = np.sin(phi[:, i]), np.cos(phi[:, i]), spin[:, i]
-        centre_v = (vx + 0.5 * length * c * w) ** 2 + (vy + 0.5 * length * s * w) ** 2
-        total += 2 * (0.5 * mass * centre_v + 0.5 * mass * length**2 / 12 * w**2)
-        total += 2 * mass * leg.gravity * (py - 0.5 * length * c)
-        px, py, vx, vy = px + length * s, py - length * c, vx + length * c * w, vy + length * s * w
-    assert np.abs(px).max() < 1e-9
-    flexures = leg.flexures
-    total += flexures.rate * (phi[:, 0] - flexures.hip_rest) ** 2
-    total += flexures.rate * (phi[:, knee - 1] - phi[:, knee] - flexures.knee_rest) ** 2
-    total += 0.5 * flexures.rate * (-2 * phi[:, -1] - flexures.foot_rest) ** 2
-    for i in range(len(lengths) - 1):
-        if i != knee - 1:
-            rate = leg.laminate.beam_rate(leg.length if i < knee else leg.lower_length)
-            total += rate * (phi[:, i + 1] - phi[:, i]) ** 2
-    return total + 0.5 * contact.stiffness * np.minimum(0.0, z[:, layout.row("foot")]) ** 2
-
-
 @pytest.mark.parametrize("bending", LAYOUTS)
 def test_a_dropped_leg_without_losses_keeps_its_energy(bending: str) -> None:
     """Flight, landing on a lossless ground, rebound: springs, bending and the ground give back all they take."""
@@ -77,7 +46,7 @@ def test_a_dropped_leg_without_losses_keeps_its_energy(bending: str) -> None:
     feet = trace[:, 1 + layout.row("foot")]
     assert feet[0] > 0.04
     assert feet.min() < -1e-4  # it did land
-    e = energy(leg, trace, contact)
+    e = energy_of(leg, motor(), trace, contact)
     assert np.ptp(e) < 2e-6 * 0.0489 * 9.81 * 0.2 + 2e-7
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import pytest
 
 from pages.browser import chromium, missing
+from tool_modules import loaded
 
 WRITTEN = ("report.html", "winding_sheet.html")
 
@@ -28,13 +28,7 @@ def browser() -> Iterator[Any]:
 @pytest.fixture(scope="session")
 def made() -> ModuleType:
     """The makers of result folders that the pages' other tests use."""
-    path = Path(__file__).parents[1] / "reports" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("made_results", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded("made_results", Path(__file__).parents[1] / "reports" / "conftest.py")
 
 
 @pytest.fixture(scope="session")

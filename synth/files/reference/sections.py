@@ -13,8 +13,10 @@ from synth.files import (
     hopper_project,
     hopper_recordings,
     import_project,
+    leg_choices,
     leg_file,
     leg_project,
+    measured_parts,
     part_wish,
     project_options,
     projects,
@@ -59,17 +61,17 @@ _LEG_JOINT = _many(
 )
 _CHOICE = _many(
     "joint_choice",
-    leg_project._Joint,
+    leg_choices.JointSection,
     "by name",
     spring=KeySection("spring_choice", project_options.SpringChoice),
     damper=KeySection("damper_choice", project_options.DamperChoice),
 )
 _SELECT = KeySection(
     "select",
-    leg_project._Select,
+    leg_choices.SelectSection,
     {"joints": _CHOICE, "tolerance": KeySection("part_tolerance", project_options.ToleranceOptions)},
 )
-_JUMP_TRIALS = _many("jump_trial", hopper_gap_project._Entry, "list")
+_JUMP_TRIALS = _many("jump_trial", hopper_gap_project._JumpEntry, "list")
 
 # kind -> its file; `gap` of a jumping leg has a page of its own.
 KINDS: dict[str, KeySection] = {
@@ -82,7 +84,7 @@ KINDS: dict[str, KeySection] = {
             "fit": _FIT,
             "tolerance": _TOLERANCE,
             "prior": KeySection("prior", project_options.RatePrior),
-            "static": _many("static", static_points_file._Entry, "list"),
+            "static": _many("static", static_points_file._PointEntry, "list"),
         },
     ),
     "gap": KeySection("gap", gap_project._GapFile, {"trials": _TRIALS, "tolerance": _TOLERANCE}),
@@ -90,16 +92,16 @@ KINDS: dict[str, KeySection] = {
         "leg_design",
         leg_project._LegDesignFile,
         {
-            "source": KeySection("source", leg_project._Source, {"trials": _TRIALS}),
+            "source": KeySection("source", leg_project._SourceSection, {"trials": _TRIALS}),
             "scale": KeySection("scale", leg_project._Scale),
             "fit": _FIT,
             "tolerance": _TOLERANCE,
             "select": _SELECT,
-            "dampers": _many("measured_damper", leg_project._Damper, "by name"),
+            "dampers": _many("measured_damper", measured_parts.DamperSection, "by name"),
             "cad": KeySection("cad", project_options.CadOptions),
             "measured": KeySection(
                 "measured",
-                leg_project._MeasuredParts,
+                measured_parts.MeasuredPartsSection,
                 {"spring": _many("measured_spring", project_options.MeasuredSpring, "by name")},
             ),
         },
@@ -110,7 +112,7 @@ KINDS: dict[str, KeySection] = {
         {
             "time": KeySection("clock", import_project._Clock),
             "joints": _many("column", import_project._Column, "by name"),
-            "files": _many("foreign_file", import_project._Entry, "list"),
+            "files": _many("foreign_file", import_project._FileEntry, "list"),
         },
     ),
     "hopper-design": KeySection(
@@ -129,7 +131,7 @@ KINDS: dict[str, KeySection] = {
     ),
     "gap-of-jumps": KeySection(
         "jump_gap",
-        hopper_gap_project._GapFile,
+        hopper_gap_project._HopperGapFile,
         {"trials": _JUMP_TRIALS, "tolerance": KeySection("jump_tolerance", hopper_gap_project.JumpTolerance)},
     ),
     "hopper-motor": KeySection("run_ups", hopper_recordings._MotorFile),

@@ -34,7 +34,7 @@ def read_urdf(path: Path) -> Robot:
         With every mistake found in the file.
     """
     root = _root(path)
-    reader = _Reader(path)
+    reader = _UrdfReader(path)
     links = {link.get("name", ""): link for link in root.iter("link")}
     joints = [item for item in root.findall("joint") if item.find("parent") is not None]
     order = reader.ordered(links, joints)
@@ -82,7 +82,7 @@ def _named(joint: Element, tag: str) -> str:
     return "" if item is None else item.get("link", "")
 
 
-class _Reader:
+class _UrdfReader:
     """Reads elements and keeps every mistake."""
 
     def __init__(self, path: Path) -> None:

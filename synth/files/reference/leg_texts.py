@@ -1,0 +1,60 @@
+"""Meaning of each section and key of a leg file."""
+
+from __future__ import annotations
+
+from synth.files.reference.shared_texts import KIND
+
+SECTIONS: dict[str, str] = {
+    "joint": "One item under `joints:`, proximal to distal.",
+    "link": "The link that hangs from the joint.",
+    "spring": "The torsion spring of the joint; torque is minus rate times the angle from the free angle.",
+    "damper": "The rotary damper of the joint; one of `rate`, `curve` and `part`.",
+    "drive": "What holds or turns the joint: a position servo, a motor under a known voltage or a known current.",
+    "motor": "A direct-current motor, rotor side, behind its gear.",
+}
+
+KEYS: dict[str, str] = {
+    "leg_file.kind": KIND,
+    "leg_file.name": "What the leg is called in reports.",
+    "leg_file.gravity": "Gravity, downward.",
+    "leg_file.tilt": "Rotation of the whole base in the plane, counter-clockwise seen with x right and z up.",
+    "leg_file.joints": "1 to 6 joints, proximal to distal, each with the link that hangs from it.",
+    "leg_file.effects": "Effects of the base, such as a mount that moves.",
+    "joint.name": "The joint's name, as in the headers of recordings.",
+    "joint.zero": "Reading of the measured angle when this link points along its parent (the first: straight down).",
+    "joint.sign": "+1 where the measured angle grows counter-clockwise (x right, z up), -1 where clockwise.",
+    "joint.range": "The joint's travel in measured angle, the smaller end first.",
+    "joint.link": "The link that hangs from the joint.",
+    "joint.armature": "Inertia that turns with the joint itself, about its axis: rotor times gear ratio squared, gear.",
+    "joint.spring": "The torsion spring; leave it out where there is none, or where it is what is sought.",
+    "joint.damper": "The rotary damper; leave it out where there is none, or where it is what is sought.",
+    "joint.drive": "What holds or turns the joint, where anything does.",
+    "joint.effects": "Effects beyond spring and damper that the model is to include, each a name with its parameters.",
+    "link.length": "From this joint to the next one; of the last link to its end.",
+    "link.mass": "The link's mass.",
+    "link.com": "Centre of mass: its distance from this joint along the link; negative beyond the joint.",
+    "link.inertia": "Moment of inertia about the centre of mass, about an axis normal to the plane.",
+    "link.includes": "Whether mass and inertia hold the joint's own parts already: `joint` yes, `none` no.",
+    "spring.rate": "Torque per angle.",
+    "spring.free_angle": "Measured angle at which the spring is unloaded.",
+    "spring.part": "A part of a catalogue, whose rate is taken where none is given.",
+    "damper.rate": "Torque per speed of a linear damper.",
+    "damper.curve": "A CSV with `speed [rpm],torque [N*m]`, rising from (0, 0).",
+    "damper.part": "A part of a catalogue, whose law is taken where neither rate nor curve is given.",
+    "drive.kind": "`servo` follows a commanded angle, `voltage` a known voltage, `torque` a known current or torque.",
+    "drive.gain": "Torque (with a motor: duty) per angle from the command.",
+    "drive.damping_gain": "Torque (with a motor: duty) per speed.",
+    "drive.delay": "Time from the recorded command to its effect.",
+    "drive.dead_band": "Error of angle within which the servo does nothing.",
+    "drive.duty_limit": "Largest share of the supply that the servo applies.",
+    "drive.torque_limit": "Largest torque that the drive gives at the joint.",
+    "drive.current_limit": "Largest current that the driver lets through.",
+    "drive.supply": "Supply voltage, where recordings have no `supply [V]`.",
+    "drive.source_resistance": "Resistance of battery and leads, by which the supply sags.",
+    "drive.motor": "The motor, where the drive's own physics count.",
+    "motor.torque_constant": "Rotor's torque per current, and its back-EMF per speed.",
+    "motor.resistance": "Resistance of the winding with brushes and leads.",
+    "motor.gear_ratio": "Turns of the rotor for one of the joint.",
+    "motor.efficiency": "Of the gear.",
+    "motor.rotor_inertia": "Of the rotor about its own axis.",
+}
