@@ -47,7 +47,7 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
     """
     arms: tuple[float, ...] | None = None
     for _ in range(ROUNDS):
-        solids = dimensions_of(design, arms)
+        solids = _laid_out(design, arms)
         found = _free_arms(solids)
         # Once an arm is long enough it stays, so that spring and joint do not chase each other.
         arms = found if arms is None else tuple(max(a, b) for a, b in zip(arms, found, strict=True))
@@ -61,6 +61,21 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
             break
     solids = dimensions_of(design, arms)
     return replace(design, drawn=solids, built=with_stops(design.built, solids.dimensions.joints))
+
+
+def _laid_out(design: LegDesign, arms: Sequence[float | None] | None) -> Solids:
+    """The joints with these free arms, mm. An arm that the new coil makes too short is left to its joint again."""
+    from cad import DimensionError
+
+    while True:
+        try:
+            return dimensions_of(design, arms)
+        except DimensionError as error:
+            found = {problem.dimension for problem in error.problems}
+            short = [f"{joint.name}.spring.free_arm" in found for joint in design.built.joints]
+            if arms is None or not any(short):
+                raise
+            arms = [None if open_again else arm for arm, open_again in zip(arms, short, strict=True)]
 
 
 def _free_arms(solids: Solids) -> tuple[float, ...]:

@@ -26,11 +26,16 @@ ASKED_STOP = 1.5  # deg past a range that the leg file asks for: what printed fl
 YIELD_SPARE = 2.0  # deg, from a stop to where the spring yields: a knock against printed horns bends them by about one
 
 
-def dimensions_of(design: LegDesign, arms: Sequence[float] | None = None) -> Solids:
+def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None) -> Solids:
     """Dimensions of the built leg's joints; the pose drawn is where the leg rests.
 
     Plates, seats and, where the project leaves it open, the shaft grow until they bear the joint's torque. ``arms``:
-    the springs' free arms, mm; None: as short as the joints allow.
+    the springs' free arms, mm; None, of one or of all: as short as the joint allows.
+
+    Raises
+    ------
+    cad.DimensionError
+        when a joint cannot be drawn, for the first such joint.
     """
     import cad
 
