@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cad.dimensions import (
+from synth.cad.dimensions import (
     JointDimensions,
     LegDimensions,
     SpringDimensions,
     arm_offset,
     included_angle_of,
 )
-from cad.fittings import (
+from synth.cad.fittings import (
     AdapterDimensions,
     BoreDimensions,
     DamperDimensions,
@@ -26,34 +26,34 @@ from cad.fittings import (
     MountDimensions,
     PrintDimensions,
 )
-from cad.limits import DimensionError, DimensionProblem
+from synth.cad.limits import DimensionError, DimensionProblem
 
 if TYPE_CHECKING:
-    from cad.checked_layout import clear_upper_arm_angle
-    from cad.checks import CheckResult, GateError, check_leg
-    from cad.export import ExportedFile, PreviewError, draw_leg, export_leg
-    from cad.failures import draw_failures
-    from cad.leg_joints import BuiltLeg, build_leg
-    from cad.printing import PrintPlan, plan_leg
-    from cad.sizing import SIZED, sized
+    from synth.cad.checked_layout import clear_upper_arm_angle
+    from synth.cad.checks import CheckResult, GateError, check_leg
+    from synth.cad.export import ExportedFile, PreviewError, draw_leg, export_leg
+    from synth.cad.failures import draw_failures
+    from synth.cad.leg_joints import BuiltLeg, build_leg
+    from synth.cad.printing import PrintPlan, plan_leg
+    from synth.cad.sizing import SIZED, sized
 
 # Loaded on first use: these modules need numpy and, when called, cadquery.
 _LATER = {
-    "BuiltLeg": "cad.leg_joints",
-    "CheckResult": "cad.checks",
-    "ExportedFile": "cad.export",
-    "GateError": "cad.checks",
-    "PreviewError": "cad.export",
-    "SIZED": "cad.sizing",
-    "sized": "cad.sizing",
-    "PrintPlan": "cad.printing",
-    "build_leg": "cad.leg_joints",
-    "check_leg": "cad.checks",
-    "clear_upper_arm_angle": "cad.checked_layout",
-    "draw_failures": "cad.failures",
-    "draw_leg": "cad.export",
-    "export_leg": "cad.export",
-    "plan_leg": "cad.printing",
+    "BuiltLeg": "synth.cad.leg_joints",
+    "CheckResult": "synth.cad.checks",
+    "ExportedFile": "synth.cad.export",
+    "GateError": "synth.cad.checks",
+    "PreviewError": "synth.cad.export",
+    "SIZED": "synth.cad.sizing",
+    "sized": "synth.cad.sizing",
+    "PrintPlan": "synth.cad.printing",
+    "build_leg": "synth.cad.leg_joints",
+    "check_leg": "synth.cad.checks",
+    "clear_upper_arm_angle": "synth.cad.checked_layout",
+    "draw_failures": "synth.cad.failures",
+    "draw_leg": "synth.cad.export",
+    "export_leg": "synth.cad.export",
+    "plan_leg": "synth.cad.printing",
 }
 
 __all__ = [
@@ -94,4 +94,4 @@ def __getattr__(name: str) -> Any:
         from importlib import import_module
 
         return getattr(import_module(_LATER[name]), name)
-    raise AttributeError(f"module 'cad' has no attribute {name!r}")
+    raise AttributeError(f"module 'synth.cad' has no attribute {name!r}")

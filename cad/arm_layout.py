@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad.dimensions import JointDimensions
-from cad.hardware import insert_of, screw_of
-from cad.outline import Disc, Hull, Point, hull_of, unit
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import insert_of, screw_of
+from synth.cad.outline import Disc, Hull, Point, hull_of, unit
 
 OVERHANG = 1.0  # mm that an arm reaches past its seat
 RIM = 1.6  # mm of print round an insert: four lines of 0.4 mm

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cad.joint import BuiltJoint
-from cad.parts import BuiltPart, Mesh
+from synth.cad.joint import BuiltJoint
+from synth.cad.parts import BuiltPart, Mesh
 
 FEELER = 0.05  # mm, of the feeler gauge under a collar: half of the axial play that is allowed
 SPREAD = 0.75  # of the joint's width, by which the parts of one step stand apart from those of the next

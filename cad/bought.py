@@ -6,17 +6,17 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from cad import arm_shaft, spring_seat
-from cad.arm_shaft import loose
-from cad.damper_side import pin_part, shaft_end
-from cad.dimensions import JointDimensions
-from cad.encoder_seat import seat_height
-from cad.hardware import SOLID
-from cad.hinge import cross_screw, cylinder, pocket_depth, socket_screw_at
-from cad.layout import JointLayout
-from cad.parts import DENSITIES, Drawn, Group
-from cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
-from cad.shaft_line import lay_shaft
+from synth.cad import arm_shaft, spring_seat
+from synth.cad.arm_shaft import loose
+from synth.cad.damper_side import pin_part, shaft_end
+from synth.cad.dimensions import JointDimensions
+from synth.cad.encoder_seat import seat_height
+from synth.cad.hardware import SOLID
+from synth.cad.hinge import cross_screw, cylinder, pocket_depth, socket_screw_at
+from synth.cad.layout import JointLayout
+from synth.cad.parts import DENSITIES, Drawn, Group
+from synth.cad.screw_places import Place, SocketScrew, bracket_screws, damper_screws, encoder_screws
+from synth.cad.shaft_line import lay_shaft
 
 
 def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from cad.arm_layout import ArmLayout
-from cad.dimensions import JointDimensions
-from cad.fitting_problems import fitting_problems
-from cad.layout import JointLayout, place
-from cad.limits import DimensionError, DimensionProblem
-from cad.outline import Disc, Hull, hull_of
-from cad.outlines import cup_outline, lower_bodies, upper_bodies
+from synth.cad.arm_layout import ArmLayout
+from synth.cad.dimensions import JointDimensions
+from synth.cad.fitting_problems import fitting_problems
+from synth.cad.layout import JointLayout, place
+from synth.cad.limits import DimensionError, DimensionProblem
+from synth.cad.outline import Disc, Hull, hull_of
+from synth.cad.outlines import cup_outline, lower_bodies, upper_bodies
 
 ROUNDING = 1e-6  # mm, of a gap that is the clearance by construction
 HALVINGS = 20  # of half a turn: to 0.0002 deg

@@ -10,17 +10,17 @@ import math
 
 import numpy as np
 
-from cad.fittings import PrintDimensions
-from cad.flexed_wire import effective_length
-from cad.hardware_checks import check_axial_play, check_keyed, check_screws
-from cad.joint import BuiltJoint
-from cad.leg_joints import BuiltLeg
-from cad.parts import BuiltPart
-from cad.play import check_play
-from cad.printing import check_printing
-from cad.results import CheckResult, GateError, at_least, at_most, require
-from cad.spring_solid import measured_arms, measured_stiff_length
-from cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_room, check_travel, check_within, manifold
+from synth.cad.fittings import PrintDimensions
+from synth.cad.flexed_wire import effective_length
+from synth.cad.hardware_checks import check_axial_play, check_keyed, check_screws
+from synth.cad.joint import BuiltJoint
+from synth.cad.leg_joints import BuiltLeg
+from synth.cad.parts import BuiltPart
+from synth.cad.play import check_play
+from synth.cad.printing import check_printing
+from synth.cad.results import CheckResult, GateError, at_least, at_most, require
+from synth.cad.spring_solid import measured_arms, measured_stiff_length
+from synth.cad.travel import OVERLAP_LIMIT, Bodies, check_gaps, check_spring_room, check_travel, check_within, manifold
 
 SPRING_VOLUME_LIMIT = 1e-4  # relative
 SOLID_VOLUME_LIMIT = 1e-5  # relative, of parts with a closed form

@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from cad.arm_shaft import Form, build_section, cross_hole, cross_volume, flat_distance, section_area
-from cad.fittings import AdapterDimensions
-from cad.hardware import Pin, insert_of
-from cad.screw_places import SET_SCREW
+from synth.cad.arm_shaft import Form, build_section, cross_hole, cross_volume, flat_distance, section_area
+from synth.cad.fittings import AdapterDimensions
+from synth.cad.hardware import Pin, insert_of
+from synth.cad.screw_places import SET_SCREW
 
 PIN_TURN = 90.0  # deg, direction of the pins' axes
 SET_SCREW_LENGTH = 6.0  # mm, of ISO 4026 - M3: from the flat to just inside the insert's end, 5.7 mm

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cad.arm_shaft import cross_hole, cross_volume
-from cad.fittings import DamperDimensions
-from cad.outline import Point
-from cad.screw_places import FLANGE_THICKNESS
+from synth.cad.arm_shaft import cross_hole, cross_volume
+from synth.cad.fittings import DamperDimensions
+from synth.cad.outline import Point
+from synth.cad.screw_places import FLANGE_THICKNESS
 
 ACCESS_TURN = 90.0  # deg: between two of the damper's screws, however many there are
 ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad import arm_shaft, damper_adapter, damper_bracket
-from cad.arm_shaft import Form, ShaftShape, circumradius
-from cad.damper_adapter import PIN_TURN, SET_SCREW_LENGTH, Hub
-from cad.damper_bracket import Sleeve
-from cad.dimensions import JointDimensions
-from cad.fitting_problems import adapter_pins, adapter_radius, has_insert, longest_pin
-from cad.hardware import Pin, insert_of
-from cad.layout import JointLayout, fixing_screw
-from cad.parts import Drawn
-from cad.screw_places import SET_SCREW, bracket_depths
-from cad.shaft_line import AXIAL_GAP, lay_shaft
+from synth.cad import arm_shaft, damper_adapter, damper_bracket
+from synth.cad.arm_shaft import Form, ShaftShape, circumradius
+from synth.cad.damper_adapter import PIN_TURN, SET_SCREW_LENGTH, Hub
+from synth.cad.damper_bracket import Sleeve
+from synth.cad.dimensions import JointDimensions
+from synth.cad.fitting_problems import adapter_pins, adapter_radius, has_insert, longest_pin
+from synth.cad.hardware import Pin, insert_of
+from synth.cad.layout import JointLayout, fixing_screw
+from synth.cad.parts import Drawn
+from synth.cad.screw_places import SET_SCREW, bracket_depths
+from synth.cad.shaft_line import AXIAL_GAP, lay_shaft
 
 ACCESS = 3.0  # mm, radius of holes in the sleeve: a pin of a 12 mm shaft and the keys of set screws pass them
 

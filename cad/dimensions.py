@@ -10,9 +10,9 @@ import math
 import re
 from dataclasses import MISSING, dataclass, field
 
-from cad.fittings import DamperDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
-from cad.hardware import ShaftParts, shaft_parts, shaft_sizes
-from cad.limits import DimensionError, DimensionProblem, dimension, range_problems
+from synth.cad.fittings import DamperDimensions, EncoderDimensions, LoadDimensions, MountDimensions, PrintDimensions
+from synth.cad.hardware import ShaftParts, shaft_parts, shaft_sizes
+from synth.cad.limits import DimensionError, DimensionProblem, dimension, range_problems
 
 STOP_MARGIN = 3.0  # deg past the wanted travel: printed flanks and a tongue's tilt in its bearings are off by about one
 LEAST_STOP = 0.5  # deg past the wanted travel, that a stop's own accuracy takes

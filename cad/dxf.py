@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.encoder_seat import seat_bore, seat_step
-from cad.joint import BuiltJoint
-from cad.layout import seat_screws
-from cad.outline import Point
-from cad.outlines import flange_size, mount_screws
-from cad.parts import file_name
+from synth.cad.encoder_seat import seat_bore, seat_step
+from synth.cad.joint import BuiltJoint
+from synth.cad.layout import seat_screws
+from synth.cad.outline import Point
+from synth.cad.outlines import flange_size, mount_screws
+from synth.cad.parts import file_name
 
 Circle = tuple[Point, float]
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.dimensions import JointDimensions
-from cad.fittings import EncoderDimensions
-from cad.layout import SUNK_ASIDE, JointLayout
-from cad.outline import Point
-from cad.screw_places import encoder_screws
-from cad.shaft_line import AXIAL_GAP, beyond_collar
+from synth.cad.dimensions import JointDimensions
+from synth.cad.fittings import EncoderDimensions
+from synth.cad.layout import SUNK_ASIDE, JointLayout
+from synth.cad.outline import Point
+from synth.cad.screw_places import encoder_screws
+from synth.cad.shaft_line import AXIAL_GAP, beyond_collar
 
 LEAST_STEP = 1.2  # mm, that the sensor's face is above the shaft's end at least: what printed heights are off by
 

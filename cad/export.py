@@ -8,18 +8,18 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cad.assembly import exploded, numbers_at
-from cad.checks import check_leg
-from cad.dxf import flat_brackets, write_flat
-from cad.joint import BuiltJoint
-from cad.leg_joints import BuiltLeg
-from cad.parts import BuiltPart, Mesh, file_name
-from cad.preview import Camera, Colour, PreviewError
-from cad.print_file import plates, write_3mf
-from cad.printing import plan_part
-from cad.results import CheckResult, require
-from cad.scene_file import write_glb
-from cad.step_text import normalised_step
+from synth.cad.assembly import exploded, numbers_at
+from synth.cad.checks import check_leg
+from synth.cad.dxf import flat_brackets, write_flat
+from synth.cad.joint import BuiltJoint
+from synth.cad.leg_joints import BuiltLeg
+from synth.cad.parts import BuiltPart, Mesh, file_name
+from synth.cad.preview import Camera, Colour, PreviewError
+from synth.cad.print_file import plates, write_3mf
+from synth.cad.printing import plan_part
+from synth.cad.results import CheckResult, require
+from synth.cad.scene_file import write_glb
+from synth.cad.step_text import normalised_step
 
 Kind = Literal["step", "stl", "3mf", "glb", "dxf", "png"]
 PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat", "seat", "cap", "spring")

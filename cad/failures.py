@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.fittings import PrintDimensions
-from cad.joint import BuiltJoint
-from cad.leg_joints import BuiltLeg
-from cad.parts import Array, BuiltPart, Mesh
-from cad.preview import Camera, Item
-from cad.printing import WAYS_UP, hanging_faces, plan_part, thin_points
-from cad.results import CheckResult
-from cad.travel import OVERLAP_LIMIT, manifold
+from synth.cad.fittings import PrintDimensions
+from synth.cad.joint import BuiltJoint
+from synth.cad.leg_joints import BuiltLeg
+from synth.cad.parts import Array, BuiltPart, Mesh
+from synth.cad.preview import Camera, Item
+from synth.cad.printing import WAYS_UP, hanging_faces, plan_part, thin_points
+from synth.cad.results import CheckResult
+from synth.cad.travel import OVERLAP_LIMIT, manifold
 
 RED = (0.86, 0.10, 0.12)  # RGB of what fails in a picture
 GLASS = 0.25  # opacity of what is not at fault

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from cad.arm_shaft import SIDES, Form, circumradius, flat_distance
-from cad.dimensions import JointDimensions
-from cad.hardware import Pin, insert_of, pin_at_least, pin_size
-from cad.layout import SUNK_ASIDE, JointLayout, bearing_pocket, bracket_bore, fixing_screw
-from cad.limits import DimensionProblem
-from cad.outlines import mount_across
-from cad.screw_places import SET_SCREW, bracket_depths, socket_screw
-from cad.shaft_line import lay_shaft, pin_spare, tongue_pin
+from synth.cad.arm_shaft import SIDES, Form, circumradius, flat_distance
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import Pin, insert_of, pin_at_least, pin_size
+from synth.cad.layout import SUNK_ASIDE, JointLayout, bearing_pocket, bracket_bore, fixing_screw
+from synth.cad.limits import DimensionProblem
+from synth.cad.outlines import mount_across
+from synth.cad.screw_places import SET_SCREW, bracket_depths, socket_screw
+from synth.cad.shaft_line import lay_shaft, pin_spare, tongue_pin
 
 ROUNDED = (
     0.9  # of a square's or hexagon's diagonal that the rod it is milled from may have: a twentieth off each corner

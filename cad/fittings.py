@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from cad.arm_shaft import FORMS, Form
-from cad.limits import DimensionProblem, dimension, range_problems
+from synth.cad.arm_shaft import FORMS, Form
+from synth.cad.limits import DimensionProblem, dimension, range_problems
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from cad.limits import DimensionError, DimensionProblem
+from synth.cad.limits import DimensionError, DimensionProblem
 
 ROUNDING = 1e-9  # mm, of sums of dimensions
 PIN_SHARE = 0.34  # of a shaft's diameter, at most, that a cross pin may have: a quarter to a third is the usual rule
@@ -137,13 +137,9 @@ class ShaftParts:
 
 def table(family: str) -> list[dict[str, str]]:
     """The rows of ``catalogs/<family>.csv``, the units of the headers left out."""
-    here = Path(__file__).resolve().parent.parent
-    for folder in (here / "catalogs", here / "synth" / "_catalogs"):
-        path = folder / f"{family}.csv"
-        if path.is_file():
-            with path.open(encoding="utf-8", newline="") as file:
-                return [{key.split(" [")[0]: value for key, value in row.items()} for row in csv.DictReader(file)]
-    raise FileNotFoundError(f"{family}.csv is neither in {here / 'catalogs'} nor in {here / 'synth' / '_catalogs'}")
+    path = Path(__file__).parents[1] / "_catalogs" / f"{family}.csv"
+    with path.open(encoding="utf-8", newline="") as file:
+        return [{key.split(" [")[0]: value for key, value in row.items()} for row in csv.DictReader(file)]
 
 
 def _known(cell: str) -> float | None:

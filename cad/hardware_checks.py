@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from cad.dimensions import JointDimensions
-from cad.hardware import insert_of
-from cad.joint import BuiltJoint
-from cad.parts import BuiltPart
-from cad.results import CheckResult, at_least, at_most
-from cad.screw_places import ENGAGED
-from cad.travel import OVERLAP_LIMIT, Bodies, manifold
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import insert_of
+from synth.cad.joint import BuiltJoint
+from synth.cad.parts import BuiltPart
+from synth.cad.results import CheckResult, at_least, at_most
+from synth.cad.screw_places import ENGAGED
+from synth.cad.travel import OVERLAP_LIMIT, Bodies, manifold
 
 PIN_TURNED = 10.0  # deg, by which the tongue's pin is turned to see whether it holds
 MOST_AXIAL = 1.0  # mm, of axial play that is looked for

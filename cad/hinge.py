@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.arm_layout import OVERHANG, ArmLayout
-from cad.arm_shaft import cross_hole, cross_volume
-from cad.dimensions import JointDimensions
-from cad.encoder_seat import seat_height
-from cad.hardware import insert_of, screw_of
-from cad.layout import (
+from synth.cad.arm_layout import OVERHANG, ArmLayout
+from synth.cad.arm_shaft import cross_hole, cross_volume
+from synth.cad.dimensions import JointDimensions
+from synth.cad.encoder_seat import seat_height
+from synth.cad.hardware import insert_of, screw_of
+from synth.cad.layout import (
     BEARING_SUNK,
     SUNK_ASIDE,
     VERNIER,
@@ -26,11 +26,11 @@ from cad.layout import (
     sunk_depth,
     window_half,
 )
-from cad.mount import build_flange, flange_volume
-from cad.outline import Hull, Point
-from cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
-from cad.screw_places import SocketScrew, bracket_screws, encoder_screws, socket_screw
-from cad.shaft_line import BLIND, ShaftLine, lay_shaft
+from synth.cad.mount import build_flange, flange_volume
+from synth.cad.outline import Hull, Point
+from synth.cad.outlines import cup_outline, ear_outlines, floor_outline, web_outline
+from synth.cad.screw_places import SocketScrew, bracket_screws, encoder_screws, socket_screw
+from synth.cad.shaft_line import BLIND, ShaftLine, lay_shaft
 
 THINNEST_CHEEK = 2.0  # walls, of what may stand beside the lower arm's slot and seat
 MARK = (0.5, 0.5)  # mm, width and depth of a scale's marks: one line of 0.4 mm prints

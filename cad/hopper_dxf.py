@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.dxf import drawing
+from synth.cad.dxf import drawing
 
 HOLE_DIAMETER = 1.6  # mm
 MARGIN = 10.0  # mm of frame round the strip: room for the dowels

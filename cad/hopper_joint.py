@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.hopper_dxf import HOLE_DIAMETER, Layer, write_layer, write_release
-from cad.limits import DimensionError, DimensionProblem
+from synth.cad.hopper_dxf import HOLE_DIAMETER, Layer, write_layer, write_release
+from synth.cad.limits import DimensionError, DimensionProblem
 
 TAB = 14.0  # length of a hip tab
 HOLE = HOLE_DIAMETER
@@ -234,7 +234,7 @@ def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
     """
     import cadquery as cq
 
-    from cad.export import write_step
+    from synth.cad.export import write_step
 
     dimensions.require()
     folder.mkdir(parents=True, exist_ok=True)

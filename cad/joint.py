@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from cad import damper_bracket, encoder_seat, hinge, spring_seat, torsion_spring
-from cad.arm_layout import ArmLayout
-from cad.bought import bought_parts
-from cad.checked_layout import lay_out
-from cad.damper_side import damper_side, shaft_end, sleeve_of
-from cad.dimensions import JointDimensions
-from cad.hardware import screw_of
-from cad.layout import JointLayout, sunk_depth
-from cad.outline import Point
-from cad.parts import BuiltPart, Drawn, Group, Mesh, file_name, mesh_of
-from cad.pose import loaded_line
+from synth.cad import damper_bracket, encoder_seat, hinge, spring_seat, torsion_spring
+from synth.cad.arm_layout import ArmLayout
+from synth.cad.bought import bought_parts
+from synth.cad.checked_layout import lay_out
+from synth.cad.damper_side import damper_side, shaft_end, sleeve_of
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import screw_of
+from synth.cad.layout import JointLayout, sunk_depth
+from synth.cad.outline import Point
+from synth.cad.parts import BuiltPart, Drawn, Group, Mesh, file_name, mesh_of
+from synth.cad.pose import loaded_line
 
 
 @dataclass(frozen=True)

@@ -23,13 +23,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad.arm_layout import OVERHANG, RIM, ArmLayout, SeatSize, lay_arm, seat_size
-from cad.dimensions import JointDimensions
-from cad.fittings import DamperDimensions, EncoderDimensions
-from cad.hardware import Screw, insert_of, screw_of, screw_through
-from cad.outline import Point, unit
-from cad.spring_space import SpringSpace, spring_space
-from cad.stops import Stop, lay_stops
+from synth.cad.arm_layout import OVERHANG, RIM, ArmLayout, SeatSize, lay_arm, seat_size
+from synth.cad.dimensions import JointDimensions
+from synth.cad.fittings import DamperDimensions, EncoderDimensions
+from synth.cad.hardware import Screw, insert_of, screw_of, screw_through
+from synth.cad.outline import Point, unit
+from synth.cad.spring_space import SpringSpace, spring_space
+from synth.cad.stops import Stop, lay_stops
 
 SEAT_SCREWS = (75.0, 180.0, 285.0)  # deg from the arm: round the circle, the seat between two of them
 WINDOW = 127.5  # deg from the arm: between two screws' slots

@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cad.arm_shaft import cross_volume
-from cad.checked_layout import lay_out
-from cad.dimensions import JointDimensions, LegDimensions
-from cad.hinge import cross_screw, cylinder
-from cad.joint import BuiltJoint, assemble
-from cad.layout import JointLayout
-from cad.limits import DimensionError, DimensionProblem
-from cad.parts import BuiltPart, Mesh, file_name, mesh_of
+from synth.cad.arm_shaft import cross_volume
+from synth.cad.checked_layout import lay_out
+from synth.cad.dimensions import JointDimensions, LegDimensions
+from synth.cad.hinge import cross_screw, cylinder
+from synth.cad.joint import BuiltJoint, assemble
+from synth.cad.layout import JointLayout
+from synth.cad.limits import DimensionError, DimensionProblem
+from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
 
 
 @dataclass(frozen=True)

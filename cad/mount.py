@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.dimensions import JointDimensions
-from cad.layout import JointLayout
-from cad.outlines import flange_size, mount_screws
+from synth.cad.dimensions import JointDimensions
+from synth.cad.layout import JointLayout
+from synth.cad.outlines import flange_size, mount_screws
 
 
 def build_flange(dimensions: JointDimensions, layout: JointLayout) -> tuple[Any, list[Any]]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from cad.arm_layout import RIM
-from cad.dimensions import JointDimensions
-from cad.hardware import insert_of
-from cad.layout import JointLayout, bearing_pocket, ear_radius
-from cad.outline import Disc, Hull, Point, hull_of
+from synth.cad.arm_layout import RIM
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import insert_of
+from synth.cad.layout import JointLayout, bearing_pocket, ear_radius
+from synth.cad.outline import Disc, Hull, Point, hull_of
 
 
 def _corners(layout: JointLayout, way: int) -> list[Disc]:

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from cad.joint import BuiltJoint
-from cad.parts import Array, BuiltPart
-from cad.results import CheckResult, at_most
-from cad.spring_solid import measured_arms
-from cad.torsion_spring import SIDES
-from cad.travel import Bodies, turned
+from synth.cad.joint import BuiltJoint
+from synth.cad.parts import Array, BuiltPart
+from synth.cad.results import CheckResult, at_most
+from synth.cad.spring_solid import measured_arms
+from synth.cad.torsion_spring import SIDES
+from synth.cad.travel import Bodies, turned
 
 PLAY_LIMIT = 0.3  # deg, to either side
 MOST = 10.0  # deg, that is looked for; small-angle motions are right to 1 % there

@@ -7,11 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from cad.arm_layout import OVERHANG
-from cad.dimensions import JointDimensions
-from cad.flexed_wire import FlexedWire, flexed
-from cad.layout import JointLayout
-from cad.parts import Array
+from synth.cad.arm_layout import OVERHANG
+from synth.cad.dimensions import JointDimensions
+from synth.cad.flexed_wire import FlexedWire, flexed
+from synth.cad.layout import JointLayout
+from synth.cad.parts import Array
 
 
 @lru_cache(maxsize=512)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from cad.palette_png import write_png
-from cad.parts import Mesh
+from synth.cad.palette_png import write_png
+from synth.cad.parts import Mesh
 
 Colour = tuple[float, float, float]
 Item = tuple[Mesh, Colour] | tuple[Mesh, Colour, float]  # the last: opacity, 1 where it is left out

@@ -13,8 +13,8 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
-from cad.parts import BuiltPart, Mesh
-from cad.printing import WAYS_UP, PrintPlan
+from synth.cad.parts import BuiltPart, Mesh
+from synth.cad.printing import WAYS_UP, PrintPlan
 
 SPACE = 5.0  # mm between parts on the bed
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"

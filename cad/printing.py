@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.fittings import PrintDimensions
-from cad.joint import BuiltJoint
-from cad.leg_joints import BuiltLeg
-from cad.parts import BuiltPart, Mesh
-from cad.results import CheckResult, at_least, at_most
-from cad.strength import Axis, check_strength
-from cad.travel import CHORDS, manifold
+from synth.cad.fittings import PrintDimensions
+from synth.cad.joint import BuiltJoint
+from synth.cad.leg_joints import BuiltLeg
+from synth.cad.parts import BuiltPart, Mesh
+from synth.cad.results import CheckResult, at_least, at_most
+from synth.cad.strength import Axis, check_strength
+from synth.cad.travel import CHORDS, manifold
 
 Array = NDArray[np.float64]
 SAMPLES = 1000  # points on a part's surface at which its thickness is measured

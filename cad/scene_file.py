@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cad.leg_joints import BuiltLeg
+from synth.cad.leg_joints import BuiltLeg
 
 
 def write_glb(leg: BuiltLeg, path: Path) -> None:

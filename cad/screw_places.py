@@ -10,10 +10,10 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from cad.dimensions import JointDimensions
-from cad.hardware import Nut, Screw, insert_of, long_screw, nuts
-from cad.layout import JointLayout, bracket_sunk, fixing_screw, seat_screws
-from cad.outline import Point
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import Nut, Screw, insert_of, long_screw, nuts
+from synth.cad.layout import JointLayout, bracket_sunk, fixing_screw, seat_screws
+from synth.cad.outline import Point
 
 SET_SCREW = 3.0  # mm, nominal, on the flat of a damper's shaft; ISO 4026
 FLANGE_THICKNESS = 3.0  # mm, of the damper's flange as drawn; vendors give none

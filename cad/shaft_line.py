@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad.dimensions import JointDimensions
-from cad.hardware import Pin, insert_of, pin_at_least
-from cad.layout import JointLayout
-from cad.outline import Point, unit
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import Pin, insert_of, pin_at_least
+from synth.cad.layout import JointLayout
+from synth.cad.outline import Point, unit
 
 AXIAL_GAP = 0.02  # mm, between a lip and its thrust washer as drawn: collars are clamped against them by hand
 PIN_WALL = 1.2  # mm of print round a pin's hole: three lines

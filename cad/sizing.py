@@ -6,14 +6,14 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
-from cad.arm_layout import seat_size
-from cad.checked_layout import clear_upper_arm_angle, lay_out
-from cad.dimensions import JointDimensions
-from cad.fittings import PrintDimensions
-from cad.hardware import screws, shaft_sizes
-from cad.layout import floor_of
-from cad.limits import DimensionError
-from cad.strength import ALL_AROUND, Stress, stresses
+from synth.cad.arm_layout import seat_size
+from synth.cad.checked_layout import clear_upper_arm_angle, lay_out
+from synth.cad.dimensions import JointDimensions
+from synth.cad.fittings import PrintDimensions
+from synth.cad.hardware import screws, shaft_sizes
+from synth.cad.layout import floor_of
+from synth.cad.limits import DimensionError
+from synth.cad.strength import ALL_AROUND, Stress, stresses
 
 STOCK: dict[str, tuple[float, ...]] = {  # mm, as screws and ground shafts are sold
     "seat_screw": tuple(screw.size for screw in screws()),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cad.dxf import drawing
+from synth.cad.dxf import drawing
 
 TEXT = 2.5  # mm, of letters
 

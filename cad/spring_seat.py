@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cad.arm_layout import ArmLayout
-from cad.dimensions import JointDimensions
-from cad.hardware import Screw, insert_of, screw_of
-from cad.hinge import MARK, box, cylinder, in_arm_frame, prism, v_groove
-from cad.layout import VERNIER, VERNIER_STEP, JointLayout
-from cad.outline import Point
-from cad.outlines import plate_outline
+from synth.cad.arm_layout import ArmLayout
+from synth.cad.dimensions import JointDimensions
+from synth.cad.hardware import Screw, insert_of, screw_of
+from synth.cad.hinge import MARK, box, cylinder, in_arm_frame, prism, v_groove
+from synth.cad.layout import VERNIER, VERNIER_STEP, JointLayout
+from synth.cad.outline import Point
+from synth.cad.outlines import plate_outline
 
 
 def build_plate(dimensions: JointDimensions, layout: JointLayout) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cad.flexed_wire import effective_length
+from synth.cad.flexed_wire import effective_length
 
 
 @dataclass(frozen=True)

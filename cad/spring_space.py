@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from cad.arm_layout import seat_size
-from cad.dimensions import JointDimensions
-from cad.flexed_wire import flexed
-from cad.limits import DimensionProblem
+from synth.cad.arm_layout import seat_size
+from synth.cad.dimensions import JointDimensions
+from synth.cad.flexed_wire import flexed
+from synth.cad.limits import DimensionProblem
 
 SMALLEST_ARBOR_WALL = 1.2  # mm, two printed lines; a thinner arbor is left out
 SETTLED = 0.01  # mm, of the arms' free length

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad.dimensions import JointDimensions
-from cad.outline import Point, unit
+from synth.cad.dimensions import JointDimensions
+from synth.cad.outline import Point, unit
 
 PAST = 1.0  # mm that a horn reaches past the line in which it touches
 

@@ -28,20 +28,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cad.arm_layout import ArmLayout
-from cad.arm_shaft import FLAT_DEPTH, SIDES, Form
-from cad.damper_bracket import ROTOR_GRIP
-from cad.dimensions import JointDimensions
-from cad.fitting_problems import adapter_pins, has_insert, longest_pin
-from cad.fittings import PrintDimensions
-from cad.flexed_wire import effective_length
-from cad.hardware import Pin, insert_of
-from cad.layout import JointLayout
-from cad.outline import unit
-from cad.parts import file_name
-from cad.pose import loaded_wire
-from cad.results import CheckResult, at_most
-from cad.shaft_line import tongue_pin
+from synth.cad.arm_layout import ArmLayout
+from synth.cad.arm_shaft import FLAT_DEPTH, SIDES, Form
+from synth.cad.damper_bracket import ROTOR_GRIP
+from synth.cad.dimensions import JointDimensions
+from synth.cad.fitting_problems import adapter_pins, has_insert, longest_pin
+from synth.cad.fittings import PrintDimensions
+from synth.cad.flexed_wire import effective_length
+from synth.cad.hardware import Pin, insert_of
+from synth.cad.layout import JointLayout
+from synth.cad.outline import unit
+from synth.cad.parts import file_name
+from synth.cad.pose import loaded_wire
+from synth.cad.results import CheckResult, at_most
+from synth.cad.shaft_line import tongue_pin
 
 Axis = tuple[float, float, float]
 SHAFT_YIELD = 240.0  # MPa; 303 stainless, the softest that ground shafts are sold in

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cad.dimensions import SpringDimensions
+from synth.cad.dimensions import SpringDimensions
 
 Array = NDArray[np.float64]
 SIDES = 20  # of the mesh's tube

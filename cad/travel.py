@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from cad.joint import BuiltJoint, free_mesh_at, spring_seats
-from cad.parts import BuiltPart, Mesh
-from cad.results import CheckResult, at_least, at_most
+from synth.cad.joint import BuiltJoint, free_mesh_at, spring_seats
+from synth.cad.parts import BuiltPart, Mesh
+from synth.cad.results import CheckResult, at_least, at_most
 
 OVERLAP_LIMIT = 0.05  # mm^3; chords of two coaxial bores 0.1 mm apart leave nothing, this is rounding
 CONTACT_SHARE = 0.01  # of a clamped arm's volume, that its mesh may be in its seat's: chords of a wire of 20 sides

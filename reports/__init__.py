@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from reports.page import write_check_report as write_check_report
-from reports.page import write_fit_report as write_fit_report
-from reports.page import write_gap_report as write_gap_report
-from reports.page import write_import_report as write_import_report
-from reports.page import write_leg_report as write_leg_report
-from reports.page import write_rehearsal_report as write_rehearsal_report
-from reports.reading import ReportError as ReportError
-from reports.spring_page import write_winding_sheet as write_winding_sheet
+from synth.reports.page import write_check_report as write_check_report
+from synth.reports.page import write_fit_report as write_fit_report
+from synth.reports.page import write_gap_report as write_gap_report
+from synth.reports.page import write_import_report as write_import_report
+from synth.reports.page import write_leg_report as write_leg_report
+from synth.reports.page import write_rehearsal_report as write_rehearsal_report
+from synth.reports.reading import ReportError as ReportError
+from synth.reports.spring_page import write_winding_sheet as write_winding_sheet
 
 __all__ = [
     "ReportError",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from reports import page
-from reports.openings.comparison_opening import comparison_opening
-from reports.reading import read_result
-from reports.section import ReportSection
-from reports.sections import compared
+from synth.reports import page
+from synth.reports.openings.comparison_opening import comparison_opening
+from synth.reports.reading import read_result
+from synth.reports.section import ReportSection
+from synth.reports.sections import compared
 
 SECTIONS: tuple[ReportSection, ...] = (compared.RESPONSES, compared.PARAMETERS, compared.DIFFERENCES, compared.ORIGINS)
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from reports import page
-from reports.openings.tables_opening import fits_opening
-from reports.reading import read_result
-from reports.section import ReportSection
-from reports.sections import fits
+from synth.reports import page
+from synth.reports.openings.tables_opening import fits_opening
+from synth.reports.reading import read_result
+from synth.reports.section import ReportSection
+from synth.reports.sections import fits
 
 SECTIONS: tuple[ReportSection, ...] = (fits.LEGS, fits.ACROSS, fits.FAILED, fits.WARNINGS)
 

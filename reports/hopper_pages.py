@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from reports.openings.gap_opening import gap_opening
-from reports.openings.hopper_opening import study_opening, truth_opening
-from reports.page import SCRIPTS, write_page
-from reports.reading import read_result
-from reports.section import ReportSection
-from reports.sections import (
+from synth.reports.openings.gap_opening import gap_opening
+from synth.reports.openings.hopper_opening import study_opening, truth_opening
+from synth.reports.page import SCRIPTS, write_page
+from synth.reports.reading import read_result
+from synth.reports.section import ReportSection
+from synth.reports.sections import (
     files,
     gap_how_far,
     gap_next,
@@ -24,8 +24,8 @@ from reports.sections import (
     inputs,
     live_jump,
 )
-from reports.sections.hopper_equations import SECTION as EQUATIONS
-from reports.sections.live_leg import block
+from synth.reports.sections.hopper_equations import SECTION as EQUATIONS
+from synth.reports.sections.live_leg import block
 
 STUDY_SECTIONS: tuple[ReportSection, ...] = (
     hopper_choice.MAP,

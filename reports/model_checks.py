@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from reports import page
-from reports.opening import Cell, Figures, Opening
-from reports.quantities import number, text, unit_text
-from reports.reading import Json, Result, read_result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports import page
+from synth.reports.opening import Cell, Figures, Opening
+from synth.reports.quantities import number, text, unit_text
+from synth.reports.reading import Json, Result, read_result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST_ROWS = 6  # in the opening: those nearest to their limits; the section has all
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from reports.figures.axes import Axes, AxisScale, padded
-from reports.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RECORDED, SKY, VERMILION, Line
-from reports.figures.svg import Svg, thinned
+from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RECORDED, SKY, VERMILION, Line
+from synth.reports.figures.svg import Svg, thinned
 
 WIDTH, HEIGHT = 460.0, 250.0  # view box; a notebook's cell is some 700 pixels wide
 MOST_ROWS = 30

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
-from reports.quantities import interval_text, text
-from reports.severity import Group, Warned, counted, foremost
+from synth.reports.quantities import interval_text, text
+from synth.reports.severity import Group, Warned, counted, foremost
 
 NOTHING = Markup("")
 MOST_FOREMOST_LETTERS = 260  # of a warning above the fold; the fold holds the whole

@@ -12,18 +12,18 @@ from typing import Any
 from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
-from reports import quantities, stick_figure
-from reports.opening import Opening, marked, shortly, told
-from reports.openings.check_opening import check_opening
-from reports.openings.fit_opening import fit_opening
-from reports.openings.gap_opening import gap_opening
-from reports.openings.import_opening import import_opening
-from reports.openings.leg_opening import leg_opening
-from reports.openings.rehearsal_opening import rehearsal_opening
-from reports.reading import Result, read_result
-from reports.scripts import policy, script
-from reports.section import AbsentResult, ReportSection
-from reports.sections import (
+from synth.reports import quantities, stick_figure
+from synth.reports.opening import Opening, marked, shortly, told
+from synth.reports.openings.check_opening import check_opening
+from synth.reports.openings.fit_opening import fit_opening
+from synth.reports.openings.gap_opening import gap_opening
+from synth.reports.openings.import_opening import import_opening
+from synth.reports.openings.leg_opening import leg_opening
+from synth.reports.openings.rehearsal_opening import rehearsal_opening
+from synth.reports.reading import Result, read_result
+from synth.reports.scripts import policy, script
+from synth.reports.section import AbsentResult, ReportSection
+from synth.reports.sections import (
     built,
     check_apart,
     check_found,
@@ -51,7 +51,7 @@ from reports.sections import (
     summary,
     swap,
 )
-from reports.sections.warnings import warnings_of
+from synth.reports.sections.warnings import warnings_of
 
 LEG_SECTIONS: tuple[ReportSection, ...] = (
     built.SECTION,
@@ -190,7 +190,7 @@ def write_page(
         sections=shown,
         left_out=left_out,
         equations=any(section.name == "equations" for section in shown),
-        style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
+        style=Markup(resources.files("synth.reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
         scripts=used,
         blocks=blocks,
         script_names=scripts,
@@ -204,7 +204,7 @@ def write_page(
 @cache
 def environment() -> Environment:
     environment = Environment(
-        loader=PackageLoader("reports", "templates"),
+        loader=PackageLoader("synth.reports", "templates"),
         # None of compiled templates on disk: jinja would unpickle, and run, what lies among the temporary files. To
         # compile all of them takes 0.2 s.
         autoescape=True,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from reports.reading import unit_of, value_of
+from synth.reports.reading import unit_of, value_of
 
 DIGITS = 4  # significant, where no interval says how many are meant
 _UNITS = {"deg": "°", "deg/s": "°/s", "1": "", "percent": "%", "degC": "°C", "ohm": "Ω"}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from reports import page
-from reports.openings.tables_opening import reproduction_opening
-from reports.reading import Json, Result, read_result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports import page
+from synth.reports.openings.tables_opening import reproduction_opening
+from synth.reports.reading import Json, Result, read_result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def write_reproduction_report(folder: Path) -> Path:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
-from reports.figures.palette import Line
-from reports.figures.trials import Curve, TrialPanel
-from reports.reading import Result, ResultTable
+from synth.reports.figures.palette import Line
+from synth.reports.figures.trials import Curve, TrialPanel
+from synth.reports.reading import Result, ResultTable
 
 MOST_TRIALS = 12  # shown; of more, the best and the worst
 BEST, WORST = 4, 8  # responses drawn: all up to the sum, else the best and the worst

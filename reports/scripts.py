@@ -25,7 +25,7 @@ class Script:
 @cache
 def script(name: str) -> Script:
     """``static/NAME``: text that holds no ``</script``, and its SHA-256 as the policy wants it."""
-    text = resources.files("reports").joinpath(f"static/{name}").read_text(encoding="utf-8")
+    text = resources.files("synth.reports").joinpath(f"static/{name}").read_text(encoding="utf-8")
     assert "</script" not in text.lower(), name
     body = f"\n{text}"  # as it stands between the tags
     digest = base64.b64encode(hashlib.sha256(body.encode("utf-8")).digest()).decode("ascii")

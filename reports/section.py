@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from reports.reading import Json, Result
+from synth.reports.reading import Json, Result
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,16 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening
-from reports.opening import told as told_of
-from reports.page import environment
-from reports.quantities import in_si, number, text
-from reports.reading import Json, read_result
-from reports.scripts import policy, script
-from reports.section import mapping, sequence
-from reports.sections.spring_sheet import drawing_of, groups_of
-from reports.sections.winding_plan import sheet_content
-from reports.severity import judged
+from synth.reports.opening import Cell, Figures, Opening
+from synth.reports.opening import told as told_of
+from synth.reports.page import environment
+from synth.reports.quantities import in_si, number, text
+from synth.reports.reading import Json, read_result
+from synth.reports.scripts import policy, script
+from synth.reports.section import mapping, sequence
+from synth.reports.sections.spring_sheet import drawing_of, groups_of
+from synth.reports.sections.winding_plan import sheet_content
+from synth.reports.severity import judged
 
 
 def write_winding_sheet(folder: Path) -> Path:
@@ -42,7 +42,7 @@ def write_winding_sheet(folder: Path) -> Path:
             **shown,
             opening=_opening(make, shown),
             told=told,
-            style=Markup(resources.files("reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
+            style=Markup(resources.files("synth.reports").joinpath("templates/style.css").read_text(encoding="utf-8")),
             scripts=scripts,
             policy=Markup(policy(scripts)),
         )

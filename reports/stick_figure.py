@@ -13,13 +13,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.legend import legend
-from reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
-from reports.figures.svg import Point, Svg
-from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
-from reports.reading import Json, Result, ResultTable, value_of
-from reports.scripts import data_block
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import BLACK, BLUE, GREEN, GREY, ORANGE, RULE, VERMILION, Line
+from synth.reports.figures.svg import Point, Svg
+from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
+from synth.reports.reading import Json, Result, ResultTable, value_of
+from synth.reports.scripts import data_block
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cad import JointDimensions, clear_upper_arm_angle
+from synth.cad import JointDimensions, clear_upper_arm_angle
 
 
 def cleared(dimensions: JointDimensions) -> JointDimensions:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tool_modules import tool
 
+ROOT = Path(__file__).resolve().parents[1]
 GRAPH = tool("architecture")
 FILES: dict[str, Path] = GRAPH.modules()
 # Everything may ask the root for its version; the root loads its public names only when they are first used.
@@ -25,6 +26,7 @@ FLOORS = (
     ("commands", "cli", "__main__"),
 )
 LEVEL = {room: level for level, rooms in enumerate(FLOORS) for room in rooms}
+ASIDE = ("cad", "reports")  # every floor may use them; they import nothing else of synth
 # None is left; one that cannot be taken away at once would be named here.
 KNOWN_CIRCLES: set[frozenset[str]] = set()
 
@@ -48,19 +50,44 @@ def test_imports_name_the_whole_module() -> None:
     assert relative == []
 
 
+def room(name: str) -> str:
+    """The package or module directly in synth that a module belongs to; none of the root itself."""
+    return [*name.split("."), ""][1]
+
+
 def level(name: str) -> int:
     """Floor of a module; the root of synth, which loads its public names when they are first used, is on all."""
-    tree, _, room = name.partition(".")
-    return LEVEL[room.split(".")[0]] if tree == "synth" and room else len(FLOORS)
+    return LEVEL[room(name)] if room(name) else len(FLOORS)
+
+
+def test_cad_and_reports_are_imported_by_one_name() -> None:
+    """As synth.cad and synth.reports, here as in the wheel: by two names a module would be loaded twice."""
+    plain = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for tree in ("synth", "cad", "reports", "tests", "tools", "docs")
+        for path in sorted((ROOT / tree).rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for name in imported(node)
+        if name.split(".")[0] in ASIDE
+    ]
+    assert plain == []
+
+
+def imported(node: ast.AST) -> list[str]:
+    """Modules that a statement imports."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    return [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
 
 
 def test_no_floor_imports_a_higher_one() -> None:
     upward = []
     for name, others in IMPORTS.items():
         for other in sorted(others - {"synth"}):
-            if name.split(".")[0] in ("cad", "reports") and other.startswith("synth"):
-                upward.append(f"{name} -> {other}: {name.split('.')[0]} imports nothing from synth")
-            elif other.startswith("synth") and level(name) < level(other):
+            if room(name) in ASIDE:
+                if room(other) != room(name):
+                    upward.append(f"{name} -> {other}: {room(name)} imports nothing else of synth")
+            elif room(other) not in ASIDE and level(name) < level(other):
                 upward.append(f"{name} -> {other}")
     assert upward == []
 
@@ -82,7 +109,7 @@ MANY = {
     "synth.swing.chain.simulate": "a leg, its state, times and conditions; tests and notebooks call it by keyword",
     "synth.jump.jump_step._try_step": "compiled by its caller",
     "synth.motion.importers.registry.loader": "a decorator: what a format says of itself, by keyword",
-    "cad.joint._part": "what a part is called, made of and drawn with; its solid is one of them",
+    "synth.cad.joint._part": "what a part is called, made of and drawn with; its solid is one of them",
 }
 
 

@@ -15,6 +15,7 @@ from xml.sax.saxutils import escape
 ROOT = Path(__file__).resolve().parents[1]
 PICTURE = ROOT / "docs" / "architecture.svg"
 TREES = ("synth", "cad", "reports")
+INSIDE = ("cad", "reports")  # imported as synth.cad and synth.reports, by links in `synth`
 SKIPPED = ("examples",)  # data that `synth init` copies
 # Modules directly in `synth`, gathered under the name of what they are.
 GATHERED = {
@@ -41,7 +42,8 @@ def modules(root: Path = ROOT) -> dict[str, Path]:
         for path in sorted((root / tree).rglob("*.py")):
             parts = path.relative_to(root).with_suffix("").parts
             if not {*parts} & {*SKIPPED}:
-                found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+                inside = ("synth",) if tree in INSIDE else ()
+                found[".".join((*inside, *(parts[:-1] if parts[-1] == "__init__" else parts)))] = path
     return found
 
 
@@ -67,8 +69,6 @@ def package(module: str) -> str:
     if module in GATHERED:
         return GATHERED[module]
     parts = module.split(".")
-    if parts[0] != "synth":
-        return parts[0]
     return GATHERED.get(".".join(parts[:2]), parts[1])
 
 

@@ -30,7 +30,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from cad import (
+from synth.cad import (
     AdapterDimensions,
     DamperDimensions,
     DimensionError,
@@ -41,10 +41,10 @@ from cad import (
     SpringDimensions,
     clear_upper_arm_angle,
 )
-from cad.dimensions import coil_fraction
-from cad.fitting_problems import least_bolt_circle, least_encoder_circle
-from cad.hardware import shaft_sizes
-from cad.limits import limit_of
+from synth.cad.dimensions import coil_fraction
+from synth.cad.fitting_problems import least_bolt_circle, least_encoder_circle
+from synth.cad.hardware import shaft_sizes
+from synth.cad.limits import limit_of
 
 REFUSING = ("strength:", "print:")  # gates whose text names the dimension to change
 PAIRS = 0.25  # of the designs, that have two springs
@@ -182,8 +182,8 @@ def design(seed: int) -> JointDimensions:
 
 def outcome(dimensions: JointDimensions) -> dict[str, Any]:
     """Build and check one joint; tag and what is to be said of it."""
-    from cad.checks import check_joint
-    from cad.joint import build_joint
+    from synth.cad.checks import check_joint
+    from synth.cad.joint import build_joint
 
     try:
         dimensions = replace(dimensions, upper_arm_angle=clear_upper_arm_angle(dimensions))
@@ -267,7 +267,7 @@ def main() -> int:
     arguments = parser.parse_args()
     import cadquery  # noqa: F401  # once, before the processes are forked
 
-    import cad.checks  # noqa: F401
+    import synth.cad.checks  # noqa: F401
 
     arguments.to.mkdir(parents=True, exist_ok=True)
     seeds = list(range(arguments.seed, arguments.seed + arguments.count))

@@ -42,8 +42,8 @@ def commands(projects: Path, results: Path) -> dict[str, list[str]]:
 
 def writers() -> dict[str, Callable[[Path], Path]]:
     """What writes each page from its result folder."""
-    import reports
-    from reports import comparison_page, fits_page, hopper_pages, model_checks
+    from synth import reports
+    from synth.reports import comparison_page, fits_page, hopper_pages, model_checks
 
     return {
         "leg": reports.write_leg_report,

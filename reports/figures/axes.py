@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from reports.figures.palette import GREY, RULE
-from reports.figures.svg import Point, Svg
+from synth.reports.figures.palette import GREY, RULE
+from synth.reports.figures.svg import Point, Svg
 
 TICK = f'font-size="10" fill="{GREY}"'
 

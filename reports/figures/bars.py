@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import AxisScale
-from reports.figures.palette import BLACK, BLUE, GREY, RULE
-from reports.figures.svg import Svg
+from synth.reports.figures.axes import AxisScale
+from synth.reports.figures.palette import BLACK, BLUE, GREY, RULE
+from synth.reports.figures.svg import Svg
 
 ROW, HEAD, FOOT = 24.0, 24.0, 4.0  # px
 WORDS = 70.0  # right of a bar, for its words

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.palette import BLACK, GREY, RULE
-from reports.figures.svg import Svg
+from synth.reports.figures.palette import BLACK, GREY, RULE
+from synth.reports.figures.svg import Svg
 
 LETTER = 6.4  # px of a letter of a label, at most
 DARK = 0.55  # shade from which words in a cell are white

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale, padded
-from reports.figures.palette import AFTER, BEFORE, BLACK, GREY, Line
-from reports.figures.svg import Svg
+from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.palette import AFTER, BEFORE, BLACK, GREY, Line
+from synth.reports.figures.svg import Svg
 
 WIDTH, HEIGHT = 420.0, 210.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 44.0, 12.0, 14.0, 40.0  # px

@@ -7,8 +7,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.palette import BLACK, GREY, VERMILION
-from reports.figures.svg import Svg
+from synth.reports.figures.palette import BLACK, GREY, VERMILION
+from synth.reports.figures.svg import Svg
 
 WIDTH, LEFT, GAP = 1000.0, 130.0, 18.0  # px
 FILLS = {"rigid": "#c6dbef", "adhesive": "#fdf4d0", "film": "#e6e0ee"}

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import TICK
-from reports.figures.palette import BLACK, GREY, VERMILION
-from reports.figures.svg import Svg
+from synth.reports.figures.axes import TICK
+from synth.reports.figures.palette import BLACK, GREY, VERMILION
+from synth.reports.figures.svg import Svg
 
 WIDTH, LEFT, TOP, BOTTOM = 620.0, 66.0, 26.0, 46.0  # px
 KEY = 92.0  # room for the colour key

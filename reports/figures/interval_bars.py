@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale, tick_text
-from reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
-from reports.figures.svg import Svg
+from synth.reports.figures.axes import Axes, AxisScale, tick_text
+from synth.reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
+from synth.reports.figures.svg import Svg
 
 WIDTH, LABEL, RIGHT, ROW, TOP, BOTTOM = 760.0, 230.0, 20.0, 22.0, 8.0, 38.0  # px
 COLOURS = (BLUE, VERMILION, "#009e73", "#cc79a7")

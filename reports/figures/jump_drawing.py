@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
-from reports.figures.svg import Svg
+from synth.reports.figures.palette import BLACK, BLUE, GREY, RULE, VERMILION
+from synth.reports.figures.svg import Svg
 
 STRIP_HEIGHT = 250.0  # px
 

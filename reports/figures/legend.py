@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from reports.figures.palette import Line
-from reports.figures.svg import Svg
+from synth.reports.figures.palette import Line
+from synth.reports.figures.svg import Svg
 
 
 def swatch(line: Line) -> Markup:

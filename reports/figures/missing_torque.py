@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale, padded
-from reports.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILION, Line
-from reports.figures.svg import Point, Svg, shortened
+from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.palette import BLACK, BLUE, GREEN, GREY, VERMILION, Line
+from synth.reports.figures.svg import Point, Svg, shortened
 
 WIDTH, HEIGHT = 960.0, 236.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 56.0, 14.0, 24.0, 40.0  # px

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import TICK, Axes, AxisScale
-from reports.figures.palette import BLACK, BLUE, GREY, VERMILION
-from reports.figures.svg import Svg
+from synth.reports.figures.axes import TICK, Axes, AxisScale
+from synth.reports.figures.palette import BLACK, BLUE, GREY, VERMILION
+from synth.reports.figures.svg import Svg
 
 WIDTH, HEIGHT = 620.0, 250.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 120.0, 16.0, 44.0  # px

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.palette import BLACK, BLUE, GREY, VERMILION
-from reports.figures.svg import Point, Svg
-from reports.quantities import number
+from synth.reports.figures.palette import BLACK, BLUE, GREY, VERMILION
+from synth.reports.figures.svg import Point, Svg
+from synth.reports.quantities import number
 
 HEIGHT, TOP, LEFT = 400.0, 34.0, 84.0  # px
 ROOM = (330.0, 288.0)  # for the coil with its arms along the axis

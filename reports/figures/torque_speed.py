@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale
-from reports.figures.palette import BLACK, GREY, SECANT, Line
-from reports.figures.svg import Point, Svg
+from synth.reports.figures.axes import Axes, AxisScale
+from synth.reports.figures.palette import BLACK, GREY, SECANT, Line
+from synth.reports.figures.svg import Point, Svg
 
 WIDTH, HEIGHT = 620.0, 300.0  # px
 LEFT, RIGHT, TOP, BOTTOM = 58.0, 16.0, 18.0, 44.0  # px

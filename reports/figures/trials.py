@@ -9,11 +9,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale, padded
-from reports.figures.palette import BLACK, GREY, Line
-from reports.figures.svg import Point, Svg, shortened, thinned
-from reports.quantities import unit_text
-from reports.scripts import data_block
+from synth.reports.figures.axes import Axes, AxisScale, padded
+from synth.reports.figures.palette import BLACK, GREY, Line
+from synth.reports.figures.svg import Point, Svg, shortened, thinned
+from synth.reports.quantities import unit_text
+from synth.reports.scripts import data_block
 
 WIDTH, HEIGHT = 340.0, 172.0  # of a panel: as wide as a telephone
 LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 22.0, 34.0  # px

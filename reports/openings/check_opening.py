@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from reports.opening import Cell, Figures, Opening
-from reports.quantities import brief
-from reports.reading import Result
-from reports.section import sequence
+from synth.reports.opening import Cell, Figures, Opening
+from synth.reports.quantities import brief
+from synth.reports.reading import Result
+from synth.reports.section import sequence
 
 MOST_STEPS = 3  # what to do first; the section has all
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "latency")  # causes that people ask for first

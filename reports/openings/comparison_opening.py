@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening, listed
-from reports.quantities import brief, interval_text, text
-from reports.reading import Json, Result, value_of
-from reports.section import mapping, sequence
-from reports.sections import compared
+from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.quantities import brief, interval_text, text
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import mapping, sequence
+from synth.reports.sections import compared
 
 MOST_JOINTS = 4  # whose columns a screen holds
 SHORT = (("rise_time", "rise"), ("damping_ratio", "ζ"), ("damped_frequency", "ω"))

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening, estimate, listed
-from reports.quantities import brief, interval_of, whole_percent
-from reports.reading import Json, Result, value_of
-from reports.section import mapping, sequence
-from reports.sections import motion
+from synth.reports.opening import Cell, Figures, Opening, estimate, listed
+from synth.reports.quantities import brief, interval_of, whole_percent
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import mapping, sequence
+from synth.reports.sections import motion
 
 EXPLAINED = 1.5  # times the scatter of the samples: what a fit may leave and still be said to explain them
 SURE = 0.25  # half an interval over its value, beyond which a rate is called unsure

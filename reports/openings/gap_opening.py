@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening
-from reports.quantities import brief, percent_interval, share_text, whole_percent
-from reports.reading import Json, Result
-from reports.section import mapping, sequence
-from reports.sections import gap_how_far
-from reports.sections.gap_next import entry_text
-from reports.sections.gap_which import VERDICTS, name_of
+from synth.reports.opening import Cell, Figures, Opening
+from synth.reports.quantities import brief, percent_interval, share_text, whole_percent
+from synth.reports.reading import Json, Result
+from synth.reports.section import mapping, sequence
+from synth.reports.sections import gap_how_far
+from synth.reports.sections.gap_next import entry_text
+from synth.reports.sections.gap_which import VERDICTS, name_of
 
 MOST_CAUSES = 3  # in the opening; the rest stands in its section
 

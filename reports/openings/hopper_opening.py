@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening
-from reports.quantities import brief, interval_text, text
-from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, mapping, sequence
-from reports.sections import hopper_choice, hopper_jump
+from synth.reports.opening import Cell, Figures, Opening
+from synth.reports.quantities import brief, interval_text, text
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import AbsentResult, mapping, sequence
+from synth.reports.sections import hopper_choice, hopper_jump
 
 
 def study_opening(result: Result) -> Opening:

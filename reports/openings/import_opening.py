@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from reports import stick_figure
-from reports.opening import Cell, Figures, Opening, listed
-from reports.quantities import text
-from reports.reading import Result
-from reports.section import AbsentResult, mapping, sequence
+from synth.reports import stick_figure
+from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.quantities import text
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, mapping, sequence
 
 
 def import_opening(result: Result) -> Opening:

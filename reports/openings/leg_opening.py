@@ -8,11 +8,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening, listed
-from reports.quantities import brief, interval_text, percent, text, whole_percent
-from reports.reading import Json, Result, png_uri, value_of
-from reports.section import mapping, sequence
-from reports.sections import live_leg, pictures
+from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.quantities import brief, interval_text, percent, text, whole_percent
+from synth.reports.reading import Json, Result, png_uri, value_of
+from synth.reports.section import mapping, sequence
+from synth.reports.sections import live_leg, pictures
 
 CERTAIN, UNLIKELY = 0.9, 0.5  # chances from which a leg is told as sure, or as a gamble
 GAIN = 0.2  # of the chance, from which measuring the springs first is the thing to do

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from reports.opening import Cell, Figures, Opening, listed
-from reports.quantities import text
-from reports.reading import Result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.quantities import text
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def fits_opening(result: Result, across: ReportSection) -> Opening:

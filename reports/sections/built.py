@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from reports.figures.legend import legend
-from reports.figures.palette import BUILT, RECORDED, WANTED
-from reports.figures.trials import shared_limits, trial_figure
-from reports.quantities import number, unit_text
-from reports.reading import Json, Result
-from reports.response_files import Response, extremes, read_response
-from reports.section import AbsentResult, ReportSection, mapping
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import BUILT, RECORDED, WANTED
+from synth.reports.figures.trials import shared_limits, trial_figure
+from synth.reports.quantities import number, unit_text
+from synth.reports.reading import Json, Result
+from synth.reports.response_files import Response, extremes, read_response
+from synth.reports.section import AbsentResult, ReportSection, mapping
 
 FOLDER = "responses/target"
 _LINES = {"animal": RECORDED, "wanted": WANTED, "built": BUILT}

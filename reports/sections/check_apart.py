@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.grid import GridCell, grid_figure
-from reports.quantities import number
-from reports.reading import Result
-from reports.section import AbsentResult, ReportSection, sequence
+from synth.reports.figures.grid import GridCell, grid_figure
+from synth.reports.quantities import number
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, ReportSection, sequence
 
 CELL = 11.0  # px
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.reading import Result
-from reports.section import ReportSection, sequence
+from synth.reports.reading import Result
+from synth.reports.section import ReportSection, sequence
 
 
 def content(result: Result) -> dict[str, Any]:

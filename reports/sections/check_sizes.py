@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.openings.check_opening import size_text
-from reports.quantities import number
-from reports.reading import Result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
-from reports.sections.check_apart import name_of
+from synth.reports.openings.check_opening import size_text
+from synth.reports.quantities import number
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.sections.check_apart import name_of
 
 MOST = 2  # rivals a row
 

@@ -9,15 +9,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.interval_bars import IntervalRow, interval_figure
-from reports.figures.legend import legend
-from reports.figures.palette import MODEL_SIDES, RECORDED_SIDES, Line
-from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
-from reports.quantities import brief, interval_of, number, text, unit_text
-from reports.reading import Json, Result, value_of
-from reports.response_files import Response, read_response
-from reports.section import AbsentResult, ReportSection, mapping, sequence
-from reports.stick_figure import following
+from synth.reports.figures.interval_bars import IntervalRow, interval_figure
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import MODEL_SIDES, RECORDED_SIDES, Line
+from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
+from synth.reports.quantities import brief, interval_of, number, text, unit_text
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.response_files import Response, read_response
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.stick_figure import following
 
 FOLDER = "responses"
 ROWS = (

@@ -9,13 +9,13 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.legend import legend
-from reports.figures.palette import OTHER_LAWS, SECANT, USED_LAW, Line
-from reports.figures.svg import Point
-from reports.figures.torque_speed import RPM, DrawnLaw, Vendor, law_points, torque_speed_figure
-from reports.quantities import factor, in_si
-from reports.reading import Json, Result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import OTHER_LAWS, SECANT, USED_LAW, Line
+from synth.reports.figures.svg import Point
+from synth.reports.figures.torque_speed import RPM, DrawnLaw, Vendor, law_points, torque_speed_figure
+from synth.reports.quantities import factor, in_si
+from synth.reports.reading import Json, Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from reports.reading import Result
-from reports.section import ReportSection
+from synth.reports.reading import Result
+from synth.reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.interval_bars import IntervalRow, interval_figure
-from reports.figures.svg import shortened
-from reports.quantities import in_si, interval_of, percent
-from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.interval_bars import IntervalRow, interval_figure
+from synth.reports.figures.svg import shortened
+from synth.reports.quantities import in_si, interval_of, percent
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 # Stage -> what it is. A fit.json is a stage of its own, under the empty name.
 _STAGES = {

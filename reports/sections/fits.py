@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.interval_bars import IntervalRow, interval_figure
-from reports.reading import Json, Result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.interval_bars import IntervalRow, interval_figure
+from synth.reports.reading import Json, Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST_ROWS = 400  # of the table; the CSV holds all
 MOST_DRAWN = 40  # legs in a figure; more would be a grey block

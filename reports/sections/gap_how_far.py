@@ -9,15 +9,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, BarColumn, bar_figure
-from reports.figures.legend import legend
-from reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
-from reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
-from reports.quantities import brief, interval_of, number, share_text
-from reports.reading import Json, Result, value_of
-from reports.response_files import Response, extremes, read_response
-from reports.section import AbsentResult, ReportSection, mapping, sequence
-from reports.stick_figure import following
+from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import AFTER, BEFORE, GREEN, ORANGE, PURPLE, RECORDED, SKY, Line
+from synth.reports.figures.trials import Curve, TrialPanel, shared_limits, trial_figure
+from synth.reports.quantities import brief, interval_of, number, share_text
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.response_files import Response, extremes, read_response
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.stick_figure import following
 
 STEPS = (
     ("as_designed", "as designed", "the nominal leg to the letter"),

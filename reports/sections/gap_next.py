@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.bars import Bar, BarColumn, bar_figure
-from reports.quantities import number
-from reports.reading import Result, value_of
-from reports.section import ReportSection, mapping, sequence
+from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.quantities import number
+from synth.reports.reading import Result, value_of
+from synth.reports.section import ReportSection, mapping, sequence
 
 WIDTH, LABEL = 860.0, 515.0  # px
 MOST = 8  # trials of the menu that are drawn

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from reports.reading import Result
-from reports.section import ReportSection
+from synth.reports.reading import Result
+from synth.reports.section import ReportSection
 
 
 def content(result: Result) -> dict[str, object]:

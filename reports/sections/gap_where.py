@@ -8,15 +8,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, BarColumn, bar_figure
-from reports.figures.legend import legend
-from reports.figures.missing_torque import FREE, NAMED, Cloud, missing_torque_figure
-from reports.figures.named_laws import law_of
-from reports.figures.palette import AFTER, BEFORE, FLOOR
-from reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
-from reports.quantities import in_si, number, unit_text
-from reports.reading import Json, Result, ResultTable
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.figures.legend import legend
+from synth.reports.figures.missing_torque import FREE, NAMED, Cloud, missing_torque_figure
+from synth.reports.figures.named_laws import law_of
+from synth.reports.figures.palette import AFTER, BEFORE, FLOOR
+from synth.reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
+from synth.reports.quantities import in_si, number, unit_text
+from synth.reports.reading import Json, Result, ResultTable
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 # Key of ``where`` -> heading, and what is said of each of its bins.
 SHARES = {

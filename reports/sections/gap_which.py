@@ -7,10 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.bars import Bar, BarColumn, bar_figure
-from reports.quantities import share_text, whole_percent
-from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.bars import Bar, BarColumn, bar_figure
+from synth.reports.quantities import share_text, whole_percent
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 VERDICTS = {
     "effect": "the trials say what is missing",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.hopper_map import Map, map_figure
-from reports.quantities import percent
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.hopper_map import Map, map_figure
+from synth.reports.quantities import percent
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST = 12  # designs of the front in the table
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from reports.figures.hopper_across import STAGES, Trend, across_figure
-from reports.figures.legend import legend
-from reports.quantities import in_si
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
-from reports.sections import gap_where
+from synth.reports.figures.hopper_across import STAGES, Trend, across_figure
+from synth.reports.figures.legend import legend
+from synth.reports.quantities import in_si
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.sections import gap_where
 
 # Key in ``across`` -> axis, size of a drawn unit in SI, key of a design's value.
 AXES = {"length": ("upper link [mm]", 1e-3, "leg_length"), "gear_ratio": ("gear ratio", 1.0, "gear_ratio")}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from reports.figures.jump_drawing import Geometry, Pose, strip_figure
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping
-from reports.sections.live_jump import jump_curves
+from synth.reports.figures.jump_drawing import Geometry, Pose, strip_figure
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping
+from synth.reports.sections.live_jump import jump_curves
 
 FILE = "jump.csv"
 POSES = 9  # of the leg drawn over the jump

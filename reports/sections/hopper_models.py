@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.model_bars import ModelBar, models_figure
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.model_bars import ModelBar, models_figure
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from reports.figures.hopper_layers import layers_figure
-from reports.reading import Result
-from reports.section import AbsentResult, ReportSection, mapping
+from synth.reports.figures.hopper_layers import layers_figure
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, ReportSection, mapping
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

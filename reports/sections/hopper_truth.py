@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.hopper_map import Map, map_figure
-from reports.figures.model_bars import ModelBar, models_figure
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.hopper_map import Map, map_figure
+from synth.reports.figures.model_bars import ModelBar, models_figure
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MEASURES = {"clearance": "ground clearance", "total_height": "rise of the centre of mass"}
 # M, clearance: Knaup & Aukes, simulation D and experiment.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.quantities import text
-from reports.reading import Result, unit_of, value_of
-from reports.section import ReportSection, fit_key, fit_of, mapping, sequence
+from synth.reports.quantities import text
+from synth.reports.reading import Result, unit_of, value_of
+from synth.reports.section import ReportSection, fit_key, fit_of, mapping, sequence
 
 MOST = 14  # input files shown unfolded
 

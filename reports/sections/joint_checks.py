@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.quantities import number
-from reports.reading import Result, png_uri
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.quantities import number
+from synth.reports.reading import Result, png_uri
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

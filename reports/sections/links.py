@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 HOLDS = {"none": "nothing of its joints", "joint": "its joints' parts"}
 KINDS = (("assumed", "assumed"), ("drawn", "drawn parts"), ("built", "simulated"))

@@ -8,11 +8,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.axes import padded
-from reports.figures.palette import BLUE, Line
-from reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
-from reports.reading import Json, Result, read_lines, value_of
-from reports.section import mapping, sequence
+from synth.reports.figures.axes import padded
+from synth.reports.figures.palette import BLUE, Line
+from synth.reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
+from synth.reports.reading import Json, Result, read_lines, value_of
+from synth.reports.section import mapping, sequence
 
 JUMP, DESIGNS = "jump.csv", "designs.csv"
 MOST_DESIGNS = 6000  # that the page holds; of more, the map of the chosen family stands alone

@@ -10,10 +10,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.quantities import text
-from reports.reading import Json, Result, read_lines, value_of
-from reports.scripts import data_block
-from reports.section import mapping, sequence
+from synth.reports.quantities import text
+from synth.reports.reading import Json, Result, read_lines, value_of
+from synth.reports.scripts import data_block
+from synth.reports.section import mapping, sequence
 
 GLB, PAGE = "parts/leg.glb", "page.json"
 _MAGIC = b"glTF"

@@ -8,14 +8,14 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.legend import legend
-from reports.figures.palette import FITTED, RECORDED
-from reports.figures.trials import shared_limits, trial_figure
-from reports.quantities import brief, number, unit_text
-from reports.reading import Json, Result, value_of
-from reports.response_files import MOST_TRIALS, Response, extremes, file_of, read_response
-from reports.section import AbsentResult, ReportSection, fit_key, fit_of, mapping, sequence
-from reports.stick_figure import following
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import FITTED, RECORDED
+from synth.reports.figures.trials import shared_limits, trial_figure
+from synth.reports.quantities import brief, number, unit_text
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.response_files import MOST_TRIALS, Response, extremes, file_of, read_response
+from synth.reports.section import AbsentResult, ReportSection, fit_key, fit_of, mapping, sequence
+from synth.reports.stick_figure import following
 
 FOLDER = "responses/source"
 _LINES = {"measured": RECORDED, "fitted": FITTED}

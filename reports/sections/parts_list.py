@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.quantities import percent
-from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.quantities import percent
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 SHOWN = 8  # alternatives of each part
 OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response

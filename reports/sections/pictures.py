@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import PurePosixPath
 from typing import Any
 
-from reports.reading import Result, png_uri
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.reading import Result, png_uri
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 WHOLE = ("assembly", "leg")  # names of pictures of the whole leg
 

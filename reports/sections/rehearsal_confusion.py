@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.figures.grid import GridCell, grid_figure
-from reports.reading import Result
-from reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.figures.grid import GridCell, grid_figure
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 CELL = 15.0  # px
 VERDICTS = ("none", "unknown", "failed")  # that name nothing

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from reports.openings.rehearsal_opening import visible_cell
-from reports.reading import Result
-from reports.section import ReportSection, mapping, sequence
+from synth.reports.openings.rehearsal_opening import visible_cell
+from synth.reports.reading import Result
+from synth.reports.section import ReportSection, mapping, sequence
 
 
 def content(result: Result) -> dict[str, Any]:

@@ -8,11 +8,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from reports.figures.spring_drawing import DrawnSpring, spring_drawing
-from reports.quantities import in_si, text
-from reports.reading import Json, Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping, sequence
-from reports.sections.winding_plan import winding_of
+from synth.reports.figures.spring_drawing import DrawnSpring, spring_drawing
+from synth.reports.quantities import in_si, text
+from synth.reports.reading import Json, Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.sections.winding_plan import winding_of
 
 # Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
 WIND = (

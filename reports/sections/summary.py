@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from reports.quantities import percent
-from reports.reading import Result, value_of
-from reports.section import AbsentResult, ReportSection, mapping
+from synth.reports.quantities import percent
+from synth.reports.reading import Result, value_of
+from synth.reports.section import AbsentResult, ReportSection, mapping
 
 
 def content(result: Result) -> dict[str, Any] | AbsentResult:

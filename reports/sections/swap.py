@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from reports.figures.legend import legend
-from reports.figures.palette import BUILT, GREEN, WANTED, Line
-from reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
-from reports.reading import Json, Result
-from reports.section import AbsentResult, ReportSection, sequence
-from reports.sections.live_leg import live_data
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import BUILT, GREEN, WANTED, Line
+from synth.reports.figures.trials import AxisRanges, Curve, TrialPanel, trial_figure
+from synth.reports.reading import Json, Result
+from synth.reports.section import AbsentResult, ReportSection, sequence
+from synth.reports.sections.live_leg import live_data
 
 TRIED = Line(GREEN, 2.0, "2 3")
 ROOM = 0.15  # of a joint's range of wanted angles, above and below, for what a worse part does

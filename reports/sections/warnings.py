@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from reports.reading import Json, Result
-from reports.section import mapping, sequence
-from reports.severity import Warned, judged
+from synth.reports.reading import Json, Result
+from synth.reports.section import mapping, sequence
+from synth.reports.severity import Warned, judged
 
 _STAGES = {"source": "fit to the source", "target": "fit to the target", "refit": "fit with the chosen dampers"}
 

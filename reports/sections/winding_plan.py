@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from reports.quantities import in_si, number, percent, text
-from reports.reading import Json, value_of
-from reports.section import mapping, sequence
+from synth.reports.quantities import in_si, number, percent, text
+from synth.reports.reading import Json, value_of
+from synth.reports.section import mapping, sequence
 
 GRIP = 1.1  # of the wire's length to cut: ends to hold
 _MEASURED = (

@@ -48,9 +48,9 @@ class Compared(Report):
 
     def write(self, folder: Path) -> None:
         """``compare.json``, ``compare.csv``, responses and a report."""
-        from reports.comparison_page import write_comparison_report
         from synth.files.output import place, stems, write_csv, write_json
         from synth.files.page_outline import outline_json
+        from synth.reports.comparison_page import write_comparison_report
 
         found = self.result
         write_json(folder / "compare.json", found.as_json())

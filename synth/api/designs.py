@@ -206,7 +206,7 @@ def design(
 
 
 def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage) -> LegDesign:
-    import cad
+    from synth import cad
     from synth.design.mass_loop import design_with_masses
     from synth.design.solid_files import not_drawable
 
@@ -225,10 +225,10 @@ def inputs_of(project: LegProject) -> list[tuple[str, str]]:
 
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
     """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
-    from reports import write_leg_report
     from synth.design.page_data import page_json
     from synth.design.write_design import design_json
     from synth.files.output import write_json
+    from synth.reports import write_leg_report
 
     write_json(folder / "page.json", page_json(design))
     files = sorted(path for path in folder.rglob("*") if path.is_file())

@@ -115,8 +115,8 @@ class Gap(_Diagnosed):
 
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions, the diagnosed leg, the same for simulators, and a report."""
-        from reports import write_gap_report
         from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
+        from synth.reports import write_gap_report
 
         write_gap(self.result, self.project, folder)
         write_simulator_files(self.diagnosed, self._fastest(), folder / "diagnosed")
@@ -154,8 +154,8 @@ class JumpGap(_Diagnosed):
 
     def write(self, folder: Path) -> None:
         """``gap.json``, predictions and a report."""
-        from reports.hopper_pages import write_jump_gap_report
         from synth.diagnosis.plants.jumping_leg.jump_write import write_gap
+        from synth.reports.hopper_pages import write_jump_gap_report
 
         write_gap(self.result, self.project, folder)
         write_jump_gap_report(folder)

@@ -76,10 +76,10 @@ class Hopper(Report):
 
     def write_with(self, folder: Path, *, parts: bool = True, stage: Stage = silent) -> None:
         """The same, ``parts`` or not."""
-        from reports.hopper_pages import write_hopper_report
         from synth.files.output import write_json
         from synth.hopper.laminate_parts import draw_parts
         from synth.hopper.write_study import hopper_json, write_designs, write_jump
+        from synth.reports.hopper_pages import write_hopper_report
 
         found = self.study
         with stage("writing the designs"):

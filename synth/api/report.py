@@ -117,7 +117,7 @@ class Report(ABC):
 
     def _repr_html_(self) -> str:
         """Headline, table and a small figure, for notebooks."""
-        from reports.notebook import notebook_html
+        from synth.reports.notebook import notebook_html
 
         panels = self.panels()
         drawn: dict[str, Any] | None = None

@@ -100,7 +100,7 @@ def fit_project(given: Ready) -> FitResult:
 
 def write_fit(result: FitResult, folder: Path) -> None:
     """Write ``fit.json``, the fitted leg, responses and a report."""
-    from reports import write_fit_report
+    from synth.reports import write_fit_report
 
     write_json(folder / "fit.json", result.as_json())
     write_leg(result.leg, folder / "fitted.leg.yaml")

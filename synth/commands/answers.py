@@ -50,7 +50,7 @@ def tell_notes(progress: Progress, notes: Sequence[str], result: Path) -> None:
     """At most five notes, those first that could change a decision; the rest counted, and where they stand."""
     if not notes:
         return
-    from reports.severity import judged, ordered
+    from synth.reports.severity import judged, ordered
 
     ranked = [each.text for each in ordered([judged("", note, "") for note in dict.fromkeys(notes)])]
     for note in ranked[:MOST_NOTES]:

@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         found = _checked(arguments.file, progress)
         document = found.as_json()
         if folder is not None:
-            from reports.model_checks import write_checks_report
+            from synth.reports.model_checks import write_checks_report
 
             write_json(folder / "check.json", document)
             write_checks_report(folder)

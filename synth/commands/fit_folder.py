@@ -146,7 +146,7 @@ def _fit_all(found: list[FolderProjects], kept: Kept, runner: Runner, progress: 
 
 
 def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed]) -> None:
-    from reports.fits_page import write_fits_report
+    from synth.reports.fits_page import write_fits_report
 
     without = {item.name for item in failed}
     fitted = [name for name in names if name not in without]

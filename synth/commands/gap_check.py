@@ -35,8 +35,8 @@ def run_check(arguments: argparse.Namespace, progress: Progress, project: GapPro
         found = check(project, say)
     document = found.as_json()
     if arguments.out:
-        from reports import write_check_report
         from synth.files.output import output_folder, write_json
+        from synth.reports import write_check_report
 
         with output_folder(arguments.out) as folder:
             write_json(folder / "check.json", document)

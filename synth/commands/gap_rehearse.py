@@ -23,13 +23,13 @@ MOST_WRONG = 8  # confusions on the screen; JSON and page have all
 
 def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
     """Rehearse; write ``rehearsal.json`` and a page. What an earlier or interrupted run has done is taken as it is."""
-    from reports import write_rehearsal_report
     from synth.batch.folder import Kept
     from synth.batch.task_outcome import versions
     from synth.files.output import output_folder, sha256_file, write_json
     from synth.rehearsal.rehearsal_result import RehearsalResult
     from synth.rehearsal.rehearse import WORDS, Rehearsal, default_count
     from synth.rehearsal.users_rig import users_rig
+    from synth.reports import write_rehearsal_report
 
     rig = users_rig(project)
     identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}

@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         return 0
     with output_folder(arguments.out) as folder, progress.stage("writing"):
         write_import(project, trials, folder)
-        from reports import write_import_report
+        from synth.reports import write_import_report
 
         write_import_report(folder)
     out = Path(arguments.out)

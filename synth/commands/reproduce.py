@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, go through the tables, write ``reproduction.json`` and the page."""
-    from reports.reproduction import write_reproduction_report
     from synth.files.output import output_folder, write_json
+    from synth.reports.reproduction import write_reproduction_report
     from synth.validation.thesis_reproduction import reproduction_json
 
     with output_folder(arguments.out) as folder:

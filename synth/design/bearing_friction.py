@@ -64,8 +64,8 @@ def bearing_friction(design: LegDesign) -> dict[str, BearingFriction]:
     """Estimated friction of every drawn joint; empty where nothing is drawn."""
     if design.drawn is None:
         return {}
-    from cad.checked_layout import lay_out
-    from cad.strength import axis_force
+    from synth.cad.checked_layout import lay_out
+    from synth.cad.strength import axis_force
 
     leg, found = design.built, {}
     for j, dimensions in enumerate(design.drawn.dimensions.joints):

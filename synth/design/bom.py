@@ -164,7 +164,7 @@ def _inserts(parts: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 def _insert_of(size: str) -> tuple[str, str]:
     """Maker and length of the insert for a screw such as ``M3``."""
-    from cad.hardware import inserts
+    from synth.cad.hardware import inserts
 
     found = inserts()[float(size.removeprefix("M"))]
     return found.maker, f"{found.length:g}"

@@ -17,9 +17,9 @@ def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOpt
 
     ``opening`` rad: that the joint opens the spring, which widens its coil by so much as it loses turns.
     """
-    from cad import JointDimensions, SpringDimensions
-    from cad.arm_layout import seat_size
-    from cad.dimensions import coil_fraction
+    from synth.cad import JointDimensions, SpringDimensions
+    from synth.cad.arm_layout import seat_size
+    from synth.cad.dimensions import coil_fraction
 
     angle = 180.0
     spring = SpringDimensions(wire * 1e3, mean * 1e3, round(coils) + coil_fraction(angle), angle)
@@ -31,7 +31,7 @@ def free_arm(wire: float, mean: float, coils: float, opening: float, cad: CadOpt
 
 def softening(wire: float, mean: float, coils: float, opening: float, cad: CadOptions) -> float:
     """Rate of the spring with its arms over that of its body alone."""
-    from cad.flexed_wire import effective_length
+    from synth.cad.flexed_wire import effective_length
 
     arm = free_arm(wire, mean, coils, opening, cad)
     return pi * mean * coils / effective_length(mean / 2, coils, arm)

@@ -11,7 +11,7 @@ from synth.design.leg_design import LegDesign
 from synth.files.project_options import DamperShape
 
 if TYPE_CHECKING:
-    from cad import DamperDimensions
+    from synth.cad import DamperDimensions
 
 BESIDE = 10.0  # mm, of the screws' circle over the body where it is not known: what an M3 in a flange takes
 # Keys of ``cad.dampers.JOINT`` and columns of the catalogue alike, in words.
@@ -58,7 +58,7 @@ def damper_of(design: LegDesign, j: int, shaft: float, notes: list[str]) -> Damp
 
 def drawn_damper(known: dict[str, Any], shaft: float, place: str) -> DamperDimensions:
     """A damper from what is known of it (SI, keys of ``ASKED``); ``unknown`` names the rest by its key."""
-    import cad
+    from synth import cad
 
     default = cad.DamperDimensions()
     lengths = {key: float(value) * 1e3 for key, value in known.items() if isinstance(value, float) and key != "bolts"}
@@ -90,7 +90,7 @@ def drawn_damper(known: dict[str, Any], shaft: float, place: str) -> DamperDimen
 
 def _room(shaft: float) -> float:
     """Circle (mm) on which screws stand outside the collar of a shaft, or of the next thicker one if it must grow."""
-    from cad.hardware import shaft_parts, shaft_sizes
+    from synth.cad.hardware import shaft_parts, shaft_sizes
 
     thicker = [size for size in shaft_sizes() if size >= shaft][:2]
     return max((2.0 * shaft_parts(size).radius for size in thicker), default=0.0) + BESIDE

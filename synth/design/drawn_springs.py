@@ -25,7 +25,7 @@ from synth.swing.mechanics import rest_pose
 from synth.units import quantity
 
 if TYPE_CHECKING:
-    from cad import JointDimensions
+    from synth.cad import JointDimensions
 
 ROUNDS = 8  # of spring and joint; the demo settles in three
 SETTLED = 1e-5  # relative, of mean diameters and rates from round to round
@@ -65,7 +65,7 @@ def draw_up(design: LegDesign, catalogue: Catalogue) -> LegDesign:
 
 def _laid_out(design: LegDesign, arms: Sequence[float | None] | None) -> Solids:
     """The joints with these free arms, mm. An arm that the new coil makes too short is left to its joint again."""
-    from cad import DimensionError
+    from synth.cad import DimensionError
 
     while True:
         try:
@@ -80,14 +80,14 @@ def _laid_out(design: LegDesign, arms: Sequence[float | None] | None) -> Solids:
 
 def _free_arms(solids: Solids) -> tuple[float, ...]:
     """The arms' free lengths (mm) that the joints ask for, to the next tenth."""
-    from cad.checked_layout import lay_out
+    from synth.cad.checked_layout import lay_out
 
     return tuple(ceil(10.0 * lay_out(joint).free_arm - 1e-6) / 10.0 for joint in solids.dimensions.joints)
 
 
 def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringOption:
     """A spring with free arms of ``arm`` mm."""
-    from cad.flexed_wire import effective_length
+    from synth.cad.flexed_wire import effective_length
 
     spring = dimensions.spring
     if option.row is not None:
@@ -102,9 +102,9 @@ def _drawn(option: SpringOption, dimensions: JointDimensions, arm: float, catalo
 
 def _wound(option: SpringOption, dimensions: JointDimensions, arm: float, catalogue: Catalogue) -> SpringDesign:
     """The spring to wind with the mean diameter that gives its rate with free arms of ``arm`` mm."""
-    from cad.flexed_wire import effective_length
-    from cad.layout import place
-    from cad.torsion_spring import wire_length
+    from synth.cad.flexed_wire import effective_length
+    from synth.cad.layout import place
+    from synth.cad.torsion_spring import wire_length
 
     assert option.design is not None
     assert option.result is not None

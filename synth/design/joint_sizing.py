@@ -17,7 +17,7 @@ from synth.swing.leg_model import Joint
 from synth.swing.mechanics import rest_pose
 
 if TYPE_CHECKING:
-    from cad import JointDimensions, PrintDimensions
+    from synth.cad import JointDimensions, PrintDimensions
 
 Ends = tuple[float, float]
 MARGIN = 5.0  # deg, of travel drawn beyond what the leg does where the leg file gives no range
@@ -37,7 +37,7 @@ def dimensions_of(design: LegDesign, arms: Sequence[float | None] | None = None)
     cad.DimensionError
         when a joint cannot be drawn, for the first such joint.
     """
-    import cad
+    from synth import cad
 
     notes: list[str] = []
     options = design.project.cad
@@ -65,7 +65,7 @@ def _joint(
     design: LegDesign, j: int, moves: tuple[float, float], arm: float | None, notes: list[str]
 ) -> JointDimensions:
     """One joint before it is sized; ``moves``: its rest angle, deg, and its fastest rate, rad/s."""
-    import cad
+    from synth import cad
 
     joint, options = design.built.joints[j], design.project.cad
     assert joint.spring is not None
@@ -155,8 +155,8 @@ def _damper_torque(joint: Joint, fastest: float) -> float:
 
 def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions, notes: list[str]) -> JointDimensions:
     """The joint large enough for its loads, with an encoder's seat where that fits; what changed is noted."""
-    import cad
-    from cad.fitting_problems import least_encoder_circle
+    from synth import cad
+    from synth.cad.fitting_problems import least_encoder_circle
 
     left_open = {default.key for default in design.project.defaults}
     may = set(cad.SIZED) | ({"shaft_diameter"} if "cad.shaft_diameter" in left_open else set())
@@ -203,7 +203,7 @@ def _range(design: LegDesign, j: int, rest: float) -> tuple[float, float]:
 
 
 def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
-    import cad
+    from synth import cad
 
     option, name = design.springs.chosen[j], design.built.joint_names[j]
     if option.row is not None:

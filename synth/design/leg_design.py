@@ -9,8 +9,8 @@ from math import degrees, pi, radians, remainder
 
 import numpy as np
 
-from cad.dimensions import LegDimensions  # by its name a kept design finds the class again
 from synth.arrays import Array
+from synth.cad.dimensions import LegDimensions  # by its name a kept design finds the class again
 from synth.design.choice_robustness import ChoiceRobustness, told
 from synth.design.choice_rounds import ChoiceTask, Stage, choose_in_rounds, first_choice
 from synth.design.choose_dampers import (

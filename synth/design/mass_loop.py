@@ -28,7 +28,7 @@ from synth.parts.catalogs import Catalogue
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
-    from cad import LegDimensions
+    from synth.cad import LegDimensions
 
 MOST_ROUNDS = 5  # of choosing; the built-in example and the lab's project take two
 MOST_SETTLING = 4  # drawings by which free angles and masses come to agree; two are enough but for a last digit
@@ -42,7 +42,7 @@ def design_with_masses(project: LegProject, catalogue: Catalogue, stage: Stage) 
     UserError : as ``design_leg``; ``cad: masses`` names a part that is not there.
     cad.DimensionError : the joints of the chosen parts cannot be drawn.
     """
-    import cad
+    from synth import cad
 
     known, target, scales = known_beforehand(project, stage), project.target, JointWeights(project)
     labels: tuple[object, ...] = ()
@@ -119,7 +119,7 @@ class JointWeights:
         return links_of(design, self._masses(design.drawn.dimensions, pieces_of(design)))
 
     def _masses(self, dimensions: LegDimensions, pieces: Mapping[str, int]) -> tuple[PartMass, ...]:
-        import cad
+        from synth import cad
 
         key = repr((dimensions, sorted(pieces.items())))
         if key not in self._known:

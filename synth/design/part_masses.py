@@ -14,7 +14,7 @@ from synth.swing.rigid_body import RigidBody, Tensor
 from synth.units import quantity
 
 if TYPE_CHECKING:
-    from cad import BuiltLeg
+    from synth.cad import BuiltLeg
 
 ENCODER = 0.014  # kg: AMT103, CUI Devices' data sheet of the AMT10 series (2019), "Mechanical: weight"
 # kg/m^3 of a damper's envelope, our assumption: plastic and oil about 1 to 1.4, small shares of zinc 6.6 and steel 7.85

@@ -48,7 +48,7 @@ def _shown(
     masses: Sequence[PartMass], joint: str, groups: tuple[str, ...], turn: float, shift: Vector, folder: Path
 ) -> tuple[Visual, ...]:
     """Parts of a joint that were exported; a spring is shown as it hangs from the upper half, unloaded."""
-    from cad.parts import COLOURS
+    from synth.cad.parts import COLOURS
 
     return tuple(
         Visual(item.part, f"parts/{item.part}.stl", turn, shift, COLOURS[item.family])

@@ -14,7 +14,7 @@ from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
 
 if TYPE_CHECKING:
-    from cad import BuiltLeg, CheckResult, ExportedFile
+    from synth.cad import BuiltLeg, CheckResult, ExportedFile
     from synth.design.drawn_springs import SeatSetting
     from synth.design.leg_design import LegDesign, Solids
     from synth.design.part_masses import PartMass
@@ -41,7 +41,7 @@ def draw_solids(
     ------
     UserError : dimensions from which no joint can be drawn, by name.
     """
-    import cad
+    from synth import cad
     from synth.design.mass_loop import pieces_of
     from synth.design.part_masses import mass_from
 
@@ -109,7 +109,7 @@ def _drawn(
 
     ``known``: weighed masses (kg) by part, and dampers by joint.
     """
-    import cad
+    from synth import cad
     from synth.design.part_masses import mass_json, masses_of
 
     leg = cad.build_leg(solids.dimensions)
@@ -136,8 +136,8 @@ def _record(
     failures: dict[str, CheckResult],
     notes: list[str],
 ) -> dict[str, Any]:
-    import cad
-    from cad.assembly import assembly
+    from synth import cad
+    from synth.cad.assembly import assembly
 
     pictures = {check: f"checks/{name}" for name, check in failures.items()}
     return {
@@ -227,8 +227,8 @@ def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
 
 def _joints(leg: BuiltLeg) -> dict[str, Any]:
     """What the drawn joints leave and allow: free play, the stops' angles, arms and seat."""
-    from cad.play import joint_play
-    from cad.travel import Bodies
+    from synth.cad.play import joint_play
+    from synth.cad.travel import Bodies
 
     found = {}
     for joint in leg.joints:
@@ -253,7 +253,7 @@ def _joints(leg: BuiltLeg) -> dict[str, Any]:
 
 
 def _rate_ratio(spring: Any, free_arm: float) -> float:
-    from cad.flexed_wire import effective_length
+    from synth.cad.flexed_wire import effective_length
 
     drawn = effective_length(spring.radius, spring.drawn_coils, free_arm)
     return 1.0 if spring.stiff_length is None else float(spring.stiff_length / drawn)

@@ -41,7 +41,7 @@ def program() -> str:
     """Hash of the program's source, data, templates and libraries' versions."""
     digest = hashlib.sha256()
     root = Path(synth.__file__).parent
-    for package in (root, root.parent / "cad", root.parent / "reports", root.parent / "catalogs"):
+    for package in (root, *(root / name for name in ("cad", "reports", "_catalogs"))):
         for path in sorted(package.rglob("*")):
             if path.is_file() and path.suffix != ".pyc":
                 digest.update(path.relative_to(package).as_posix().encode())

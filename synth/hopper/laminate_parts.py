@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cad.hopper_joint import HopperDimensions
+    from synth.cad.hopper_joint import HopperDimensions
     from synth.hopper.study import Study
 
 FOLDER = "parts"
@@ -16,8 +16,8 @@ FOLDER = "parts"
 
 def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
     """Write the parts of the chosen leg into ``folder/parts``; what cannot be drawn is said in ``notes``."""
-    from cad.hopper_joint import export_hopper
-    from cad.limits import DimensionError
+    from synth.cad.hopper_joint import export_hopper
+    from synth.cad.limits import DimensionError
     from synth.hopper.drawn_flexures import JOINTS, drawn_flexures
     from synth.units import quantity
 
@@ -70,7 +70,7 @@ def draw_parts(found: Study, folder: Path) -> dict[str, Any]:
 
 def dimensions_of(found: Study, size: str) -> HopperDimensions | str:
     """Millimetres and degrees for the chosen leg; in words why not, where something is not known."""
-    from cad.hopper_joint import HopperDimensions
+    from synth.cad.hopper_joint import HopperDimensions
 
     leg, parts = found.best_leg, found.project.parts
     laminate = leg.laminate

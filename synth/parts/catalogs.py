@@ -30,12 +30,8 @@ P = TypeVar("P", TorsionSpringRow, DamperRow, GearMotorRow)
 
 
 def catalog_folder() -> Path:
-    """Where the built-in CSVs lie: inside the installed package, or at the root of a working copy."""
-    package = Path(__file__).resolve().parent.parent
-    for folder in (package / "_catalogs", package.parent / "catalogs"):
-        if (folder / "torsion_springs.csv").is_file():
-            return folder
-    raise FileNotFoundError(f"the built-in catalogues are neither in {package / '_catalogs'} nor beside {package}")
+    """Where the built-in CSVs lie: inside the package; in the repository that is a link to ``catalogs``."""
+    return Path(__file__).resolve().parents[1] / "_catalogs"
 
 
 @dataclass(frozen=True)

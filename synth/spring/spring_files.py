@@ -58,7 +58,7 @@ def write_spring(
     write_json(folder / "spring.json", content)
     if spring is None:
         return
-    from reports import write_winding_sheet
+    from synth.reports import write_winding_sheet
 
     write_winding_sheet(folder)
     (folder / "winding_sheet.txt").write_text(winding_sheet(spring, shown), encoding="utf-8")
@@ -69,7 +69,7 @@ def write_spring(
 
 def write_request(spring: SpringDesign, shown: ShownUnits, path: Path) -> None:
     """Write the dimensioned drawing that a maker can quote from."""
-    from cad.spring_request import SpringRequest, write_spring_request
+    from synth.cad.spring_request import SpringRequest, write_spring_request
 
     request = SpringRequest(
         wire=spring.wire_diameter * 1e3,
@@ -92,7 +92,7 @@ def write_solid(spring: SpringDesign, folder: Path) -> None:
     UserError
         If it cannot be drawn, with the dimension.
     """
-    from cad import SpringDimensions
+    from synth.cad import SpringDimensions
 
     arm = spring.leg_lengths[0] * 1e3
     dimensions = SpringDimensions(
@@ -107,10 +107,10 @@ def write_solid(spring: SpringDesign, folder: Path) -> None:
 
     import cadquery as cq
 
-    from cad.checks import check_part, require
-    from cad.export import write_step, write_stl
-    from cad.parts import BuiltPart, Mesh
-    from cad.torsion_spring import build_spring, spring_mesh, spring_volume
+    from synth.cad.checks import check_part, require
+    from synth.cad.export import write_step, write_stl
+    from synth.cad.parts import BuiltPart, Mesh
+    from synth.cad.torsion_spring import build_spring, spring_mesh, spring_volume
 
     solid = build_spring(dimensions, arm)
     mesh = Mesh(*spring_mesh(dimensions, arm))

@@ -23,10 +23,10 @@ from jinja2 import Environment
 from markupsafe import Markup
 
 from bench.results import Cell, Figure, Section, load, say
-from reports.figures.axes import Axes, AxisScale
-from reports.figures.legend import legend
-from reports.figures.palette import BLUE, GREEN, GREY, ORANGE, VERMILION, Line
-from reports.figures.svg import Svg
+from synth.reports.figures.axes import Axes, AxisScale
+from synth.reports.figures.legend import legend
+from synth.reports.figures.palette import BLUE, GREEN, GREY, ORANGE, VERMILION, Line
+from synth.reports.figures.svg import Svg
 
 BENCHES = ("engine", "fit", "parts", "gap")
 LIBRARIES = ("limb-synth", "numpy", "scipy", "numba", "llvmlite", "mujoco", "casadi")

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from markupsafe import Markup
 
 from blind.chance import BINS, Array, reliability, wilson
-from reports.figures.palette import BLACK, BLUE, GREY, RULE
-from reports.figures.svg import Svg
+from synth.reports.figures.palette import BLACK, BLUE, GREY, RULE
+from synth.reports.figures.svg import Svg
 
 CELL, LEFT, TOP = 21.0, 172.0, 150.0
 LAST = ("none", "unknown", "failed")

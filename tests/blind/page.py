@@ -15,7 +15,7 @@ from jinja2 import Environment
 from blind.figures import confusion_matrix, reliability_diagram
 from blind.score import Answer, Level, Score, confusion, odds, right, shrink_of, strength, true_keys
 from blind.views import Key, View
-from reports.figures.palette import BLUE, ORANGE, VERMILION
+from synth.reports.figures.palette import BLUE, ORANGE, VERMILION
 
 COLOURS = (BLUE, VERMILION, ORANGE)
 

@@ -25,7 +25,6 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 LONGEST = 600.0  # s, a case; longer is a failure
 PROGRAM = "program.txt"  # in the outputs' folder: what made them
-PACKAGES = ("synth", "reports", "catalogs")
 # No part of a diagnosis of swings.
 APART = ("hopper", "jump", "design", "spring", "parts", "examples", "commands", "planting", "rehearsal")
 
@@ -56,8 +55,7 @@ def snapshot(to: Path, apart: Sequence[str] = APART) -> Program:
             shutil.rmtree(old)
         partial = to / "partial-program"
         shutil.rmtree(partial, ignore_errors=True)
-        for package in PACKAGES:
-            shutil.copytree(ROOT / package, partial / package, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / "synth", partial / "synth", ignore=shutil.ignore_patterns("__pycache__"))
         partial.rename(folder)
     return Program(folder.resolve(), digest)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from cad import (
+from synth.cad import (
     BuiltLeg,
     DamperDimensions,
     JointDimensions,

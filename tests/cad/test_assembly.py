@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from cad import (
+from cad_joints import cleared
+from synth.cad import (
     AdapterDimensions,
     BoreDimensions,
     DamperDimensions,
@@ -14,9 +15,8 @@ from cad import (
     JointDimensions,
     SpringDimensions,
 )
-from cad.assembly import assembly, exploded, numbers_at
-from cad.joint import build_joint
-from cad_joints import cleared
+from synth.cad.assembly import assembly, exploded, numbers_at
+from synth.cad.joint import build_joint
 
 KNEE = JointDimensions("knee", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions
-from cad.checked_layout import lay_out, link_gap
-from cad.hinge import build_lower, build_upper
-from cad.outline import Disc, hull_of
 from cad_joints import cleared
+from synth.cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions
+from synth.cad.checked_layout import lay_out, link_gap
+from synth.cad.hinge import build_lower, build_upper
+from synth.cad.outline import Disc, hull_of
 
 HIP = cleared(
     JointDimensions("hip", SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0), 110.0, 110.0, range=(80.0, 140.0))

@@ -8,11 +8,11 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-from cad import DimensionError, JointDimensions, SpringDimensions, arm_offset
-from cad.checked_layout import clear_upper_arm_angle, lay_out
-from cad.checks import check_joint
-from cad.joint import build_joint
-from cad.pose import loaded_wire
+from synth.cad import DimensionError, JointDimensions, SpringDimensions, arm_offset
+from synth.cad.checked_layout import clear_upper_arm_angle, lay_out
+from synth.cad.checks import check_joint
+from synth.cad.joint import build_joint
+from synth.cad.pose import loaded_wire
 
 SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
 TURNED = JointDimensions("ankle", SPRING, 100.0, 120.0, (90.0, 165.0), closes=1)

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad import (
+from cad_joints import cleared
+from synth.cad import (
     DamperDimensions,
     DimensionError,
     JointDimensions,
@@ -20,10 +21,9 @@ from cad import (
     clear_upper_arm_angle,
     included_angle_of,
 )
-from cad.checked_layout import lay_out
-from cad.dimensions import check, coil_fraction
-from cad.leg_joints import lay_out_leg
-from cad_joints import cleared
+from synth.cad.checked_layout import lay_out
+from synth.cad.dimensions import check, coil_fraction
+from synth.cad.leg_joints import lay_out_leg
 
 SPRING = SpringDimensions(3.429, 26.035, 7.17, 120.0)
 KNEE = JointDimensions("knee", SPRING, 111.0, 119.0)

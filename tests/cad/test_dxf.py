@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cad.dxf import drawing
+from synth.cad.dxf import drawing
 
 
 def written(path: Path) -> bytes:

@@ -9,10 +9,10 @@ from pathlib import Path
 import cadquery as cq
 import pytest
 
-from cad import GateError, JointDimensions, LegDimensions, SpringDimensions, build_leg, check_leg, export_leg
-from cad.export import write_step
-from cad.step_text import normalised_step
 from cad_joints import cleared
+from synth.cad import GateError, JointDimensions, LegDimensions, SpringDimensions, build_leg, check_leg, export_leg
+from synth.cad.export import write_step
+from synth.cad.step_text import normalised_step
 
 JOINT = cleared(
     JointDimensions("left knee", SpringDimensions(2.0, 16.0, 4.17, 120.0, hand="left"), 120.0, 130.0, sign=-1)
@@ -121,7 +121,7 @@ def test_pictures_are_drawn_and_not_blank(leg, tmp_path):
     import numpy as np
     from matplotlib.image import imread
 
-    from cad.export import PreviewError, draw_leg
+    from synth.cad.export import PreviewError, draw_leg
 
     one = build_leg(LegDimensions("one", (JOINT,)))
     try:
@@ -140,7 +140,7 @@ def test_a_machine_that_cannot_draw_is_told_so_and_does_not_crash(monkeypatch: p
     """A minimal Debian has libGL without libEGL: vtk would then open an X window, find no screen and crash."""
     import ctypes
 
-    from cad.preview import Camera, PreviewError
+    from synth.cad.preview import Camera, PreviewError
 
     def missing(name: str) -> None:
         raise OSError(f"{name}: cannot open shared object file")

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import (
+from cad_joints import cleared
+from synth.cad import (
     AdapterDimensions,
     BoreDimensions,
     DamperDimensions,
@@ -22,11 +23,10 @@ from cad import (
     check_leg,
     export_leg,
 )
-from cad.checked_layout import lay_out
-from cad.checks import check_axial_play, check_keyed, check_part, check_screws
-from cad.joint import build_joint
-from cad.travel import Bodies, check_travel, check_within, manifold
-from cad_joints import cleared
+from synth.cad.checked_layout import lay_out
+from synth.cad.checks import check_axial_play, check_keyed, check_part, check_screws
+from synth.cad.joint import build_joint
+from synth.cad.travel import Bodies, check_travel, check_within, manifold
 
 HIP = cleared(
     JointDimensions(
@@ -127,7 +127,7 @@ def test_mount_s_screws_pass_the_ears(hip):
     """A rod through each hole of the flange, and a head's width round it, meets nothing of the upper half."""
     import cadquery as cq
 
-    from cad.outlines import mount_screws
+    from synth.cad.outlines import mount_screws
 
     joint = hip.joints[0]
     upper, start = joint.part("upper").solid, joint.layout.upper_bottom
@@ -242,7 +242,7 @@ def test_files_for_others_hold_what_was_built(hip, tmp_path):
 def test_a_failure_is_drawn_in_red(hip, tmp_path):
     from matplotlib.image import imread
 
-    from cad import PreviewError, draw_failures
+    from synth.cad import PreviewError, draw_failures
 
     joint = hip.joints[0]
     wider = replace(joint.dimensions, range=(60.0, 140.0))

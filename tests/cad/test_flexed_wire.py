@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from cad.flexed_wire import effective_length, flexed
+from synth.cad.flexed_wire import effective_length, flexed
 
 SPRINGS = [(10.0, 2.17, 14.0), (13.0, 7.17, 16.0), (18.25, 1.04, 27.0), (8.5, 6.17, 12.0), (5.0, 3.6, 0.001)]
 

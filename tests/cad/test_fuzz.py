@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from cad import MountDimensions
+from synth.cad import MountDimensions
 from tool_modules import tool
 
 

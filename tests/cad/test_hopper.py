@@ -11,8 +11,8 @@ import cadquery as cq
 import ezdxf
 import pytest
 
-from cad.hopper_joint import HopperDimensions, HopperParts, assembly, export_hopper, hinges, hub, layers, mount
-from cad.limits import DimensionError
+from synth.cad.hopper_joint import HopperDimensions, HopperParts, assembly, export_hopper, hinges, hub, layers, mount
+from synth.cad.limits import DimensionError
 
 LEG = HopperDimensions(
     upper=120.0, lower=120.0, hip_spacing=30.0, width=15.0, thickness=1.7, film=0.1, adhesive=0.015, gap=0.2073,

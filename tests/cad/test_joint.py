@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import DimensionError, GateError, JointDimensions, LegDimensions, SpringDimensions
-from cad.arm_layout import OVERHANG
-from cad.checks import (
+from cad_joints import cleared
+from synth.cad import DimensionError, GateError, JointDimensions, LegDimensions, SpringDimensions
+from synth.cad.arm_layout import OVERHANG
+from synth.cad.checks import (
     check_arms,
     check_axial_play,
     check_interference,
@@ -22,13 +23,12 @@ from cad.checks import (
     check_screws,
     require,
 )
-from cad.joint import BuiltJoint, build_joint, orient
-from cad.leg_joints import build_leg
-from cad.parts import Mesh, mesh_of
-from cad.pose import loaded_line
-from cad.printing import check_printing
-from cad.travel import Bodies
-from cad_joints import cleared
+from synth.cad.joint import BuiltJoint, build_joint, orient
+from synth.cad.leg_joints import build_leg
+from synth.cad.parts import Mesh, mesh_of
+from synth.cad.pose import loaded_line
+from synth.cad.printing import check_printing
+from synth.cad.travel import Bodies
 
 ANKLE_SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
 
@@ -91,7 +91,7 @@ def test_gates_see_a_wrong_sweep(leg):
         "mesh volume",
     ]
     # A wire 0.1 % thinner than asked: valid, closed, and caught by the volume alone.
-    from cad.torsion_spring import build_spring
+    from synth.cad.torsion_spring import build_spring
 
     thin = build_spring(replace(spring, wire_diameter=spring.wire_diameter * 0.999), length)
     results = check_part(with_part(joint, "spring", solid=thin).part("spring"))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from cad import BuiltLeg
-from cad.parts import BuiltPart, mesh_of
+from synth.cad import BuiltLeg
+from synth.cad.parts import BuiltPart, mesh_of
 
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 

@@ -6,17 +6,24 @@ from dataclasses import replace
 
 import pytest
 
-from cad import DamperDimensions, DimensionError, JointDimensions, LoadDimensions, PrintDimensions, SpringDimensions
-from cad.checked_layout import lay_out
-from cad.checks import check_interference, check_joint
-from cad.hardware import screw_of
-from cad.hinge import build_lower
-from cad.joint import BuiltJoint, assemble, build_joint
-from cad.parts import mesh_of
-from cad.play import find_play
-from cad.strength import stresses
-from cad.travel import Bodies, manifold
 from cad_joints import cleared
+from synth.cad import (
+    DamperDimensions,
+    DimensionError,
+    JointDimensions,
+    LoadDimensions,
+    PrintDimensions,
+    SpringDimensions,
+)
+from synth.cad.checked_layout import lay_out
+from synth.cad.checks import check_interference, check_joint
+from synth.cad.hardware import screw_of
+from synth.cad.hinge import build_lower
+from synth.cad.joint import BuiltJoint, assemble, build_joint
+from synth.cad.parts import mesh_of
+from synth.cad.play import find_play
+from synth.cad.strength import stresses
+from synth.cad.travel import Bodies, manifold
 
 SPRING = SpringDimensions(2.032, 17.018, 6.17, 120.0)
 PAIR = cleared(JointDimensions(

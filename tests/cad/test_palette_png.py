@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cad.palette_png import SIGNATURE, STEP, palette_of, write_png
+from synth.cad.palette_png import SIGNATURE, STEP, palette_of, write_png
 
 
 def shaded(width: int = 160, height: int = 120) -> np.ndarray:

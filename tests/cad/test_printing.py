@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from cad.parts import Mesh
-from cad.print_file import laid
-from cad.printing import WAYS_UP, hanging_faces, on_bed, overhang, thin_points, wall_thickness
+from synth.cad.parts import Mesh
+from synth.cad.print_file import laid
+from synth.cad.printing import WAYS_UP, hanging_faces, on_bed, overhang, thin_points, wall_thickness
 
 pytest.importorskip("manifold3d")
 
@@ -76,8 +76,8 @@ def test_plates_hold_every_printed_part_within_the_bed_and_apart(leg):
     """Found on a leg of three joints: one file held all rows, whatever the bed's depth."""
     import numpy as np
 
-    from cad.print_file import plates
-    from cad.printing import plan_part
+    from synth.cad.print_file import plates
+    from synth.cad.printing import plan_part
 
     printing = leg.dimensions.printing
     plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]

@@ -9,20 +9,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import JointDimensions, SpringDimensions
-from cad.arm_layout import seat_size
-from cad.checks import check_arms
-from cad.dimensions import coil_fraction
-from cad.export import write_step
-from cad.flexed_wire import effective_length
-from cad.hardware import insert_of, inserts, screw_of, screws
-from cad.joint import BuiltJoint, build_joint
-from cad.layout import jaw_height
-from cad.parts import Mesh
-from cad.play import PLAY_LIMIT, check_play, joint_play
-from cad.spring_solid import measured_arms, measured_stiff_length
-from cad.travel import Bodies
 from cad_joints import cleared
+from synth.cad import JointDimensions, SpringDimensions
+from synth.cad.arm_layout import seat_size
+from synth.cad.checks import check_arms
+from synth.cad.dimensions import coil_fraction
+from synth.cad.export import write_step
+from synth.cad.flexed_wire import effective_length
+from synth.cad.hardware import insert_of, inserts, screw_of, screws
+from synth.cad.joint import BuiltJoint, build_joint
+from synth.cad.layout import jaw_height
+from synth.cad.parts import Mesh
+from synth.cad.play import PLAY_LIMIT, check_play, joint_play
+from synth.cad.spring_solid import measured_arms, measured_stiff_length
+from synth.cad.travel import Bodies
 
 CASES = [
     (sign, zero, hand, closes)

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cad import SpringDimensions
-from cad.arm_shaft import (
+from synth.cad import SpringDimensions
+from synth.cad.arm_shaft import (
     ShaftShape,
     build_section,
     build_shaft,
@@ -21,10 +21,10 @@ from cad.arm_shaft import (
     section_area,
     shaft_volume,
 )
-from cad.checks import measured_arms
-from cad.outline import Disc, hull_of
-from cad.parts import Mesh
-from cad.torsion_spring import build_spring, spring_mesh, spring_volume, wire_length
+from synth.cad.checks import measured_arms
+from synth.cad.outline import Disc, hull_of
+from synth.cad.parts import Mesh
+from synth.cad.torsion_spring import build_spring, spring_mesh, spring_volume, wire_length
 
 KNEE = SpringDimensions(3.429, 26.035, 7.17, 120.0)
 ANKLE = SpringDimensions(2.032, 17.018, 6.17, 120.0)

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from cad import DimensionError, JointDimensions, SpringDimensions
-from cad.checked_layout import lay_out
-from cad.hinge import build_lower, build_upper
-from cad.joint import BuiltJoint, build_joint
-from cad.stops import contact_angle
-from cad.travel import Bodies, check_travel, stop_contacts
 from cad_joints import cleared
+from synth.cad import DimensionError, JointDimensions, SpringDimensions
+from synth.cad.checked_layout import lay_out
+from synth.cad.hinge import build_lower, build_upper
+from synth.cad.joint import BuiltJoint, build_joint
+from synth.cad.stops import contact_angle
+from synth.cad.travel import Bodies, check_travel, stop_contacts
 
 SPRING = SpringDimensions(2.5, 20.0, 4 + 60 / 360, 120.0)
 KNEE = JointDimensions("knee", SPRING, 115.0, 118.0, range=(90.0, 140.0), stops=(84.0, 151.0))
@@ -43,7 +43,7 @@ def test_a_joint_without_horns_is_stopped_by_its_gate():
     bare = replace(layout, stops=tuple(replace(stop, outer=1.0) for stop in layout.stops))
     upper, lower = build_upper(dimensions, layout), build_lower(dimensions, bare)
     joint = build_joint(dimensions)
-    from cad.parts import mesh_of
+    from synth.cad.parts import mesh_of
 
     parts = tuple(
         replace(p, solid=solid, mesh=mesh_of(solid).scaled((joint.layout.flips[0], 1, joint.layout.flips[1])))

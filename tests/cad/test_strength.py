@@ -8,13 +8,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import JointDimensions, LoadDimensions, PrintDimensions, SpringDimensions, sized
-from cad.arm_layout import seat_size
-from cad.checked_layout import lay_out
-from cad.hardware import Pin, insert_of
-from cad.sizing import overload
-from cad.strength import FRICTION, Stress, _share, axis_force, check_strength, key_pressure, pin_stresses, stresses
 from cad_joints import cleared
+from synth.cad import JointDimensions, LoadDimensions, PrintDimensions, SpringDimensions, sized
+from synth.cad.arm_layout import seat_size
+from synth.cad.checked_layout import lay_out
+from synth.cad.hardware import Pin, insert_of
+from synth.cad.sizing import overload
+from synth.cad.strength import (
+    FRICTION,
+    Stress,
+    _share,
+    axis_force,
+    check_strength,
+    key_pressure,
+    pin_stresses,
+    stresses,
+)
 
 KNEE = cleared(JointDimensions("knee", SpringDimensions(3.429, 26.035, 7.17, 120.0), 111.0, 119.0))
 LOADED = replace(KNEE, loads=LoadDimensions(spring_rate=2.0, damper_torque=0.3))

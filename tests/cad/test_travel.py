@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cad import DamperDimensions, JointDimensions, SpringDimensions
-from cad.checked_layout import lay_out
-from cad.joint import BuiltJoint, assemble
-from cad.parts import Mesh
-from cad.pose import loaded_line
-from cad.travel import Bodies, check_spring_room, first_contact, poses, turned
 from cad_joints import cleared
+from synth.cad import DamperDimensions, JointDimensions, SpringDimensions
+from synth.cad.checked_layout import lay_out
+from synth.cad.joint import BuiltJoint, assemble
+from synth.cad.parts import Mesh
+from synth.cad.pose import loaded_line
+from synth.cad.travel import Bodies, check_spring_room, first_contact, poses, turned
 
 
 @pytest.fixture(scope="module")
@@ -121,8 +121,8 @@ def test_a_pair_of_thick_springs_keeps_its_gap_at_both_stops():
 
 def test_a_bore_that_is_not_round_is_seen_as_the_shaft_turns(knee):
     """A square ring in the ear lets a squared collar in as it is drawn, and not when it turns."""
-    from cad.arm_shaft import build_section
-    from cad.parts import mesh_of
+    from synth.cad.arm_shaft import build_section
+    from synth.cad.parts import mesh_of
 
     upper, collar = knee.part("upper"), knee.part("collar_b")
     low, high = collar.mesh.vertices[:, 2].min(), collar.mesh.vertices[:, 2].max()

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cad.dimensions import _NAME as CAD_NAME
-from cad.parts import file_name
+from synth.cad.dimensions import _NAME as CAD_NAME
+from synth.cad.parts import file_name
 from synth.cli import main
 from synth.errors import UserError
 from synth.files.leg_file import read_leg

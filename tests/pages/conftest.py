@@ -39,9 +39,9 @@ def pages(tmp_path_factory: pytest.TempPathFactory, made: ModuleType) -> dict[st
         folders = sorted(path for path in Path(given).iterdir() if path.is_dir())
         return {folder.name: folder / name for folder in folders for name in WRITTEN if (folder / name).is_file()}
     from diagnosis.made_result import made_result
-    from reports import write_fit_report, write_gap_report, write_leg_report
     from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
     from synth.files.gap_project import GapProject, Tolerance
+    from synth.reports import write_fit_report, write_gap_report, write_leg_report
 
     root = tmp_path_factory.mktemp("pages")
     made.make_design(root / "leg", trials=3)

@@ -93,7 +93,7 @@ def write_leg_folder(folder: Path, made: ModuleType) -> Path:
     """A design folder whose page can move; returns the page."""
     import trimesh
 
-    from reports import write_leg_report
+    from synth.reports import write_leg_report
 
     wanted, built = responses()
     names = [release.name for release in RELEASES]

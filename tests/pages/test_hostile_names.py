@@ -13,7 +13,7 @@ WICKED = "</script><img src=x onerror=\"document.title='caught'\">"
 
 
 def test_names_with_markup_run_nothing(browser: Any, made: ModuleType, tmp_path: Path) -> None:
-    from reports import write_leg_report
+    from synth.reports import write_leg_report
 
     joints = [WICKED.replace("/", "|"), "knee", "a]b\"'c"]
     design = made.make_design(tmp_path / "leg", joints=joints, trials=2, name=WICKED)

@@ -27,7 +27,7 @@ def quantity(value: float, unit: str) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory, made: ModuleType) -> Path:
     """A study of nine designs, and a jump whose foot stays under the hips until 50 ms and then rises."""
-    from reports.hopper_pages import write_hopper_report
+    from synth.reports.hopper_pages import write_hopper_report
 
     target = tmp_path_factory.mktemp("jump") / "hopper"
     target.mkdir()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import base64
 from pathlib import Path
 
-from reports.page import environment
-from reports.reading import Result
-from reports.section import AbsentResult
-from reports.sections import joint_checks
+from synth.reports.page import environment
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult
+from synth.reports.sections import joint_checks
 
 DOT = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="

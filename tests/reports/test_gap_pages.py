@@ -19,17 +19,17 @@ from hypothesis import strategies as st
 
 from diagnosis.made_result import FRICTION, made_result
 from page_reader import check_words, drawings, page_of
-from reports import quantities, write_gap_report
-from reports.figures import missing_torque
-from reports.figures.missing_torque import Cloud, binned, missing_torque_figure, quantile
-from reports.figures.named_laws import law_of
-from reports.reading import ResultTable
-from reports.sections.gap_next import entry_text
-from reports.sections.gap_where import error_over_time
 from synth.diagnosis.plants.swinging_chain.chain_result import GapResult
 from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
 from synth.files.gap_project import GapProject, Tolerance
 from synth.files.leg_file import read_leg
+from synth.reports import quantities, write_gap_report
+from synth.reports.figures import missing_torque
+from synth.reports.figures.missing_torque import Cloud, binned, missing_torque_figure, quantile
+from synth.reports.figures.named_laws import law_of
+from synth.reports.reading import ResultTable
+from synth.reports.sections.gap_next import entry_text
+from synth.reports.sections.gap_where import error_over_time
 
 Folder = Callable[[GapResult], Path]
 

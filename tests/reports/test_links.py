@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from page_reader import page_of
-from reports import write_leg_report
-from reports.reading import Result
-from reports.section import AbsentResult
-from reports.sections import links
+from synth.reports import write_leg_report
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult
+from synth.reports.sections import links
 
 LegFolder = Callable[..., tuple[Path, dict[str, Any]]]
 

@@ -11,14 +11,14 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from reports import quantities
-from reports.figures.axes import AxisScale, log_ticks, padded, tick_text, ticks
-from reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
-from reports.figures.svg import polyline_path, thinned
-from reports.figures.torque_speed import RPM, law_points
-from reports.reading import ReportError, ResultTable, read_table
-from reports.response_files import Response, extremes, file_of
-from reports.sections.spring_sheet import drawing_of
+from synth.reports import quantities
+from synth.reports.figures.axes import AxisScale, log_ticks, padded, tick_text, ticks
+from synth.reports.figures.spring_drawing import DrawnSpring, arms_of, spring_drawing
+from synth.reports.figures.svg import polyline_path, thinned
+from synth.reports.figures.torque_speed import RPM, law_points
+from synth.reports.reading import ReportError, ResultTable, read_table
+from synth.reports.response_files import Response, extremes, file_of
+from synth.reports.sections.spring_sheet import drawing_of
 
 
 def quantity(value: float, unit: str, *interval: float | None) -> dict[str, object]:

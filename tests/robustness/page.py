@@ -14,9 +14,6 @@ import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale
-from reports.figures.palette import BLUE, GREY, VERMILION
-from reports.figures.svg import Svg
 from robustness.numbers import (
     NEAR,
     QUANTITIES,
@@ -32,6 +29,9 @@ from robustness.numbers import (
     line,
     succeeded,
 )
+from synth.reports.figures.axes import Axes, AxisScale
+from synth.reports.figures.palette import BLUE, GREY, VERMILION
+from synth.reports.figures.svg import Svg
 
 COLOURS = (BLUE, VERMILION, "#009e73")
 LEVELS = tuple(range(10, 100, 5))

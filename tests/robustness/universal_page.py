@@ -13,10 +13,10 @@ import numpy as np
 from jinja2 import Environment
 from markupsafe import Markup
 
-from reports.figures.axes import Axes, AxisScale
-from reports.figures.palette import BLUE, GREY, VERMILION
-from reports.figures.svg import Svg
 from robustness.universal import AS_IN_THE_THESIS, CONTESTANTS, FOLLOWED, OURS, Share, groups, legs_followed
+from synth.reports.figures.axes import Axes, AxisScale
+from synth.reports.figures.palette import BLUE, GREY, VERMILION
+from synth.reports.figures.svg import Svg
 
 COLOURS = dict(zip(CONTESTANTS, (BLUE, "#009e73", "#56b4e9", VERMILION, "#cc79a7", "#e69f00"), strict=True))
 LEAST, MOST = 1e-3, 10.0
