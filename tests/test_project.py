@@ -1,4 +1,4 @@
-"""The repository as a whole: lock, wheel, examples."""
+"""The repository as a whole: lock, examples."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -27,42 +26,6 @@ EXAMPLES = ROOT / "synth" / "examples"
 
 def files_in(folder: Path) -> list[str]:
     return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
-
-
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
-    """The wheel, built from a copy so that nothing is left behind in the repository."""
-    source = tmp_path_factory.mktemp("source") / "repository"
-    unwanted = shutil.ignore_patterns(
-        ".venv", ".git", ".*_cache", ".hypothesis", "__pycache__", "demo", "build", "dist"
-    )
-    shutil.copytree(ROOT, source, symlinks=True, ignore=unwanted)
-    out = tmp_path_factory.mktemp("wheel")
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-build-isolation", "--no-deps", "--no-index"]
-    subprocess.run([*command, "--wheel-dir", str(out), str(source)], check=True, timeout=120)
-    (built,) = out.glob("*.whl")
-    return zipfile.ZipFile(built)
-
-
-def test_wheel_holds_packages_catalogues_and_examples(wheel: zipfile.ZipFile) -> None:
-    names = set(wheel.namelist())
-    wanted = {f"synth/examples/{name}" for name in files_in(EXAMPLES)}
-    wanted |= {f"synth/_catalogs/{path.name}" for path in (ROOT / "catalogs").glob("*.csv")}
-    wanted |= {f"synth/{name}" for name in files_in(ROOT / "synth")}
-    for package in ("cad", "reports"):
-        wanted |= {f"synth/{package}/{name}" for name in files_in(ROOT / package)}
-    assert len(wanted) > 40
-    assert sorted(wanted - names) == []
-    outside = [name for name in names if not re.match(r"(synth|limb_synth-[^/]+\.dist-info)/", name)]
-    assert outside == []
-
-
-def test_wheel_is_not_named_after_a_package_of_others_and_carries_the_licence(wheel: zipfile.ZipFile) -> None:
-    (metadata,) = (name for name in wheel.namelist() if name.endswith("dist-info/METADATA"))
-    text = wheel.read(metadata).decode()
-    assert f"Name: limb-synth\nVersion: {synth.__version__}\n" in text
-    assert "License-Expression: MIT" in text
-    assert any(name.endswith("licenses/LICENSE") for name in wheel.namelist())
 
 
 def test_lock_covers_every_dependency_with_hashes_and_names_no_host() -> None:

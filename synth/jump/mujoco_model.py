@@ -38,7 +38,7 @@ Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm
 LONGEST = 1.0  # s, of a jump; none takes half of it
 FOOT_RADIUS = 1e-3  # m, of MuJoCo's own contact only
-HOW_TO_INSTALL = 'model C needs MuJoCo, an engine that is not installed: pip install "mujoco>=3.7"'
+HOW_TO_INSTALL = 'model C needs MuJoCo, an engine that is not installed: pip install "limb-synth[mujoco]"'
 
 
 def require_mujoco() -> Any:

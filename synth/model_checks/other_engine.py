@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import Any
-from xml.sax.saxutils import quoteattr
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from synth.swing.chain import simulate
 from synth.swing.leg_model import DamperCurve, Joint, Leg
 from synth.swing.mechanics import rest_pose
 
-HOW = "the other engine: MuJoCo is not installed (pip install mujoco)"
+HOW = 'the other engine: MuJoCo is not installed (pip install "limb-synth[mujoco]")'
 STEP = 1e-4  # s, of Runge and Kutta's fourth order: half of it changes the built-in leg by less than 1e-6 deg
 LENGTH = 1.0  # s
 LIMIT = math.radians(0.01)  # a tenth of a good encoder's count; the damper curves' corners cost both engines a part
@@ -83,28 +83,28 @@ def _torque(curve: DamperCurve, rate: float) -> float:
 
 def _mjcf(leg: Leg) -> str:
     """The chain with its springs and linear dampers; x to the right, z up, every hinge's axis -y."""
-    body = ""
-    for i in reversed(range(len(leg.joints))):
-        joint, link = leg.joints[i], leg.joints[i].link
-        height = 0.0 if i == 0 else -leg.joints[i - 1].link.length
-        turned = leg.tilt if i == 0 else 0.0
-        body = (
-            f'<body pos="0 0 {height!r}" quat="{math.cos(turned / 2)!r} 0 {-math.sin(turned / 2)!r} 0">{_hinge(joint)}'
-            f'<inertial pos="0 0 {-link.com!r}" mass="{link.mass!r}" '
-            f'diaginertia="{link.inertia!r} {link.inertia!r} {link.inertia!r}"/>{body}</body>'
-        )
-    return (
-        f"<mujoco model={quoteattr(leg.name)}>"
-        '<compiler angle="radian" inertiafromgeom="false" autolimits="false"/>'
-        f'<option gravity="0 0 {-leg.gravity!r}" integrator="RK4"><flag contact="disable" constraint="disable" '
-        f'eulerdamp="disable" warmstart="disable"/></option><worldbody>{body}</worldbody></mujoco>'
-    )
+    root = Element("mujoco", model=leg.name)
+    SubElement(root, "compiler", angle="radian", inertiafromgeom="false", autolimits="false")
+    option = SubElement(root, "option", gravity=f"0 0 {-leg.gravity!r}", integrator="RK4")
+    SubElement(option, "flag", contact="disable", constraint="disable", eulerdamp="disable", warmstart="disable")
+    parent = SubElement(root, "worldbody")
+    height, turned = 0.0, leg.tilt
+    for joint in leg.joints:
+        link = joint.link
+        turn = f"{math.cos(turned / 2)!r} 0 {-math.sin(turned / 2)!r} 0"
+        parent = SubElement(parent, "body", pos=f"0 0 {height!r}", quat=turn)
+        SubElement(parent, "joint", _hinge(joint))
+        inertia = f"{link.inertia!r} {link.inertia!r} {link.inertia!r}"
+        SubElement(parent, "inertial", pos=f"0 0 {-link.com!r}", mass=repr(link.mass), diaginertia=inertia)
+        height, turned = -link.length, 0.0
+    return tostring(root, encoding="unicode")
 
 
-def _hinge(joint: Joint) -> str:
-    text = f'<joint type="hinge" axis="0 -1 0" armature="{joint.armature!r}" limited="false"'
+def _hinge(joint: Joint) -> dict[str, str]:
+    """The attributes of MuJoCo's joint."""
+    found = {"type": "hinge", "axis": "0 -1 0", "armature": repr(joint.armature), "limited": "false"}
     if joint.spring is not None:
-        text += f' stiffness="{joint.spring.rate!r}" springref="{joint.rest!r}"'
+        found |= {"stiffness": repr(joint.spring.rate), "springref": repr(joint.rest)}
     if joint.damper is not None and joint.damper.rate is not None:
-        text += f' damping="{joint.damper.rate!r}"'
-    return text + "/>"
+        found["damping"] = repr(joint.damper.rate)
+    return found

@@ -6,14 +6,17 @@ import hashlib
 import json
 import os
 import random
-import resource
 import shutil
 import signal
 import sys
 import time
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+with suppress(ImportError):  # cases are forked: on POSIX alone
+    import resource
 
 from fuzzing.bases import Base, bases
 from fuzzing.mutations import change

@@ -24,7 +24,7 @@ from batch.legs import folder_of_legs
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "synth" / "examples"
-SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGHUP)
+SIGNALS = tuple(getattr(signal, name, signal.SIGTERM) for name in ("SIGKILL", "SIGKILL", "SIGTERM", "SIGHUP"))
 CASES = ("gap", "leg", "folder", "sweep", "cluster")
 PATIENCE = 30.0  # s, for the processes of a killed run to end
 

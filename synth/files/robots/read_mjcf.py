@@ -24,7 +24,7 @@ def read_mjcf(path: Path) -> Robot:
     try:
         import mujoco
     except ImportError:
-        text = "MJCF is read by MuJoCo, which is not installed: pip install limb-synth[robots]"
+        text = 'MJCF is read by MuJoCo, which is not installed: pip install "limb-synth[mujoco]"'
         raise UserError(Problem(text, str(path))) from None
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
