@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import synth
 from synth.files.gap_project import Tolerance, read_gap_project
