@@ -6,6 +6,7 @@ import base64
 import csv
 import json
 import math
+import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -41,8 +42,8 @@ class Result:
 
     def path(self, relative: str) -> Path | None:
         """The file of that relative path, or None where there is none or it lies outside the folder."""
-        found = (self.folder / relative).resolve()
-        return found if found.is_relative_to(self.folder.resolve()) and found.is_file() else None
+        found = Path(os.path.realpath(self.folder / relative))
+        return found if found.is_relative_to(Path(os.path.realpath(self.folder))) and found.is_file() else None
 
     def table(self, relative: str) -> ResultTable | None:
         """The CSV file of that relative path, read once; None where there is none."""

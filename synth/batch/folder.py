@@ -136,7 +136,7 @@ class Kept:
     """
 
     def __init__(self, target: Path, kind: str = "fits", words: str = FITS) -> None:
-        whole = target.resolve()
+        whole = Path(os.path.realpath(target))
         self.folder = whole.parent / f".{whole.name}.{kind}"
         self.was_there = self.folder.exists()
         try:

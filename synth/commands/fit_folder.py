@@ -58,7 +58,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
 
 def _require_outside(folder: Path, out: Path) -> None:
     """The results of one run must not be the next one's projects, nor lie where they overwrite them."""
-    if out.resolve() == folder.resolve():
+    if Path(os.path.realpath(out)) == Path(os.path.realpath(folder)):
         raise UserError(Problem("is the folder of the projects; name another", str(out), key="--out"))
 
 

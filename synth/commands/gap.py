@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         return run_jumps(arguments, progress)
     from synth.swing.effects.users_own import blamed_on
 
-    with blamed_on({str(Path(file).resolve()): file for file in arguments.effect}):
+    with blamed_on({os.path.realpath(file): file for file in arguments.effect}):
         return _run_swings(arguments, progress)
 
 

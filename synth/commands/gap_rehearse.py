@@ -33,7 +33,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
 
     rig = users_rig(project)
     identity = {item.name: item.sha256 for item in project.inputs} | {t.name: t.sha256 for t in project.trials}
-    effects = tuple(str(Path(file).resolve()) for file in arguments.effect)
+    effects = tuple(os.path.realpath(file) for file in arguments.effect)
     identity |= {file: sha256_file(file) for file in effects}
     identity |= {"project": project.path.name, "seed": str(project.seed)} | versions()
     count = arguments.count or default_count(rig, project.seed)
@@ -47,7 +47,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
         for text in rig.left_out:
             progress.say(f"note: {text}")
         workers = arguments.workers or os.cpu_count() or 1
-        work = Rehearsal(project.path.resolve(), rig, project.seed, count, workers, identity, effects)
+        work = Rehearsal(Path(os.path.realpath(project.path)), rig, project.seed, count, workers, identity, effects)
         with progress.stage(f"rehearsing {count} cases"):
             work.run(kept, earlier, progress.say)
         result = RehearsalResult(project.name, rig, project.seed, tuple(work.outcomes), identity)

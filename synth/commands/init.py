@@ -123,7 +123,7 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
     """
     name = str(target)
     try:
-        whole = target.resolve()
+        whole = Path(os.path.realpath(target))
         if whole.is_dir() and any(whole.iterdir()):
             raise UserError(Problem("is not empty; name a new folder", name))
         if whole.exists() and not whole.is_dir():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping as Dictionary
 from dataclasses import dataclass, field
 from math import radians
@@ -218,8 +219,8 @@ def _files(reader: ProjectReader, written: object) -> tuple[ForeignFile, ...]:
             continue
         for path in paths:
             name = path.relative_to(reader.folder).as_posix()
-            if path.resolve() in found:
+            if Path(os.path.realpath(path)) in found:
                 reader.refuse(f'"{name}" is listed twice; name it once', key)
                 continue
-            found[path.resolve()] = ForeignFile(path, name, window)
+            found[Path(os.path.realpath(path))] = ForeignFile(path, name, window)
     return tuple(found.values())

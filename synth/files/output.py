@@ -49,8 +49,10 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
     UserError
         If the target holds anything else, is a file or the current folder, or its parent cannot be written.
     """
-    target = Path(path).resolve()
+    target = Path(os.path.realpath(path))
     name = str(path)
+    if target.is_symlink():  # what the real path still has is a link that leads back to itself
+        raise UserError(Problem("is a link that leads to itself; name another folder", name))
     made: list[Path] = []
     try:
         with _told_as(name):
@@ -204,7 +206,7 @@ def stems(names: Sequence[str]) -> list[str]:
 
 def _require_inside(path: Path, folder: Path) -> None:
     """Refuse a path that, links followed, does not lie below the folder."""
-    if folder.resolve() not in path.resolve().parents:
+    if Path(os.path.realpath(folder)) not in Path(os.path.realpath(path)).parents:
         raise UserError(Problem("leads out of the folder that is written; nothing is written there", str(path)))
 
 

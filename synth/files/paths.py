@@ -33,7 +33,7 @@ def allowing_outside() -> Iterator[None]:
 
 def repository_root(folder: Path) -> Path | None:
     """The nearest folder at or above ``folder`` that holds a repository; never the home folder or the whole disk."""
-    whole = folder.resolve()
+    whole = Path(os.path.realpath(folder))
     for place in (whole, *whole.parents):
         if place == Path.home() or place == Path(place.anchor):
             return None
@@ -47,7 +47,7 @@ def name_from(folder: Path, path: Path) -> str:
     try:
         return path.relative_to(folder).as_posix()
     except ValueError:
-        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+        return Path(os.path.relpath(os.path.realpath(path), os.path.realpath(folder))).as_posix()
 
 
 def text_of(path: str | Path) -> str:
@@ -215,8 +215,8 @@ def _refuse_absolute(name: str) -> None:
 def _refuse_outside(
     folder: Path, path: Path, name: str, allowed: str = "files must lie inside the folder of the file naming them"
 ) -> None:
-    root = folder.resolve()
-    target = path.resolve()
+    root = Path(os.path.realpath(folder))
+    target = Path(os.path.realpath(path))
     if target != root and root not in target.parents:
         link = "" if ".." in PurePosixPath(name).parts else ", by a link"
         raise UserError(f'"{name}" leads out of {_shown(folder)}{link}; {allowed}')

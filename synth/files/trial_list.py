@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
@@ -256,7 +257,7 @@ def _listing(
             continue
         for path in paths:
             name = path.relative_to(folder).as_posix()
-            real = path.resolve()
+            real = Path(os.path.realpath(path))
             if real in first:
                 text = f'"{name}" is listed twice (item {first[real] + 1} names it too); name it once'
                 listing.problems.append(source.problem(text, index))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
 import shutil
 from contextlib import suppress
@@ -35,7 +36,7 @@ class Checkpoint:
     """
 
     def __init__(self, target: Path, identity: dict[str, str]) -> None:
-        whole = target.resolve()
+        whole = Path(os.path.realpath(target))
         self.folder = whole.parent / f".{whole.name}.sweep"
         self._identity = identity
         try:

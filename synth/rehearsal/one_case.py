@@ -88,7 +88,7 @@ def diagnosed(
     """``gap.json`` of a case by a process that can open neither these folders nor the generator; None and why not."""
     folders = [*closed, PACKAGE / "planting", PACKAGE / "rehearsal"]
     command = [sys.executable, str(PACKAGE / "commands" / "watched.py")]
-    command += [os.pathsep.join(str(folder.resolve()) for folder in folders), "--"]
+    command += [os.pathsep.join(os.path.realpath(folder) for folder in folders), "--"]
     command += ["gap", str(case), "--out", str(out), "--quiet"]
     command += [word for file in effects for word in ("--effect", file)]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])}

@@ -186,3 +186,16 @@ def test_bash_completes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> N
     assert completed("synth", "spring", "--units", "") == ["inch", "metric"]
     assert "gap" in completed("synth", "init", "g")
     assert completed("synth", "catalog", "sh") == ["show"]
+
+
+@pytest.mark.parametrize("words", [["gap", "gap.yaml", "--effect", "loop.py"], ["gap", "loop.yaml"], ["fit", "loop"]])
+def test_a_link_that_leads_to_itself_is_a_mistake(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(FIT.parent / "gap", tmp_path / "gap")
+    monkeypatch.chdir(tmp_path / "gap")
+    for name in ("loop", "loop.py", "loop.yaml"):
+        Path(name).symlink_to(name)
+    assert main([*words, "--out", "out"]) == 2
+    assert "symbolic links" in capsys.readouterr().err
+    assert not Path("out").exists()

@@ -299,3 +299,10 @@ def test_a_large_result_is_refused_by_size(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="300 MB"):
         read_result(path, "fit")
     assert time.perf_counter() - start < 1.0
+
+
+def test_a_link_that_leads_to_itself_is_refused_before_any_work(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(UserError, match="leads to itself"), output_folder(tmp_path / "loop"):
+        raise AssertionError("the work must not begin")
+    assert names(tmp_path) == ["loop"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -31,7 +32,7 @@ def read_in_child(code: str, path: Path, name: str, kind: str) -> dict[str, Any]
     ------
     UserError : the code failed or crashed.
     """
-    command = [sys.executable, "-P", "-W", "ignore", "-c", _BEFORE + code + _AFTER, str(path.resolve())]
+    command = [sys.executable, "-P", "-W", "ignore", "-c", _BEFORE + code + _AFTER, os.path.realpath(path)]
     try:
         done = subprocess.run(command, capture_output=True, timeout=TIME_LIMIT, check=False)
     except subprocess.TimeoutExpired:

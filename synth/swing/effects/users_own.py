@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import keyword
 import math
+import os
 import stat
 import traceback
 from collections.abc import Callable, Iterator, Mapping
@@ -62,7 +63,7 @@ def load_file(path: str | Path) -> Effect:
     ------
     UserError : no such file, it cannot be run, it holds no EFFECT that works, or its name is taken.
     """
-    given, path = Path(path), Path(path).resolve()
+    given, path = Path(path), Path(os.path.realpath(path))
     text = source_of(path, str(given))
     name = f"synth_user_effect_{hashlib.sha256(text).hexdigest()[:16]}"  # the same text is compiled once
     try:
