@@ -24,7 +24,7 @@ EFFECT = Effect(
     formula="voltage = duty (supply - duty current share resistance)",
     source="Thevenin source behind a half bridge, whose supply carries duty times the winding's current",
     way="drive",
-    needs=("motor",),
+    needs=("stated supply",),  # a measured one holds its sag already
     parameters=(
         Parameter("share", "1", prior=size(0.2), natural=False, meaning="source's resistance over the winding's"),
     ),

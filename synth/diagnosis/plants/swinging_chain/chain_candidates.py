@@ -204,7 +204,7 @@ def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
 
 
 def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[str]:
-    """What a joint has on which an effect can act: a spring, a damper, a known torque, a servo, its motor."""
+    """What a joint has on which an effect can act: spring, damper, known torque, servo, motor, supply."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     found: set[Need] = {"spring" if spring is not None and spring.rate > 0.0 else "no spring"}
     if damper is not None and (damper.curve is not None or (damper.rate or 0.0) > 0.0):
@@ -216,6 +216,9 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
     if isinstance(drive, Servo):
         found |= {"servo"} if drive.gain else set()
         found |= {"motor"} if drive.motor is not None else set()
+        signals = [trial.recording.signals for trial in trials if joint in trial.free]
+        measured = any(told is not None and np.ptp(told.supply[:, joint]) > 0.0 for told in signals)
+        found |= {"stated supply"} if drive.motor is not None and not measured else set()
     return found
 
 

@@ -1,0 +1,29 @@
+"""Which causes of a servo-driven joint are looked for."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from synth.diagnosis.plants.swinging_chain.chain_candidates import candidates
+from synth.drives.servo import GearedMotor, Servo, ServoSignals
+from synth.swing.leg_model import Joint, Leg, Link
+
+SERVO = Servo(gain=1.0, supply=7.4, motor=GearedMotor(3.5, 0.37 / 200.0, 200.0, 0.9, 4e-8))
+LEG = Leg("arm", (Joint("arm", Link(0.12, 0.49, 0.1, 1e-4), drive=SERVO),))
+
+
+def looked_for(supply: np.ndarray) -> set[str]:
+    ones = np.ones((len(supply), 1))
+    signals = ServoSignals(np.arange(len(supply)) * 0.01, 0.0 * ones, supply[:, None], ones)
+    trial = SimpleNamespace(recording=SimpleNamespace(known_torque=None, signals=signals), free=(0,))
+    return {candidate.effect.name for candidate in candidates(LEG, [trial], SimpleNamespace())}  # type: ignore[list-item, arg-type]
+
+
+@pytest.mark.parametrize(("supply", "looked"), [(np.full(50, 7.4), True), (np.linspace(7.4, 7.1, 50), False)])
+def test_a_sagging_supply_is_a_cause_only_where_the_supply_was_not_measured(supply: np.ndarray, looked: bool) -> None:
+    found = looked_for(supply)
+    assert ("source_resistance" in found) is looked
+    assert {"gear_load_friction", "command_delay"} <= found
