@@ -101,6 +101,26 @@ def angle_trial(recording: Recording, held_out: bool) -> AngleTrial:
     return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
 
 
+def spread(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], list[AngleTrial]]:
+    """At most ``most`` of the trials, and the rest: one of each kind, then evenly over the others in their order.
+
+    A kind is what was done to the leg (joints locked, tip, tilt, another leg).
+    """
+    if len(trials) <= most:
+        return list(trials), []
+    kinds: dict[object, int] = {}
+    for index, trial in enumerate(trials):
+        kinds.setdefault((trial.recording.conditions, id(trial.recording.leg)), index)
+    first = sorted(kinds.values())[:most]
+    others = [index for index in range(len(trials)) if index not in set(first)]
+    even = np.arange(most - len(first)) * len(others) // max(most - len(first), 1)
+    taken = {*first, *(others[place] for place in even)}
+    return (
+        [trial for index, trial in enumerate(trials) if index in taken],
+        [trial for index, trial in enumerate(trials) if index not in taken],
+    )
+
+
 def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:
     """Pairs (copy, original) of recordings that hold the same samples: they are one measurement.
 

@@ -1,0 +1,41 @@
+"""More trials than a diagnosis needs: a stated sample is learnt from, the rest score."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from diagnosis.swung import TWO, recorded
+from synth.diagnosis.angle_trials import angle_trial, spread
+from synth.diagnosis.plants.swinging_chain import chain_diagnosis
+from synth.diagnosis.plants.swinging_chain.chain_diagnosis import scene_of
+from synth.files.tolerance import Tolerance
+from synth.fit.recordings import recordings
+
+TRIALS = [angle_trial(recording, False) for recording in recordings(TWO, recorded(TWO), ())]
+
+
+def test_few_trials_are_all_taken() -> None:
+    taken, left = spread(TRIALS, len(TRIALS))
+    assert (taken, left) == (TRIALS, [])
+
+
+def test_one_of_each_kind_and_the_rest_evenly() -> None:
+    plain = [replace(TRIALS[0]) for _ in range(20)]
+    conditions = replace(TRIALS[0].recording.conditions, tip_mass=0.05)
+    heavy = replace(TRIALS[0], recording=replace(TRIALS[0].recording, conditions=conditions))
+    taken, left = spread([*plain, heavy], 5)
+    places = [next(k for k, trial in enumerate([*plain, heavy]) if trial is one) for one in taken]
+    assert places == [0, 1, 7, 13, 20]  # the first and the heavy one, then three of the nineteen others, six apart
+    assert len(left) == 16
+
+
+def test_what_is_not_learnt_from_scores_and_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chain_diagnosis, "MOST_LEARNT", 2)
+    trials = recorded(TWO)
+    scene, warnings = scene_of(TWO, trials, Tolerance(), 0)
+    assert len(scene.given) == len(scene.bench.trials) == 2
+    assert len(scene.held) == len(trials) - 2
+    assert all(trial.held_out for trial in scene.held)
+    assert any(f"2 of {sum(not trial.held_out for trial in trials)} trials" in text for text in warnings)
