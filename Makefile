@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -33,6 +33,9 @@ test: check  ## style, types and all tests
 pages: $(READY)  ## every command's page in Chromium (apt-get install chromium): build/pages, pictures beside them
 	@$(BIN)/python -c 'import playwright' 2>/dev/null || $(BIN)/python -m pip install --quiet playwright
 	PYTHONPATH=. $(BIN)/python tools/pages.py
+
+docs: $(READY)  ## the documentation as web pages: build/docs/index.html (Sphinx is installed once)
+	@$(BIN)/python tools/docs.py
 
 blind: SEED = 3000
 blind: $(READY)  ## the check with the effect withheld: COUNT cases of seed SEED; stopped, it goes on from where it was

@@ -1,12 +1,45 @@
-"""Write docs/reference: a page and a JSON Schema for each kind of file, from the schema classes (`make reference`)."""
+"""Write docs/reference: a page and a JSON Schema for each kind of file, from the schema classes (`make reference`).
+
+And docs/effects.md: every effect with its formula, parameters and source, from the effects themselves.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
+from synth.estimation.parameters import PlantEffect
 from synth.files.reference.pages import pages
+from synth.jump.effects import motor_effects
+from synth.swing.effects import registered
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "reference"
+EFFECTS = FOLDER.parent / "effects.md"
+HEAD = """<!-- made from synth/swing/effects and synth/jump/effects by `make reference` -->
+
+# Effects
+
+What `synth gap` looks for, and what `effects:` of a joint in a leg file may hold, such as
+`- coulomb_friction: {torque: 0.05 N*m}`. A parameter in brackets has a usual value and may be left out.
+"""
+
+
+def effects_page() -> str:
+    """A section a plant, an entry an effect."""
+    plants = (("Swinging leg", registered()), ("Jumping leg", motor_effects()))
+    return "\n".join([HEAD, *(f"## {title}\n\n{_entries(effects)}" for title, effects in plants)])
+
+
+def _entries(effects: Iterable[PlantEffect]) -> str:
+    text = []
+    for effect in sorted(effects, key=lambda one: one.name):
+        text += [f"### {effect.name}", f"{effect.meaning[0].upper()}{effect.meaning[1:]}.", ""]
+        text += ["```", effect.formula, "```", "| parameter | unit | meaning |", "|---|---|---|"]
+        for one in effect.parameters:
+            name = f"`{one.name}`" if one.default is None else f"[`{one.name}`]"
+            text.append(f"| {name} | {'' if one.unit == '1' else one.unit} | {one.meaning} |")
+        text += ["", f"*{effect.source}.*", ""]
+    return "\n".join(text)
 
 
 def main() -> None:
@@ -18,7 +51,8 @@ def main() -> None:
             path.unlink()
     for name, text in made.items():
         (FOLDER / name).write_text(text, encoding="utf-8")
-    print(f"{len(made)} files in {FOLDER}")
+    EFFECTS.write_text(effects_page(), encoding="utf-8")
+    print(f"{len(made)} files in {FOLDER}, and {EFFECTS}")
 
 
 if __name__ == "__main__":

@@ -28,8 +28,9 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
 
     Returns
     -------
-    The leg in SI units and radians. One made in code of ``Leg``, ``Joint``, ``Link``, ``Spring`` and ``Damper`` with
-    the same numbers is equal to it.
+    Leg
+        in SI units and radians. One made in code of ``Leg``, ``Joint``, ``Link``, ``Spring`` and ``Damper`` with the
+        same numbers is equal to it.
 
     Raises
     ------
