@@ -6,7 +6,7 @@ COUNT ?= 200
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture removal fuzz fuzz-files kill format example lock clean
+.PHONY: help setup demo test check pages docs blind blind-jumps blind-rigs blind-servos rigs tune bench robustness universal mutants architecture matrix removal fuzz fuzz-files kill format example lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -62,6 +62,9 @@ tune: $(READY)  ## what the odds of the diagnosis rest on: its numbers varied on
 
 bench: $(READY)  ## speed, beside other engines in the same run: build/bench/bench.html (BENCH=--hopper: the jumping leg too)
 	PYTHONPATH=tests $(BIN)/python -m bench.report --to build/bench $(BENCH)
+
+matrix: $(READY)  ## a test of each room with Python 3.11, 3.12, 3.13, locked and lowest versions (TESTS=tests: all): build/matrix
+	$(BIN)/python tools/matrix.py --to build/matrix --workers $(WORKERS) $(TESTS)
 
 removal: COUNT = 200
 removal: SEED = 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import statistics
-from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,13 +11,14 @@ from synth.reports.reading import Json, Result
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 
 MOST_ROWS = 400  # of the table; the CSV holds all
+MOST_WARNINGS = 100  # of different words
 MOST_DRAWN = 40  # legs in a figure; more would be a grey block
 RATES = (("spring_rate", "spring rate"), ("damper_rate", "damper rate"))
 
 
 def _failed(result: Result) -> dict[str, Any] | AbsentResult:
     found = _items(result, "failed")
-    return {"failed": found} if found else AbsentResult("every project was fitted")
+    return {"failed": found} if found else AbsentResult("none was left out")
 
 
 def _across(result: Result) -> dict[str, Any] | AbsentResult:
@@ -74,12 +74,14 @@ def _legs(result: Result) -> dict[str, Any] | AbsentResult:
 
 def _warnings(result: Result) -> dict[str, Any] | AbsentResult:
     """Warnings with the legs that have them; the same words of many legs once."""
-    legs = _items(result, "legs")
-    counted = Counter(str(text) for leg in legs for text in sequence(leg, "warnings"))
-    if not counted:
-        return AbsentResult("no fit has a warning")
-    where = {text: [leg["name"] for leg in legs if text in sequence(leg, "warnings")] for text in counted}
-    return {"warnings": [{"text": text, "legs": where[text][:5], "count": n} for text, n in counted.most_common(100)]}
+    where: dict[str, list[str]] = {}
+    for leg in _items(result, "legs"):
+        for words in dict.fromkeys(map(str, sequence(leg, "warnings"))):
+            where.setdefault(words, []).append(leg["name"])
+    if not where:
+        return AbsentResult("none has a warning")
+    common = sorted(where.items(), key=lambda item: -len(item[1]))[:MOST_WARNINGS]
+    return {"warnings": [{"text": words, "legs": legs[:5], "count": len(legs)} for words, legs in common]}
 
 
 def _items(result: Result, key: str) -> list[Json]:
@@ -95,7 +97,12 @@ def _estimate(leg: Json, joint: str, key: str) -> Json | None:
     return found if isinstance(found.get("value"), (int, float)) and found["value"] > 0 else None
 
 
-FAILED = ReportSection("fits-failed", "Could not be fitted", _failed)
+def failed_section(done: str) -> ReportSection:
+    """What could not be ``done``, "fitted"."""
+    return ReportSection("failed", f"Could not be {done}", _failed, "fits-failed")
+
+
+FAILED = failed_section("fitted")
 ACROSS = ReportSection("fits-across", "Across the legs", _across)
 LEGS = ReportSection("fits-legs", "Leg by leg", _legs)
-WARNINGS = ReportSection("fits-warnings", "Warnings of single fits", _warnings)
+WARNINGS = ReportSection("fits-warnings", "Warnings of single legs", _warnings)

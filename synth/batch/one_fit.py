@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from synth.batch.folder_summary import fit_columns, fit_entry
+from synth.batch.folder_task import FolderTask, files_of
+from synth.batch.task_outcome import versions
 from synth.design.fit_responses import write_fit_responses
 from synth.errors import Problem, UserError
 from synth.files.leg_file import write_leg
 from synth.files.output import write_json
 from synth.files.page_outline import outline_json
-from synth.files.projects import FitProject
+from synth.files.projects import FitProject, read_fit_project
 from synth.files.tolerance import links_json
 from synth.fit.fit_options import LegFitOptions
 from synth.fit.fit_result import FitResult
@@ -112,8 +114,32 @@ def write_fit(result: FitResult, folder: Path) -> None:
 def fit_files(project: FitProject) -> dict[str, bytes]:
     """A fit's files, content by relative name: what a worker sends home, wherever it runs."""
     result = fit_project(ready(project))
-    with tempfile.TemporaryDirectory(prefix="synth-fit-") as name:
-        folder = Path(name)
-        write_fit(result, folder)
-        files = sorted(path for path in folder.rglob("*") if path.is_file())
-        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+    return files_of(lambda folder: write_fit(result, folder))
+
+
+def identity_of(project: FitProject) -> dict[str, str]:
+    """What a fit's numbers rest on: its files by their SHA-256, and versions."""
+    files = {item.name: item.sha256 for item in project.inputs}
+    return files | {trial.name: trial.sha256 for trial in project.trials} | versions()
+
+
+def fits() -> FolderTask:
+    """``synth fit`` on a folder."""
+    from synth.parts.catalogs import Catalogue
+    from synth.parts.resolver import resolver
+    from synth.reports.fits_page import write_fits_report
+
+    resolve = resolver(Catalogue.load())
+    return FolderTask(
+        kind="fit",
+        made="fits",
+        done="fitted",
+        read=lambda path: read_fit_project(path, resolve_part=resolve),
+        identity=identity_of,
+        checked=lambda project: len(ready(project).project.trials),
+        files=fit_files,
+        entry=fit_entry,
+        columns=fit_columns,
+        page=write_fits_report,
+        effects=False,
+    )

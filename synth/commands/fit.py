@@ -32,10 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, fit, write ``fit.json``, the fitted leg, responses and a report."""
     if Path(arguments.file).is_dir():
-        from synth.commands.fit_folder import run_folder
+        from synth.batch.one_fit import fits
+        from synth.commands.project_folder import run_folder
 
         not_for_folders(arguments)
-        return run_folder(arguments, progress)
+        return run_folder(arguments, progress, fits())
     _only_for_folders(arguments)
     from dataclasses import replace
     from functools import partial

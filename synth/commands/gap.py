@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from synth.commands.arguments import count
+from synth.commands.arguments import cluster_argument, count
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("file", help="project file, kind: gap; its leg swings (kind: leg) or jumps (hopper-design)")
+    parser.add_argument("file", help="project file, kind: gap, or a folder of such; its leg swings or jumps")
     parser.add_argument("--out", metavar="DIR", help="folder to write, whole or not at all; --check needs none")
     parser.add_argument(
         "--effect",
@@ -37,13 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "named, and the smallest; goes on where it was stopped",
     )
     parser.add_argument("--count", type=count, metavar="N", help="cases of a rehearsal; default two a cause and joint")
-    parser.add_argument("--workers", type=count, metavar="N", help="so many cases at once; default all cores")
+    parser.add_argument("--workers", type=count, metavar="N", help="so many cases or projects at once; default all")
+    cluster_argument(parser)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the project, diagnose, write ``gap.json``, predictions, the diagnosed leg and a report."""
     from synth.files.hopper_gap_project import is_hopper_gap
 
+    if Path(arguments.file).is_dir():
+        return _run_folder(arguments, progress)
     jumps = is_hopper_gap(arguments.file)
     _refuse(arguments, jumps)
     if jumps:
@@ -56,6 +59,18 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         return _run_swings(arguments, progress)
 
 
+def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Every project in a folder, on all cores or on a cluster."""
+    from synth.api.gap_folder import gaps
+    from synth.commands.project_folder import refuse_options, run_folder
+    from synth.errors import UserError
+
+    refuse_options(arguments, ("effect", "check", "rehearse", "count"), "is a folder; this is for one project")
+    if not arguments.out:
+        raise UserError('--out is missing: "--out DIR" names the folder to write (see synth gap --help)')
+    return run_folder(arguments, progress, gaps())
+
+
 def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
     """Options that do not go together, and those that jumps do not have."""
     from synth.errors import UserError
@@ -65,9 +80,10 @@ def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
         raise UserError(f"{' and '.join(asked)} exclude each other: each does something else; ask for one at a time")
     if jumps and (arguments.check or arguments.rehearse):
         raise UserError(f"{asked[0]} is for legs that swing; a jumping leg's recordings are looked at by --dry-run")
-    for name in ("count", "workers"):
-        if getattr(arguments, name) is not None and not arguments.rehearse:
-            raise UserError(f"--{name} belongs to --rehearse: a diagnosis is one")
+    for name in ("count", "workers", "scheduler"):
+        if getattr(arguments, name) is not None and (name == "scheduler" or not arguments.rehearse):
+            others = "a folder of projects" if name == "scheduler" else "a folder of projects or to --rehearse"
+            raise UserError(f"--{name} belongs to {others}: a diagnosis is one")
     if not arguments.out and not arguments.check:
         raise UserError('--out is missing: "--out DIR" names the folder to write (see synth gap --help)')
 

@@ -1,4 +1,4 @@
-"""``synth leg``: from a leg-design project to a folder with the whole design."""
+"""``synth leg``: from a leg-design project to a folder with the whole design, or from a folder of projects."""
 
 from __future__ import annotations
 
@@ -17,18 +17,24 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     from synth.commands import leg_parts
+    from synth.commands.arguments import cluster_argument, workers_argument
 
-    parser.add_argument("file", help="project file, kind: leg-design")
+    parser.add_argument("file", help="project file, kind: leg-design, or a folder of such projects")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--no-cad", action="store_true", help="leave the solids out")
     parser.add_argument("--no-pictures", action="store_true", help="leave the pictures of the solids out")
     parser.add_argument("--no-cache", action="store_true", help="do everything again, keep nothing for a later run")
     parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    workers_argument(parser)
+    cluster_argument(parser)
     leg_parts.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
+    if Path(arguments.file).is_dir():
+        return _run_folder(arguments, progress)
+    _only_for_folders(arguments)
     from functools import partial
 
     from synth.api.designs import inputs_of, read_design
@@ -66,6 +72,29 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     progress.say(f"design: {Path(arguments.out) / 'design.json'}")
     progress.say(f"report: {report}")
     return 0
+
+
+def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
+    """Every project in a folder, on all cores or on a cluster."""
+    from synth.api.leg_folder import legs
+    from synth.commands.leg_parts import require_known_joints, with_options
+    from synth.commands.project_folder import run_folder
+
+    def wished(project: LegProject, catalogue: Catalogue) -> LegProject:
+        project = with_options(project, arguments, catalogue)
+        require_known_joints(project)
+        return project
+
+    drawn = {"solids": not arguments.no_cad, "pictures": not arguments.no_pictures}
+    return run_folder(arguments, progress, legs(wished, **drawn))
+
+
+def _only_for_folders(arguments: argparse.Namespace) -> None:
+    from synth.errors import Problem, UserError
+
+    given = [name for name in ("--scheduler", "--workers") if getattr(arguments, name[2:]) is not None]
+    if given:
+        raise UserError([Problem(f"is for a folder of projects; {arguments.file} is one", key=name) for name in given])
 
 
 def _made(

@@ -16,9 +16,9 @@ import pytest
 
 from batch.clusters import wait_until
 from batch.legs import folder_of_legs, same_bytes
+from synth.batch import one_fit
 from synth.batch.folder import find_projects
 from synth.cli import main
-from synth.commands import fit_folder
 from synth.errors import UserError
 
 
@@ -93,14 +93,14 @@ def test_a_fault_in_reading_one_project_stops_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     legs = folder_of_legs(tmp_path / "legs", 2)
-    read = fit_folder.read_fit_project
+    read = one_fit.read_fit_project
 
     def faulty(path: Path, **rest: Any) -> Any:
         if "leg_00" in str(path):
             raise ZeroDivisionError("a fault of ours")
         return read(path, **rest)
 
-    monkeypatch.setattr(fit_folder, "read_fit_project", faulty)
+    monkeypatch.setattr(one_fit, "read_fit_project", faulty)
     assert main(["fit", str(legs), "--out", str(tmp_path / "out"), "--quiet"]) == 1
     assert "a fault of ours" in capsys.readouterr().err
     fits = json.loads((tmp_path / "out" / "fits.json").read_text())

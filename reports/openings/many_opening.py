@@ -1,0 +1,84 @@
+"""What the pages of many diagnoses and of many designs open with."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from synth.reports.opening import Cell, Figures, Opening, listed
+from synth.reports.quantities import text
+from synth.reports.reading import Result
+from synth.reports.section import AbsentResult, mapping, sequence
+from synth.reports.sections import many_gaps, many_legs
+
+WORDS = {
+    "effect": "have a cause",
+    "tie": "are between causes",
+    "unknown": "lack something unknown",
+    "none": "lack nothing",
+}
+MOST_ROWS = 5  # of the opening's table
+
+
+def gaps_opening(result: Result) -> Opening:
+    """How many were diagnosed, which causes are common, and what failed."""
+    legs = many_gaps.items(result)
+    verdicts = Counter(str(leg.get("verdict")) for leg in legs)
+    said = [f"{verdicts[key]} {words}" for key, words in WORDS.items() if verdicts[key]]
+    found = many_gaps.CAUSES.content(result)
+    figure, caption = Markup(""), ""
+    if not isinstance(found, AbsentResult):
+        figure, caption = found["figure"], found["title"]
+    rows = [[Cell(name), Cell(str(len(where)), listed(where[:3]))] for name, where in many_gaps.causes(result).items()][
+        :MOST_ROWS
+    ]
+    unsure = [str(leg["name"]) for leg in legs if leg.get("verdict") in ("tie", "unknown")]
+    steps = [f"Record what the reports of {_some(unsure)} ask for next."] if unsure else []
+    return Opening(
+        f"{_counted(result)} diagnosed{': ' if said else '.'}{listed(said)}{'.' if said else ''}",
+        _warned(legs),
+        [*steps, *_mend(result, "diagnosed")],
+        figure,
+        caption,
+        Figures(("Cause", "Legs"), rows) if rows else None,
+        not sequence(result.content, "failed"),
+    )
+
+
+def legs_opening(result: Result) -> Opening:
+    """How many were designed, which are farthest from the wanted motion, and what failed."""
+    legs = many_legs.items(result)
+    refused = [str(leg["name"]) for leg in legs if sequence(leg, "failed_checks")]
+    steps = [f"The joints of {_some(refused)} fail a check and are not exported: see their reports."] if refused else []
+    worst = sorted(legs, key=lambda leg: -float(mapping(leg, "rms").get("value") or 0.0))[:MOST_ROWS]
+    rows = [[Cell(str(leg["name"])), Cell(text(leg.get("rms")))] for leg in worst]
+    return Opening(
+        f"{_counted(result)} designed.",
+        _warned(legs),
+        [*steps, *_mend(result, "designed")],
+        figures=Figures(("Farthest from the wanted motion", "RMS"), rows) if rows else None,
+        good=not (refused or sequence(result.content, "failed")),
+    )
+
+
+def _counted(result: Result) -> str:
+    legs, failed = sequence(result.content, "legs"), sequence(result.content, "failed")
+    return f"{len(legs)} of {len(legs) + len(failed)} projects were"
+
+
+def _warned(legs: Sequence[Mapping[str, Any]]) -> str:
+    warned = sum(bool(sequence(leg, "warnings")) for leg in legs)
+    return f"{warned} of them have warnings." if warned else "None has a warning." if legs else ""
+
+
+def _mend(result: Result, done: str) -> list[str]:
+    failed = [str(mapping(item).get("name")) for item in sequence(result.content, "failed")]
+    return [f"Mend {_some(failed)}, and give the same command again: what is {done} stays."] if failed else []
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return f"{', '.join(names[:3]) if more else listed(names)}{more}"

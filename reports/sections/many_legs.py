@@ -1,0 +1,52 @@
+"""Many designs: each leg's parts and how far it is from the wanted motion, and the checks that failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from synth.reports.reading import Json, Result
+from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+
+MOST_ROWS = 400  # of the table; the CSV holds all
+
+
+def items(result: Result) -> list[Json]:
+    """The legs that were designed."""
+    return [dict(leg) for leg in sequence(result.content, "legs") if isinstance(leg, Mapping)]
+
+
+def _legs(result: Result) -> dict[str, Any] | AbsentResult:
+    """Each leg's joints with their parts."""
+    rows: list[Json] = []
+    for leg in items(result):
+        for index, (joint, about) in enumerate(mapping(leg, "joints").items()):
+            rows.append(
+                {
+                    "leg": leg["name"] if index == 0 else "",
+                    "report": leg["report"],
+                    "whole": leg["rms"] if index == 0 else None,
+                    "joint": joint,
+                    "wanted": mapping(about, "wanted"),
+                    "spring": about.get("spring") or "none",
+                    "damper": about.get("damper") or "none",
+                    "rms": mapping(leg, "joint_rms").get(joint),
+                }
+            )
+    if not rows:
+        return AbsentResult("no project could be designed")
+    return {"rows": rows[:MOST_ROWS], "left": max(0, len(rows) - MOST_ROWS)}
+
+
+def _checks(result: Result) -> dict[str, Any] | AbsentResult:
+    """Legs whose drawn joints fail a check."""
+    found = [
+        {"name": leg["name"], "messages": sequence(leg, "failed_checks")}
+        for leg in items(result)
+        if sequence(leg, "failed_checks")
+    ]
+    return {"failed": found} if found else AbsentResult("every drawn joint passes its checks")
+
+
+LEGS = ReportSection("designs-legs", "Leg by leg", _legs)
+CHECKS = ReportSection("designs-checks", "Checks that failed", _checks)

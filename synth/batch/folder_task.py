@@ -1,0 +1,57 @@
+"""What is done with each project of a folder: how one is read, performed and summed up with the others."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from synth.batch.folder_summary import Failed
+
+Content = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class FolderTask:
+    """One kind of work on many projects.
+
+    ``read`` gives a project in the form that travels to a worker; ``files`` is what the worker makes of it, content by
+    relative name, and reads no file of the user's: on a cluster there is none. Both raise ``UserError``. ``performed``
+    must be a function of a module, for it travels too.
+    """
+
+    kind: str  # of the project files
+    made: str  # "fits": the summary is fits.json and fits.csv, the unfinished run .NAME.fits
+    done: str  # "fitted"
+    read: Callable[[Path], Any]
+    identity: Callable[[Any], dict[str, str]]  # what the numbers rest on: files with their SHA-256, versions
+    checked: Callable[[Any], int]  # all that can be checked before the work; the number of trials
+    files: Callable[[Any], dict[str, bytes]]
+    entry: Callable[[str, Path], Content]  # of a project's name and its finished folder, for the summary
+    columns: Callable[[Mapping[str, Any]], dict[str, list[Any]]]  # the summary as a table
+    page: Callable[[Path], object]  # writes the page over all
+    effects: bool = True  # whether the equations with every effect are needed
+    refused: Callable[[Content], tuple[str, ...]] = lambda entry: ()  # what an entry says against its own result
+
+
+def files_of(write: Callable[[Path], object]) -> dict[str, bytes]:
+    """What ``write`` puts into a folder, content by relative name."""
+    with tempfile.TemporaryDirectory(prefix="synth-one-") as name:
+        folder = Path(name)
+        write(folder)
+        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def summary_json(
+    task: FolderTask, folder: Path, finished: Sequence[str], failed: Sequence[Failed], version: str
+) -> Content:
+    """The content of the summary, from what each of ``finished`` wrote below ``folder``/legs."""
+    return {
+        "format": f"synth/{task.made}/1",
+        "versions": {"synth": version},
+        "legs": [task.entry(name, folder / "legs" / name) for name in finished],
+        "failed": [{"name": f.name, "messages": list(f.messages), "crash": f.crash} for f in failed],
+    }

@@ -1,0 +1,193 @@
+"""A command on a folder: every project of its kind in it, on all cores or on a Dask cluster.
+
+What cannot be done is told at the end and stops no other. A run that was interrupted, even killed, goes on where it
+stopped when the same command is given again: what is finished lies beside the result, and stays until all is whole.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import synth
+from synth.batch.cluster import connected
+from synth.batch.folder import FolderProjects, Kept, find_projects
+from synth.batch.folder_summary import Failed, messages
+from synth.batch.folder_task import FolderTask, summary_json
+from synth.batch.local import run_here
+from synth.batch.task_outcome import Ended
+from synth.commands.streams import write_message
+from synth.errors import Problem, UserError
+from synth.files.output import output_folder, place, write_csv, write_json
+
+if TYPE_CHECKING:
+    import argparse
+
+    from synth.commands.progress import Progress
+
+Runner = Callable[[Callable[[Any], Any], Iterator[tuple[str, Any]]], Iterator[tuple[str, Ended]]]
+
+
+def refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], why: str) -> None:
+    """Refuse options that were given where they mean nothing.
+
+    Raises
+    ------
+    UserError : one of them was given; ``why`` says what to do instead.
+    """
+    given = [name for name in names if getattr(arguments, name.replace("-", "_")) not in (None, False, [])]
+    if given:
+        raise UserError([Problem(f"{arguments.file} {why}", key=f"--{name}") for name in given])
+
+
+def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTask) -> int:
+    """Do the task with every project of a folder; 2 where one could not be, 1 where the fault is this program's."""
+    _require_outside(Path(arguments.file), Path(arguments.out))
+    with progress.stage("looking for projects"):
+        found = find_projects(Path(arguments.file), task.kind, task.done)
+    if arguments.dry_run:
+        return _dry_run(found, task, progress)
+    with output_folder(arguments.out) as folder, ExitStack() as stack:
+        runner = _runner(arguments, stack, progress, found, task)
+        kept = Kept(Path(arguments.out), task.made)
+        if kept.was_there:
+            progress.say("going on with an interrupted run: what is done and has not changed is kept")
+        run = _FolderRun(task, found, kept, progress)
+        with progress.stage(f"{len(found)} projects to be {task.done}"):
+            failed = run.perform(runner)
+        with progress.stage("writing"):
+            content = _write(folder, [item.name for item in found], kept, failed, task)
+    refused = [Failed(entry["name"], task.refused(entry)) for entry in content["legs"] if task.refused(entry)]
+    if failed or refused:
+        _tell_failed(failed, refused, len(found), task, progress)
+    if failed:
+        progress.say(f"mend them and give the same command again: the others are kept in {kept.folder}")
+    else:
+        kept.remove()
+    progress.say(f"{task.made}: {Path(arguments.out) / f'{task.made}.csv'}")
+    progress.say(f"report: {Path(arguments.out) / 'report.html'}")
+    return 1 if any(item.crash for item in failed) else 2 if failed or refused else 0
+
+
+def _require_outside(folder: Path, out: Path) -> None:
+    """The results of one run must not be the next one's projects, nor lie where they overwrite them."""
+    if Path(os.path.realpath(out)) == Path(os.path.realpath(folder)):
+        raise UserError(Problem("is the folder of the projects; name another", str(out), key="--out"))
+
+
+def _dry_run(found: list[FolderProjects], task: FolderTask, progress: Progress) -> int:
+    problems: list[Problem] = []
+    trials = 0
+    for item in found:
+        try:
+            if item.problems:
+                raise UserError(list(item.problems))
+            trials += task.checked(task.read(item.path))
+        except UserError as error:
+            problems += error.problems
+    if problems:
+        raise UserError(problems)
+    progress.say(f"{len(found)} projects can be used, {trials} trials in all")
+    return 0
+
+
+def _runner(
+    arguments: argparse.Namespace, stack: ExitStack, progress: Progress, found: list[FolderProjects], task: FolderTask
+) -> Runner:
+    """The cores of this machine, or the cluster."""
+    if arguments.scheduler is not None:
+        if arguments.workers is not None:
+            raise UserError(Problem("belongs to this machine; a cluster has its own workers", key="--workers"))
+        with progress.stage(f"connecting to {arguments.scheduler}"):
+            cluster = stack.enter_context(connected(arguments.scheduler))
+        progress.say(f"{cluster.threads} projects at once on the cluster")
+        return cluster.run
+    workers = min(arguments.workers or os.cpu_count() or 1, len(found))
+    # Here, so that not every worker compiles the same; three links are what most legs have.
+    progress.compiling(3, effects=task.effects)
+    return lambda function, calls: run_here(function, calls, workers)
+
+
+@dataclass
+class _FolderRun:
+    """The work on a folder's projects; what is finished is kept one by one."""
+
+    task: FolderTask
+    found: list[FolderProjects]
+    kept: Kept
+    progress: Progress
+    failed: list[Failed] = field(default_factory=list)
+    identities: dict[str, dict[str, str]] = field(default_factory=dict)
+    done: int = 0
+
+    def perform(self, runner: Runner) -> list[Failed]:
+        """Do what is left to do; those that could not be done, by name."""
+        for name, ended in runner(self.task.files, self._waiting()):
+            if ended.value is not None:
+                self.kept.save(name, self.identities.pop(name), ended.value)
+                self._tell(name, self.task.done)
+            elif ended.crash:
+                self._fault(name, ended.crash)
+            else:
+                self._refuse(name, ended.problems)
+        return sorted(self.failed, key=lambda item: item.name)
+
+    def _waiting(self) -> Iterator[tuple[str, Any]]:
+        """Every project that is not kept, as it is asked for: a few are held at a time."""
+        for item in self.found:
+            if item.problems:
+                self._refuse(item.name, item.problems)
+                continue
+            try:
+                project = self.task.read(item.path)
+                identity = self.task.identity(project)
+                if self.kept.has(item.name, identity):
+                    self._tell(item.name, "kept")
+                    continue
+            except UserError as error:
+                self._refuse(item.name, tuple(error.problems))
+                continue
+            except Exception:  # a fault of ours in one project is no reason to lose the others
+                self._fault(item.name, traceback.format_exc())
+                continue
+            self.identities[item.name] = identity
+            yield item.name, project
+
+    def _tell(self, name: str, word: str) -> None:
+        self.done += 1
+        self.progress.say(f"  {self.done}/{len(self.found)} {name}: {word}")
+
+    def _refuse(self, name: str, problems: tuple[Problem, ...]) -> None:
+        self.failed.append(Failed(name, messages(problems)))
+        self._tell(name, f"cannot be {self.task.done}")
+
+    def _fault(self, name: str, crash: str) -> None:
+        write_message(crash)
+        self.failed.append(Failed(name, (crash.strip().splitlines()[-1],), crash=True))
+        self._tell(name, "a fault of this program's")
+
+
+def _write(folder: Path, names: list[str], kept: Kept, failed: list[Failed], task: FolderTask) -> dict[str, Any]:
+    without = {item.name for item in failed}
+    finished = [name for name in names if name not in without]
+    for name in finished:
+        shutil.copytree(kept.files(name), place(folder / "legs", name))
+    content = summary_json(task, folder, finished, failed, synth.__version__)
+    write_json(folder / f"{task.made}.json", content)
+    write_csv(folder / f"{task.made}.csv", task.columns(content))
+    task.page(folder)
+    return content
+
+
+def _tell_failed(failed: list[Failed], refused: list[Failed], count: int, task: FolderTask, progress: Progress) -> None:
+    """On stderr, last, so that nobody overlooks it; also when quiet."""
+    for items, what in ((refused, "end with a check that failed"), (failed, f"could not be {task.done}")):
+        lines = [f"synth: {item.name}: {message}\n" for item in items for message in item.messages]
+        if items:
+            write_message(f"synth: {len(items)} of {count} projects {what}:\n{''.join(lines)}")
