@@ -26,6 +26,8 @@ ROUNDS = 3  # of new derivatives in a fit without a recording
 SETTLED = 0.01  # of the cost, that new derivatives take away at least, or there are no more
 MOST_REFITTED = 6  # recordings without which fits are made; the closed form alone turns a sure verdict seldom
 SURE = 0.8  # weight that the other explanation must have without the recording
+ODD = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
+ODD_FROM = 3.0  # noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much
 
 
 @dataclass(frozen=True)
@@ -33,11 +35,13 @@ class Hangs:
     """What a verdict hangs on.
 
     ``turned`` : (name, what would be said without it) of each recording that turns the verdict. ``open`` : names of
-    those that may turn it by the closed form, and were not fitted without.
+    those that may turn it by the closed form, and were not fitted without. ``odd`` : (name, misfit of the others without
+    it, misfit of all, both in noise floors) of a recording that most of the misfit comes from.
     """
 
     turned: tuple[tuple[str, str], ...] = ()
     open: tuple[str, ...] = ()
+    odd: tuple[tuple[str, float, float], ...] = ()
 
     def warnings(self) -> tuple[str, ...]:
         """In sentences."""
@@ -52,6 +56,12 @@ class Hangs:
                 f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that "
                 "count for most were left out in turn. With so many the explanations are nearly tied"
             )
+        said += [
+            f"{name} does not go with the others: without it they are left {left:.2g} times the noise off, with it all are "
+            f"left {whole:.2g} times. Look at that recording first (its start, its rest, what was different that day)"
+            for name, left, whole in self.odd
+            if name not in [turning for turning, _ in self.turned]
+        ]
         return tuple(said)
 
 
@@ -86,7 +96,24 @@ def hangs_on(
         if said and _differs(judged, again):
             turned.append((bench.trials[i].recording.name, said))
     left = sorted(i for _, i in doubtful[MOST_REFITTED:])
-    return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left))
+    best = judged.accepted if judged.verdict in ("effect", "tie") else found.none
+    odd = _odd(bench, best, steps[id(best)]) if id(best) in steps else ()
+    return Hangs(tuple(turned), tuple(bench.trials[i].recording.name for i in left), odd)
+
+
+def _odd(
+    bench: Workbench,
+    best: Assessed[EvaluatedHypothesis],
+    without: Sequence[Assessed[EvaluatedHypothesis]],
+) -> tuple[tuple[str, float, float], ...]:
+    """The recording without which the misfit of the others falls below ``ODD`` of what it was, by a new fit."""
+    least = min(range(len(without)), key=lambda i: without[i].ratio)
+    if best.ratio < ODD_FROM or without[least].ratio > 2.0 * ODD * best.ratio:  # one step may not go all the way
+        return ()
+    (again,) = _refitted(bench, [without[least]], least)
+    if again.ratio > ODD * best.ratio:
+        return ()
+    return ((bench.trials[least].recording.name, again.ratio, best.ratio),)
 
 
 def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> float:
