@@ -1,4 +1,4 @@
-"""The array type that all rooms share; shapes and units stand in each docstring."""
+"""The array type of all packages; shapes and units are given in each docstring."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The user's own folder of what need not be made twice: compiled code and finished stages.
+"""The user's cache folder for compiled code and finished stages.
 
-What lies there is run or delivered again, so it must be the user's own: folder and files belong to the user, nobody
-else can write them, links are not followed. And it must be whole: each file carries its hash, and one that is cut or
-changed counts as absent. A full or read-only disk is no reason to fail: then nothing is kept.
+Cached content is executed or delivered again, so it must be trusted: folder and files belong to the user, nobody
+else can write them, and links are not followed. Each file carries its hash; a truncated or
+changed file counts as absent. On a full or read-only disk nothing is stored.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from synth.errors import Problem, UserError
 
 VARIABLE = "SYNTH_CACHE"
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
-_SEAL = b"synth-kept-1\n"  # in front of a kept file, before its SHA-256 and its content
+_SEAL = b"synth-kept-1\n"  # first bytes of a cached file, followed by its SHA-256 and its content
 _HASH = 32  # bytes
 
 
 def cache_folder() -> Path:
-    """``$SYNTH_CACHE``, or ``synth`` in the user's cache folder; made where it is not there.
+    """``$SYNTH_CACHE``, or ``synth`` in the user's cache folder; created if missing.
 
-    Where neither can be written it is a folder of the user's own among the temporary files.
+    If neither can be written, a folder of the user's among the temporary files.
 
     Raises
     ------
     UserError
-        If ``$SYNTH_CACHE``, or the folder among the temporary files, is another user's or others can write in it.
+        If ``$SYNTH_CACHE`` or the temporary folder belongs to another user or is writable by others.
     """
     named = os.environ.get(VARIABLE)
     base = Path(named) if named else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "synth"
     with suppress(OSError):
         base.mkdir(parents=True, exist_ok=True, mode=0o700)
-        fault = _fault(base.stat())  # a link to a folder of the user's own is the user's choice
+        fault = _fault(base.stat())  # a link to a folder of the user's is allowed
         if fault is not None and named:
-            text = f"{fault}: what is kept there would be run; name a folder that only you can write"
+            text = f"{fault}: its content would be executed; name a folder that only you can write"
             raise UserError(Problem(text, named, key=VARIABLE))
         if fault is None and os.access(base, os.W_OK):
             return base
@@ -52,16 +52,16 @@ def _among_temporary_files() -> Path:
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()
     except OSError as error:
-        raise UserError(Problem(f"cannot be made: {error.strerror}; set {VARIABLE} to a folder of your own",
+        raise UserError(Problem(f"cannot be made: {error.strerror}; set {VARIABLE} to your own folder",
                                 str(folder))) from None  # fmt: skip
-    fault = "is no folder" if not stat.S_ISDIR(status.st_mode) else _fault(status)
+    fault = "is not a folder" if not stat.S_ISDIR(status.st_mode) else _fault(status)
     if fault is not None:
-        raise UserError(Problem(f"{fault}; set {VARIABLE} to a folder of your own", str(folder)))
+        raise UserError(Problem(f"{fault}; set {VARIABLE} to your own folder", str(folder)))
     return folder
 
 
 def _fault(status: os.stat_result) -> str | None:
-    """Why a file or folder is not trusted; None where it is the user's alone."""
+    """Why a file or folder is not trusted; None if only the user can write it."""
     if not hasattr(os, "getuid"):
         return None
     if status.st_uid != os.getuid():
@@ -70,7 +70,7 @@ def _fault(status: os.stat_result) -> str | None:
 
 
 def is_own_folder(folder: Path) -> bool:
-    """Whether it is a folder, no link to one, that is the user's alone."""
+    """Whether it is a folder, not a link, that only the user can write."""
     try:
         status = folder.lstat()
     except OSError:
@@ -79,7 +79,7 @@ def is_own_folder(folder: Path) -> bool:
 
 
 def own_folder(name: str) -> Path | None:
-    """A folder in the cache, made where it is not there; None where it cannot be had or is not the user's alone."""
+    """A folder in the cache, created if missing; None if it cannot be created or is not trusted."""
     folder = cache_folder() / name
     with suppress(OSError):
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -87,7 +87,7 @@ def own_folder(name: str) -> Path | None:
 
 
 def read_own(path: Path) -> bytes | None:
-    """A file's content; None where there is none, it is a link or no file, or not the user's alone."""
+    """A file's content; None if it is missing, a link, not a file, or not trusted."""
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
         with open(handle, "rb") as stream:  # noqa: PTH123  by its handle, so that nobody swaps the file meanwhile
@@ -100,7 +100,7 @@ def read_own(path: Path) -> bytes | None:
 
 
 def read_sealed(path: Path) -> bytes | None:
-    """What ``write_sealed`` kept; None where it is not there, not the user's alone, cut or changed: that one goes."""
+    """Content stored by ``write_sealed``; None if missing, not trusted or damaged (then deleted)."""
     data = read_own(path)
     start = len(_SEAL) + _HASH
     if (
@@ -116,7 +116,7 @@ def read_sealed(path: Path) -> bytes | None:
 
 
 def write_sealed(path: Path, content: bytes) -> bool:
-    """Keep the content with its hash, whole or not at all; False where it cannot be written."""
+    """Store the content with its hash, complete or not at all; False if it cannot be written."""
     temporary = None
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".partial-{os.getpid()}-")

@@ -1,7 +1,7 @@
-"""The command line: find the command, read its arguments, run it, turn mistakes into messages.
+"""The command line: find the command, parse its arguments, run it, print error messages.
 
-Exit status: 0 done, 1 what was asked for cannot be had, 2 a mistake in what was given, 70 a bug of ours (with a
-traceback), 130 interrupted, 141 nobody reads the output any more.
+Exit status: 0 success, 1 no part or design meets the request, 2 a mistake in the input, 70 an internal error (with a
+traceback), 130 interrupted, 141 the reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -26,29 +26,29 @@ from synth.compiling.modules import is_loaded
 from synth.errors import CannotBeHad, Problem, UserError
 from synth.threads import LIBRARIES
 
-# A module of synth.commands each, loaded when its command is asked for.
+# One module of synth.commands each, imported when its command runs.
 COMMANDS = {
     "init": "write an example project to start from",
-    "import": "motion that other programs recorded, as trials of a leg",
+    "import": "convert motion recorded by other programs into trials of a leg",
     "fit": "springs, dampers and free angles of a leg from its trials",
-    "leg": "from recorded motion to a leg to order, wind and print",
-    "gap": "why the built leg moves otherwise than simulated: where, which effect, how far it shrinks",
-    "compare": "fits, designs, gaps, legs and recordings side by side, moved from the same start",
-    "hopper": "gear motor and link length of a jumping leg, from motors that exist",
-    "check": "the model of a leg against closed forms, statics, energy and another engine",
-    "spring": "the torsion spring to wind, or what stands in its way",
+    "leg": "design a leg of parts to buy, wind and print from recorded motion",
+    "gap": "explain the difference between built and simulated leg: where, which effect, how large",
+    "compare": "fits, designs, gaps, legs and recordings compared from the same start",
+    "hopper": "gear motor and link length of a jumping leg, from available motors",
+    "check": "check a leg's model by closed forms, statics, energy and another engine",
+    "spring": "design a torsion spring, or show which limits prevent it",
     "catalog": "list, show and check catalogues of springs, dampers and wire",
-    "reproduce": "the thesis' tables from the laboratory's recordings, published beside ours",
-    "warmup": "compile the equations of motion now instead of at the first use",
-    "completion": "words for bash, zsh or fish to complete commands and options",
+    "reproduce": "reproduce the thesis' tables from the laboratory's recordings",
+    "warmup": "compile the equations of motion in advance",
+    "completion": "write a bash, zsh or fish script that completes commands and options",
 }
-MODULES = {"import": "motion_import"}  # where a command's name cannot be a module's
+MODULES = {"import": "motion_import"}  # commands whose name cannot be a module name
 TOP_OPTIONS = ("--help", "--version", "--quiet")
 CANNOT_BE_HAD, MISTAKE, BUG = 1, 2, 70  # exit statuses; 70 is EX_SOFTWARE of sysexits.h
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is a message like any other."""
+    """An argument parser that raises its messages as UserError."""
 
     def error(self, message: str) -> NoReturn:
         """Raise UserError."""
@@ -63,9 +63,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = _dispatch(list(sys.argv[1:] if argv is None else argv))
         lost = streams.lost()
         if lost is not None:
-            raise UserError(Problem(f"cannot be written: {lost}; what was asked for is done", "standard output"))
+            raise UserError(Problem(f"cannot be written: {lost}; the command itself is complete", "standard output"))
         if argv is None:
-            gc.freeze()  # the process ends: not to be looked through once more, a tenth of a second
+            gc.freeze()  # the process ends: skip a last collection, a tenth of a second
         return status
     except UserError as error:
         streams.write_message("".join(f"synth: {printable(str(problem))}\n" for problem in error.problems))
@@ -79,17 +79,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         streams.read_by_nobody()
         return 141
     except Exception:
-        if argv is not None:  # called from Python, which wants the exception itself
+        if argv is not None:  # called from Python: the caller wants the exception
             raise
         streams.write_message(traceback.format_exc())
         return BUG
 
 
 def _quick_start() -> None:
-    """Settings of the process that spare a command a good tenth of its time.
+    """Settings of the process that save each command a tenth of its time.
 
-    Loading makes half a million objects that stay: the collector need not look through them time and again. And
-    matrices here are so small that linear algebra's own threads would only wait for each other.
+    Loading creates half a million permanent objects, which the collector need not scan repeatedly. The
+    matrices are so small that the threads of the linear algebra library would only wait for each other.
     """
     gc.set_threshold(50_000, 20, 20)
     if not is_loaded("numpy"):
@@ -98,7 +98,7 @@ def _quick_start() -> None:
 
 
 def _dispatch(argv: list[str]) -> int:
-    """Read the options before the command, then hand over to it."""
+    """Read the options before the command, then run it."""
     quiet = False
     while argv and argv[0].startswith("-"):
         option = argv.pop(0)
@@ -122,7 +122,7 @@ def _dispatch(argv: list[str]) -> int:
 
 
 def _run(name: str, rest: list[str], quiet: bool) -> int:
-    """Read a command's arguments and run it."""
+    """Parse a command's arguments and run it."""
     module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
     parser = parser_of(name)
     _refuse_unknown_options(parser, rest)
@@ -131,7 +131,7 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
     except SystemExit as done:  # --help
         return int(done.code or 0)
     if surplus:
-        raise UserError([Problem(f'"{word}" is one argument too many (see {parser.prog} --help)') for word in surplus])
+        raise UserError([Problem(f'"{word}" is an unexpected argument (see {parser.prog} --help)') for word in surplus])
     as_json = name in WITH_JSON and arguments.json
     with ExitStack() as stack:
         log = None
@@ -151,7 +151,7 @@ def _run(name: str, rest: list[str], quiet: bool) -> int:
 
 
 def parser_of(name: str) -> Parser:
-    """The parser of a command with all its options."""
+    """The parser of a command with all options."""
     module = importlib.import_module(f"synth.commands.{MODULES.get(name, name)}")
     parser = Parser(
         prog=f"synth {name}",
@@ -165,7 +165,7 @@ def parser_of(name: str) -> Parser:
 
 
 def _refuse_unknown_options(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
-    """Name every unknown option before argparse complains of what is missing because it was misspelt."""
+    """Name unknown options first; argparse would only report the required option that was misspelt."""
     known = parser._option_string_actions
     options = words[: words.index("--")] if "--" in words else words
     names = [word.partition("=")[0] for word in options if word.startswith("--") and " " not in word.partition("=")[0]]
@@ -186,9 +186,9 @@ From recorded limb motion to springs, dampers and joints that can be bought, wou
 commands:
 {commands}
 options:
-  -h, --help     show this, or with COMMAND what the command takes
+  -h, --help     show this help, or that of COMMAND
   -V, --version  show the version
-  -q, --quiet    say nothing but results and mistakes
+  -q, --quiet    print only results and error messages
 
 Start with `synth init leg DIR`. Every quantity carries its unit: "200 mm", "38 N*m/rad", "45 deg".
 """

@@ -1,4 +1,4 @@
-"""What went wrong because of the user's input, in words that say how to mend it."""
+"""Errors in the user's input, with messages that say how to correct them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-LONGEST_WORD = 80  # characters of a value that a message shows
-LONGEST = 2_000  # of a message
+LONGEST_WORD = 80  # characters of a value in a message
+LONGEST = 2_000  # characters of a message
 _QUOTED = re.compile(r"""(["'])((?:(?!\1).){%d,})\1""" % (LONGEST_WORD + 1), re.DOTALL)  # noqa: UP031
 _WORD = re.compile(r"\S{%d,}" % (3 * LONGEST_WORD))  # noqa: UP031
 
@@ -38,16 +38,16 @@ class Problem:
 
 
 def readable(text: str) -> str:
-    """A message with values cut where they are so long that nobody would find the message in them."""
+    """A message with long values shortened, so that the text around them stays visible."""
     text = _QUOTED.sub(lambda found: f"{found[1]}{found[2][: LONGEST_WORD - 3]}...{found[1]}", text)
     text = _WORD.sub(lambda found: f"{found[0][:LONGEST_WORD]}...", text)
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
 def did_you_mean(value: str, names: Iterable[str], most: int = 1, cutoff: float = 0.6) -> str:
-    """``; did you mean knee?`` with at most so many of the names that are near ``value``, empty where none is.
+    """``; did you mean knee?`` with up to ``most`` names similar to ``value``; empty if none is.
 
-    A name that is written as the value is no help and is left out; one that only looks the same is told as such.
+    A name identical to the value is left out; one that only looks identical is marked as such.
     """
     from difflib import get_close_matches
 
@@ -63,7 +63,7 @@ def did_you_mean(value: str, names: Iterable[str], most: int = 1, cutoff: float 
 
 
 def _seen(name: str) -> str:
-    """What of a name is seen: no blanks, no marks of width 0, accents as one writes them."""
+    """The visible form of a name: no blanks, no zero-width characters, composed accents."""
     import unicodedata
 
     return "".join(c for c in unicodedata.normalize("NFKC", name).casefold() if c.isprintable() and not c.isspace())
@@ -80,4 +80,4 @@ class UserError(Exception):
 
 
 class CannotBeHad(UserError):
-    """A wish that is written rightly and that nothing can meet. The command line exits with status 1."""
+    """A valid request that nothing can meet. The command line exits with status 1."""

@@ -1,4 +1,4 @@
-"""The one pool of threads of a process: all cores, or ``SYNTH_THREADS``; one thread in each of many processes."""
+"""The single thread pool of a process: all cores, or ``SYNTH_THREADS``; one thread in worker processes."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from typing import TypeVar
 
 T = TypeVar("T")
 VARIABLE = "SYNTH_THREADS"
-# What numpy's linear algebra looks at when it is loaded; Dask gives its workers the same.
+# Read by numpy's linear algebra when it is loaded; Dask sets the same for its workers.
 LIBRARIES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def thread_count() -> int:
-    """Threads for compiled code that runs without the interpreter's lock."""
+    """Threads for compiled code that releases the interpreter's lock."""
     text = os.environ.get(VARIABLE, "")
     return int(text) if text.isdigit() and int(text) > 0 else os.cpu_count() or 1
 
@@ -28,9 +28,9 @@ def _workers() -> ThreadPoolExecutor:
 
 
 def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -> list[T]:
-    """``work(index)`` of each index below ``count``, in order, on all cores; its compiled code must free the lock.
+    """``work(index)`` for each index below ``count``, in order, on all cores; its compiled code must release the lock.
 
-    ``most`` : at most so many at once. Not from within itself: every thread might then wait for another.
+    ``most`` : largest number in parallel. Do not nest calls: every thread might then wait for another.
     """
     if count < 2 or min(thread_count(), most or count) < 2:
         return [work(index) for index in range(count)]
@@ -46,7 +46,7 @@ def in_parallel(work: Callable[[int], T], count: int, most: int | None = None) -
 
 
 def shared_out(work: Callable[[int], T], count: int) -> list[T]:
-    """As ``in_parallel``, with one task a core: for work that is over so soon that handing it out would cost more."""
+    """Like ``in_parallel`` with one task per core, for work so short that scheduling would cost more."""
     workers = min(thread_count(), count)
     if workers < 2:
         return [work(index) for index in range(count)]
@@ -56,7 +56,7 @@ def shared_out(work: Callable[[int], T], count: int) -> list[T]:
 
 @contextmanager
 def children_of_one_thread() -> Iterator[None]:
-    """Processes that are started in this block have one thread each; variables that the user has set stay."""
+    """Processes started in this block have one thread each; variables set by the user stay."""
     added = [name for name in (VARIABLE, *LIBRARIES) if name not in os.environ]
     os.environ.update(dict.fromkeys(added, "1"))
     try:

@@ -1,6 +1,6 @@
-"""Quantities at the edge: text with a unit to SI floats and back.
+"""Conversion between text with units and SI numbers.
 
-Angle is a dimension of its own here, unlike in pint's default registry. There ``N*m`` passes for a rate in
+Angle is a dimension of its own here, unlike in pint's default registry. There ``N*m`` is accepted for a rate in
 ``N*m/rad`` and ``5 Hz`` for 5 rad/s, which is how degrees and turns get lost. The short list of units below
 also loads in 5 ms, where pint's own takes 200 ms.
 """
@@ -107,9 +107,9 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "1": ("ratio", "5 %"),
 }
 
-TEXT_LIMIT = 100  # characters of a quantity; every honest one is far shorter
-# A product of names with one-digit powers: nothing that pint could be made to compute with. Matched token by token,
-# because one pattern for the whole backtracks exponentially on a long word.
+TEXT_LIMIT = 100  # characters of a quantity; real ones are far shorter
+# A product of names with one-digit powers, which pint can always evaluate safely. Matched token by token,
+# because a single pattern for the whole text backtracks exponentially on a long word.
 _TOKEN = re.compile(r"[A-Za-zµμΩ_]+0?(?: ?(?:\*\*|\^)-?[1-9](?!\d))?|1(?=\s*/)|\*(?!\*)|[()/ ]")
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*\[([^\[\]]*)\]\s*")
 
@@ -128,7 +128,7 @@ def parse(text: object, unit: str) -> float:
     Parameters
     ----------
     text
-        what the user wrote; a bare number is accepted only where ``unit`` is ``"1"``.
+        the user's text; a bare number is accepted only where ``unit`` is ``"1"``.
     unit
         the canonical unit wanted, for example ``m``, ``N*m/rad``, ``1``.
 
@@ -170,7 +170,7 @@ def parse(text: object, unit: str) -> float:
 
 
 def factor(unit: str, canonical: str) -> float:
-    """How many ``canonical`` one ``unit`` is: ``factor("deg", "rad") == pi / 180``.
+    """Number of ``canonical`` in one ``unit``: ``factor("deg", "rad") == pi / 180``.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def factor(unit: str, canonical: str) -> float:
 
 
 def header(text: str) -> tuple[str, str]:
-    """Split a CSV header ``name [unit]`` into name and unit; the unit itself is not checked.
+    """Split a CSV header ``name [unit]`` into name and unit; the unit is not checked.
 
     Raises
     ------
@@ -211,9 +211,9 @@ def quantity(value: float, unit: str, interval90: Sequence[float] | None = None)
     value
         in coherent SI units (radians for angles).
     unit
-        the unit to show it in, for example ``deg``.
+        the unit for display, for example ``deg``.
     interval90
-        the two ends of the 90 % interval, also SI; an end that the data leave open (``inf``) becomes ``None``.
+        the two ends of the 90 % interval, SI; an unbounded end (``inf``) becomes ``None``.
         Left out of the result when None.
 
     Raises
@@ -243,7 +243,7 @@ def write(value: float, unit: str) -> str:
 
 @cache
 def _registry() -> pint.UnitRegistry[Any]:
-    """The one registry, made when first needed (pint's import takes 0.15 s beside numpy)."""
+    """The only registry, created on first use (importing pint takes 0.15 s beside numpy)."""
     import pint
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(None, on_redefinition="raise")
@@ -253,7 +253,7 @@ def _registry() -> pint.UnitRegistry[Any]:
 
 @lru_cache(maxsize=512)
 def _unit(text: str) -> _Unit:
-    """Size and dimension of a unit; refuses everything but a product of names with one-digit powers."""
+    """Size and dimension of a unit; only products of names with one-digit powers are accepted."""
     plain = plain_unit(text)
     if plain == "1":
         return _Unit(1.0, ())
@@ -263,7 +263,7 @@ def _unit(text: str) -> _Unit:
 
 
 def _by_pint(plain: str, text: str) -> _Unit:
-    """Size and dimension as pint finds them; ``text`` as it was written."""
+    """Size and dimension according to pint; ``text`` as the user wrote it."""
     if len(plain) > TEXT_LIMIT or "".join(_TOKEN.findall(plain)) != plain:
         raise UserError(f"{_shown(text)} cannot be read as a unit; write it like N*m/rad or kg*m^2")
     import pint
@@ -294,7 +294,7 @@ def _near_units(name: str) -> str:
 
 
 def _near_dimension(written: str, wanted: _Unit) -> str:
-    """The two slips that are met most: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``."""
+    """The two most frequent mistakes: ``N*m`` for ``N*m/rad``, and ``oz*in`` for ``ozf*in``."""
     if not wanted.dimension:
         return ""
     forces = re.sub(r"\b(oz|lb|kg|g)\b", r"\1f", written)
@@ -308,7 +308,7 @@ def _near_dimension(written: str, wanted: _Unit) -> str:
 
 
 def _meaning(unit: str) -> str:
-    """What a unit measures, in words, or the unit itself where there is no word for it."""
+    """The name of what a unit measures, or the unit itself."""
     dimension = _unit(unit).dimension
     for canonical, (meaning, _) in MEANINGS.items():
         if _unit(canonical).dimension == dimension:
@@ -329,7 +329,7 @@ def _article(words: str) -> str:
 
 
 def _shown(value: object) -> str:
-    """A value as the user wrote it, cut where it is long, so that a message stays a message."""
+    """A value as the user wrote it, shortened if long."""
     text = value if isinstance(value, str) else repr(value)
     text = text if len(text) <= 40 else text[:37] + "..."
     return f'"{text}"' if isinstance(value, str) else text

@@ -1,6 +1,6 @@
-"""Units that are met all the time: their size and dimension as pint finds them, so that it need not be loaded.
+"""Common units with size and dimension, so that pint need not be loaded.
 
-Pint and its registry take a tenth of a second and more; a test holds each line here against them.
+Loading pint and its registry takes more than a tenth of a second; a test compares each line with them.
 """
 
 from __future__ import annotations

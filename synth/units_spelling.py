@@ -1,7 +1,7 @@
-"""How people write quantities: numbers with fractions, and units with hyphens, without signs, in vendors' plurals.
+"""Spellings of quantities: numbers with fractions, and units with hyphens, without signs, in vendors' plurals.
 
-Everything here turns text into the one spelling that ``synth.units`` computes with. Nothing is guessed: a text that
-could mean two things is refused with both ways to write it.
+Everything is converted to the one spelling of ``synth.units``. Nothing is guessed: an ambiguous text
+is refused with both possible spellings.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?")
-# 1/2, 1 1/4, 1-1/4: as inch sizes are written. Whole numbers only, so that 1.5/2 stays a mistake.
+# 1/2, 1 1/4, 1-1/4: inch sizes. Whole numbers only, so that 1.5/2 stays a mistake.
 _FRACTION = re.compile(r"([+-]?)(?:(\d{1,6})[ -])?(\d{1,6})/(\d{1,6})(?![\d./,])")
 _DECIMAL_COMMA = re.compile(r"([+-]?\d*),(\d+)(?=\D|$)")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+(?:\.\d+)?(?=[^\d,.]|$)")
@@ -18,10 +18,10 @@ _SIGNS = str.maketrans(
 )
 _VULGAR = {"½": "1/2", "¼": "1/4", "¾": "3/4", "⅛": "1/8", "⅜": "3/8", "⅝": "5/8", "⅞": "7/8"}
 _SUPERSCRIPTS = {"²": "^2", "³": "^3", "°": "deg", "%": "percent"}
-# A vendor's words for a unit; pint's own plurals of full names (metres, degrees) need no line.
+# Vendors' words for a unit; pint's own plurals of full names (metres, degrees) need no line.
 _WORDS = {"lbs": "lb", "inches": "in", "feet": "ft", "Deg": "deg", "RPM": "rpm", "radians": "rad", "ozs": "oz"}
 _WORD = re.compile(r"[A-Za-z]+")
-# Newton, metre and second run together, as data sheets have them: Nm, mNm, Nmm, Nms, Ns, Ncm.
+# Newton, metre and second without separators, as in data sheets: Nm, mNm, Nmm, Nms, Ns, Ncm.
 _NEWTON = re.compile(r"(?<![A-Za-z])([mkcuµμ]?N)(mm|cm|m)?(s)?(?![A-Za-z])")
 # Between hyphens or dots a pound, ounce, kilogram or gram beside a plain length is a weight (in-lb, oz-in, kg-cm);
 # beside a squared length it is a mass (lb-in^2). NIST SP 811 (2008), B.8, lists the inch-pound so.
@@ -33,7 +33,7 @@ _INCH_MARK = re.compile(r"^\s*(?:\"|″|'')")
 
 
 def plain_signs(text: str) -> str:
-    """Text with one sign each for product, minus, fraction and degree."""
+    """Text with a single sign for product, minus, fraction and degree."""
     plain = text.strip().translate(_SIGNS)
     for sign, meant in _VULGAR.items():
         plain = re.sub(rf"(?<=\d)\s*{sign}", f" {meant}", plain).replace(sign, meant)
@@ -41,9 +41,10 @@ def plain_signs(text: str) -> str:
 
 
 def read_number(text: str) -> tuple[float, str] | None:
-    """A number at the start of a text, decimal or with a fraction, and what follows; None where there is none.
+    """A number at the start of a text, decimal or with a fraction, and the rest; None if there is none.
 
-    ``1/2 in`` and ``1 1/4 in`` are halves and quarters; ``5 1/s`` is 5 a second, for its slash parts no number.
+    ``1/2 in`` and ``1 1/4 in`` are halves and quarters; in ``5 1/s`` the number is 5, because its slash belongs to
+    the unit.
     """
     fraction = _FRACTION.match(text)
     if fraction is not None:
@@ -59,7 +60,7 @@ def read_number(text: str) -> tuple[float, str] | None:
 
 
 def comma_mend(text: str) -> str:
-    """``; write ...`` for a number with a comma, both readings where it has two; empty where there is no comma."""
+    """``; write ...`` for a number with a comma, with both readings if ambiguous; empty without a comma."""
     thousands = _THOUSANDS.match(text)
     decimal = _DECIMAL_COMMA.match(text)
     if thousands is not None:
@@ -67,7 +68,7 @@ def comma_mend(text: str) -> str:
         if text.count(",") > 1 or "." in thousands.group():
             return f"; leave the commas out: {without}"
         pointed = text.replace(",", ".")
-        return f"; a comma is not read: write {without} if it parts thousands, {pointed} if decimals"
+        return f"; commas are not accepted: write {without} if it separates thousands, {pointed} if decimals"
     if decimal is not None and "," not in text[decimal.end() :]:
         whole = decimal.group(1)
         return f"; decimals take a point, not a comma: write {whole or '0'}.{decimal.group(2)}{text[decimal.end() :]}"
@@ -75,11 +76,11 @@ def comma_mend(text: str) -> str:
 
 
 def plain_unit(text: str) -> str:
-    """A unit in the spelling of the registry: ``Nm/rad`` is ``N*m/rad``, ``in-lb`` is ``in*lbf``."""
+    """A unit in the registry's spelling: ``Nm/rad`` is ``N*m/rad``, ``in-lb`` is ``in*lbf``."""
     plain = _INCH_MARK.sub("in", plain_signs(text))
     for written, meant in _SUPERSCRIPTS.items():
         plain = plain.replace(written, meant)
-    if not any(sign in plain for sign in "-.NsSehDR"):  # most units need nothing of what follows
+    if not any(sign in plain for sign in "-.NsSehDR"):  # most units need none of the following
         return plain
     plain = _WORD.sub(lambda found: _WORDS.get(found[0], found[0]), plain)
     plain = _NEWTON.sub(lambda found: "*".join(part for part in found.groups() if part), plain)

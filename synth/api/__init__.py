@@ -1,1 +1,1 @@
-"""The library: what ``import synth`` offers, and what the command line calls. Each module holds one question."""
+"""The public library behind ``import synth`` and the command line. Each module answers one question."""

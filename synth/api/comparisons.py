@@ -1,4 +1,4 @@
-"""``synth.compare``: fits, designs, gaps, legs and recordings side by side."""
+"""``synth.compare``: compare fits, designs, gaps, legs and recordings."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from synth.swing.leg_model import Leg
 
 @dataclass(frozen=True, eq=False)
 class Compared(Report):
-    """Sides beside each other: ``result`` has all of it, see ``Comparison``."""
+    """Compared sides; ``result`` holds everything, see ``Comparison``."""
 
     result: Comparison
 
     @property
     def headline(self) -> str:
-        """The sides and which of them the others are held against."""
+        """The sides, and the one that the others are compared with."""
         names = [side.name for side in self.result.sides]
-        return f"{', '.join(names)}: held against {names[self.result.reference]}"
+        return f"{', '.join(names)}: compared with {names[self.result.reference]}"
 
     def columns(self) -> dict[str, list[Cell]]:
         """The table of ``compare.csv``."""
         return {head: list(cells) for head, cells in table_columns(self.result).items()}
 
     def panels(self) -> Sequence[Panel]:
-        """A panel a start: every side's angles."""
+        """One panel per start: the angles of every side."""
         found = []
         for overlay in self.result.overlays:
             columns = {head: np.asarray(cells, float) for head, cells in response_columns(self.result, overlay).items()}
@@ -66,7 +66,7 @@ class Compared(Report):
 def open_compared(
     sources: Sequence[Source], *, leg: Leg | None = None, time_scales: Sequence[float] = ()
 ) -> list[Side]:
-    """The sides of what was named; ``leg`` is that of recordings that come without one."""
+    """The sides of the given sources; ``leg`` belongs to recordings that name none."""
     return open_sides(list(sources), resolver(), leg=leg, time_scales=tuple(time_scales))
 
 
@@ -76,23 +76,23 @@ def compare(
     stretch: Mapping[str, float] | None = None,
     leg: Leg | None = None,
 ) -> Compared:
-    """Put results, projects, legs and recordings beside each other, all moved from the same starts.
+    """Compare results, projects, legs and recordings, all simulated from the same starts.
 
     Parameters
     ----------
     sources
         as on the command line: ``PATH``, ``NAME=PATH``, ``PATH#built,wanted``.
     reference
-        the side to hold the others against; without it the first recorded one.
+        the side to compare with; default: the first recorded one.
     stretch
-        side -> factor by which its motion is slowed.
+        side -> factor by which its motion is slowed down.
     leg
-        of recordings that come without one.
+        for recordings that name none.
 
     Raises
     ------
     UserError
-        For what cannot be opened or compared.
+        If a source cannot be opened or compared.
     """
     named = [read_source(str(source)) for source in sources]
     return compared(open_compared(named, leg=leg), named, reference=reference, stretch=stretch or {})
@@ -107,15 +107,15 @@ def compared(
     starts: Sequence[ComparedMotion] = (),
     stage: Stage = silent,
 ) -> Compared:
-    """Compare sides that are open; ``starts`` : from which all are moved, without them the first recorded side's."""
-    with stage("moving every leg from the same starts"):
+    """Compare opened sides; ``starts`` : the common starts, by default those of the first recorded side."""
+    with stage("simulating every leg from the same starts"):
         inputs = _inputs(sources)
         found = _compare(list(sides), reference=reference, stretch=dict(stretch), starts=list(starts), inputs=inputs)
     return Compared(found)
 
 
 def _inputs(sources: Sequence[Source]) -> dict[str, str]:
-    """The files that were named, or a result folder's JSON, with their SHA-256."""
+    """The named files, or a result folder's JSON, with their SHA-256."""
     found: dict[str, str] = {}
     for source in sources:
         if source.path.is_file():

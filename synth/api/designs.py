@@ -1,4 +1,4 @@
-"""``synth.design``: from wanted motion to a leg of parts that can be bought, wound and printed."""
+"""``synth.design``: from wanted motion to a leg of parts to buy, wind and print."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Design(Report):
-    """A designed leg: ``design`` has all of it, see ``LegDesign``. ``solids`` : whether its joints are drawn."""
+    """A designed leg; ``design`` holds everything, see ``LegDesign``. ``solids`` : whether its joints are drawn."""
 
     design: LegDesign
     solids: bool = True
 
     @property
     def project(self) -> LegProject:
-        """What was asked for."""
+        """The project."""
         return self.design.project
 
     @property
@@ -46,17 +46,17 @@ class Design(Report):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to know before ordering."""
+        """Warnings to read before ordering."""
         return tuple(text if joint is None else f"{joint}: {text}" for joint, text in self.design.warnings)
 
     @property
     def headline(self) -> str:
-        """How far the built leg's motion is from the wanted one."""
+        """The RMS distance of the built leg's motion from the wanted one."""
         off = math.degrees(float(np.sqrt(np.mean(self.design.errors**2))))
-        return f"{self.project.name}: {off:.2f} deg RMS off the wanted motion with parts as stated"
+        return f"{self.project.name}: {off:.2f} deg RMS from the wanted motion with nominal parts"
 
     def columns(self) -> dict[str, list[Cell]]:
-        """A row a joint: what was wanted, the chosen spring and damper, the error."""
+        """One row per joint: wanted values, the chosen spring and damper, the error."""
         found = self.design
         wanted = [joint.spring for joint in found.target.leg.joints]
         return {
@@ -70,7 +70,7 @@ class Design(Report):
         }
 
     def panels(self) -> Sequence[Panel]:
-        """A panel a release: wanted and built angles."""
+        """One panel per release: wanted and built angles."""
         found, panels = self.design, []
         for release, wanted, built in zip(
             found.wanted.releases, found.wanted.motions, found.built_motions, strict=True
@@ -83,12 +83,12 @@ class Design(Report):
         return panels
 
     def write(self, folder: Path) -> None:
-        """All files of ``synth leg``, solids among them.
+        """All files of ``synth leg``, including the solids.
 
         Raises
         ------
         UserError
-            Where the joints cannot be drawn or fail a check; with nothing written.
+            If a joint cannot be drawn or fails a check; nothing is written then.
         """
         failure = self.write_with(folder)
         if failure is not None:
@@ -103,9 +103,9 @@ class Design(Report):
         report: Path | None = None,
         stage: Stage = silent,
     ) -> UserError | None:
-        """Write the files; where the solids fail a check, the error to end with once the folder is whole.
+        """Write the files; return the error to raise at the end if the solids fail a check.
 
-        ``report`` : where the page will lie, for the message.
+        ``report`` : the page's final path, for the message.
         """
         from synth.design.bearing_friction import bearing_friction, told, with_friction
         from synth.design.bom import write_bom
@@ -142,7 +142,7 @@ class Design(Report):
 
 
 def read_design(path: str | Path) -> tuple[LegProject, Catalogue]:
-    """Read a project of kind ``leg-design`` with its legs and trials, and the catalogues that it chooses from.
+    """Read a project of kind ``leg-design`` with its legs, trials and catalogues.
 
     Raises
     ------
@@ -162,26 +162,26 @@ def design(
     stage: Stage = silent,
     compiling: Callable[[int], object] | None = None,
 ) -> Design:
-    """Fit, scale and choose: a leg of parts that moves as wanted.
+    """Fit, scale and choose: design a leg of parts that moves as wanted.
 
     Parameters
     ----------
     what
         a project file, or a project that was read.
     catalogue
-        what to choose from; without it the built-in tables and those that the project names.
+        the parts to choose from; default: the built-in tables and those that the project names.
     solids
-        draw the joints and go by what their parts weigh; False leaves them out.
+        draw the joints and use the masses of their parts; False leaves them out.
     cache
-        where an earlier design of the same input is kept, but for what concerns the printer's bed and the springs in
-        hand alone; without it nothing is.
+        folder of an earlier design of the same input; options of the printer's bed and measured springs may differ.
+        None: nothing is stored.
     stage, compiling
-        told what goes on, and the number of links before their equations are needed.
+        called with the current stage, and with the number of links before their equations are needed.
 
     Raises
     ------
     UserError
-        For trials that cannot be used, or dimensions from which no joint can be drawn; ``CannotBeHad`` where no part
+        If trials cannot be used, or no joint can be drawn from the dimensions; ``CannotBeHad`` if no part
         meets the constraints.
     """
     from synth.design.solid_files import on_bed
@@ -217,14 +217,14 @@ def _made(project: LegProject, catalogue: Catalogue, solids: bool, stage: Stage)
 
 
 def inputs_of(project: LegProject) -> list[tuple[str, str]]:
-    """Name and hash of every file that the project reads."""
+    """Name and hash of every input file."""
     trials = [*project.trials, *(trial for damper in project.dampers.values() for trial in damper.trials)]
     files = [(item.name, item.sha256) for item in project.inputs]
     return [*files, *((trial.name, trial.sha256) for trial in trials)]
 
 
 def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[str]) -> None:
-    """Write design.json, the page made from it, and list every file with its hash but design.json itself."""
+    """Write design.json and its page, and list every other file with its hash."""
     from synth.design.page_data import page_json
     from synth.design.write_design import design_json
     from synth.files.output import write_json

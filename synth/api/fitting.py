@@ -21,15 +21,15 @@ from synth.fit.fit_result import FitResult, JointFit
 from synth.parts.resolver import resolver
 from synth.swing.leg_model import Leg
 
-IN_CODE = Path("a leg made in code")  # where a mistake lies that no file holds
+IN_CODE = Path("a leg made in code")  # the place of a mistake that is in no file
 
 
 @dataclass(frozen=True)
 class FitSettings:
-    """What a project file may say beside leg and trials; the defaults are those of the file.
+    """Options that a project file may give beside leg and trials; the defaults are those of the file.
 
-    ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts what a hand still drives at first,
-    ``recorded`` fits all. ``prior`` None: values in the leg are starting points at most.
+    ``free_angle``: ``common``, ``per_trial`` or ``auto``. ``release``: ``free`` cuts the driven part at the beginning,
+    ``recorded`` fits all samples. ``prior`` None: values in the leg are only starting points.
     """
 
     options: FitOptions = field(default_factory=FitOptions)
@@ -43,7 +43,7 @@ class FitSettings:
 class Fit(Report):
     """A fitted leg.
 
-    ``project`` : what was fitted. ``result`` : all that was found, see ``FitResult``.
+    ``project`` : the input. ``result`` : the complete result, see ``FitResult``.
     """
 
     project: FitProject
@@ -51,7 +51,7 @@ class Fit(Report):
 
     @property
     def leg(self) -> Leg:
-        """The leg with the springs and dampers that were found."""
+        """The leg with the estimated springs and dampers."""
         return self.result.leg
 
     @property
@@ -66,19 +66,19 @@ class Fit(Report):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is in doubt, and what these trials cannot tell."""
+        """Warnings, and parameters that these trials cannot separate."""
         return (*self.result.warnings, *self.result.not_separable)
 
     @property
     def headline(self) -> str:
-        """Joints, trials and the error that is left."""
+        """Number of joints and trials, and the largest residual."""
         worst = max(self.rms, key=lambda name: self.rms[name])
         count = len(self.result.trials)
-        off = f"at most {np.degrees(self.rms[worst]):.2g} deg RMS off ({worst})"
+        off = f"at most {np.degrees(self.rms[worst]):.2g} deg RMS residual ({worst})"
         return f"{self.project.name}: {len(self.joints)} joints fitted to {count} trials, {off}"
 
     def columns(self) -> dict[str, list[Cell]]:
-        """A row a joint: estimates with their 90 % intervals, and the RMS error."""
+        """One row per joint: estimates with their 90 % intervals, and the RMS error."""
         table: dict[str, list[Cell]] = {"joint": list(self.joints)}
         for name, key, unit, factor in (
             ("spring rate", "spring_rate", "N*m/rad", 1.0),
@@ -93,7 +93,7 @@ class Fit(Report):
         return table
 
     def panels(self) -> Sequence[Panel]:
-        """A panel a trial: measured and fitted angles."""
+        """One panel per trial: measured and fitted angles."""
         found = []
         for trial in self.result.trials:
             curves = {}
@@ -110,7 +110,7 @@ class Fit(Report):
 
 
 def read_fit(path: str | Path, *, resolve_part: PartResolver | None = None) -> FitProject:
-    """Read a project of kind ``fit`` with its leg and trials; parts are looked up in the built-in catalogues.
+    """Read a project of kind ``fit`` with leg and trials; parts come from the built-in catalogues.
 
     Raises
     ------
@@ -127,21 +127,21 @@ def fit(
     *,
     stage: Stage = silent,
 ) -> Fit:
-    """Find springs, dampers and free angles of a leg from its trials.
+    """Estimate springs, dampers and free angles of a leg from its trials.
 
     Parameters
     ----------
     what
         a project file, a project that was read, or a leg with its ``trials``.
     settings
-        how to fit ``trials``; a project has its own.
+        fit options for ``trials``; a project has its own.
     stage
-        told what goes on.
+        called with the current stage.
 
     Raises
     ------
     UserError
-        For trials that cannot be used, a method that does not fit the rest, or where no motion comes near the trials.
+        If trials cannot be used, options contradict each other, or no simulated motion comes near the trials.
     """
     if isinstance(what, Leg):
         chosen = settings or FitSettings()
@@ -166,7 +166,7 @@ def fit(
 
 
 def checked(project: FitProject) -> Ready:
-    """Check everything that can be checked before the fit; ``needs_effects`` of the answer tells what it compiles."""
+    """Run all checks that need no fit; ``needs_effects`` of the answer says what must be compiled."""
     return ready(project)
 
 

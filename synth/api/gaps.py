@@ -1,4 +1,4 @@
-"""``synth.gap``: why the built leg moves otherwise than the designed one."""
+"""``synth.gap``: why the built leg moves differently from the designed one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from synth.swing.leg_model import Leg
 
 
 class _Diagnosed(Report):
-    """What the diagnoses of swinging and of jumping legs share."""
+    """The shared part of the diagnoses of swinging and jumping legs."""
 
     @property
     @abstractmethod
@@ -48,12 +48,12 @@ class _Diagnosed(Report):
 
     @property
     def ranked(self) -> tuple[Ranked, ...]:
-        """Single causes, the likeliest first."""
+        """Single causes, the most probable first."""
         return self.diagnosis.ranked
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the data themselves leave in doubt."""
+        """Warnings about the data."""
         return self.diagnosis.warnings
 
     @property
@@ -62,7 +62,7 @@ class _Diagnosed(Report):
         return self.diagnosis.sentence
 
     def columns(self) -> dict[str, list[Cell]]:
-        """A row a cause, then ``none`` and ``unknown``: probability, and by which share it shrinks the gap alone."""
+        """One row per cause, then ``none`` and ``unknown``: probability, and the share of the gap it explains alone."""
         found = self.diagnosis
         shrinks = [item.shrink for item in found.ranked]
         return {
@@ -81,9 +81,9 @@ class _Diagnosed(Report):
 
 @dataclass(frozen=True, eq=False)
 class Gap(_Diagnosed):
-    """Why a swinging leg moves otherwise.
+    """Why a swinging leg moves differently.
 
-    ``project`` : what was asked. ``result`` : all that was found, see ``GapResult``.
+    ``project`` : the input. ``result`` : the complete result, see ``GapResult``.
     """
 
     project: GapProject
@@ -91,16 +91,16 @@ class Gap(_Diagnosed):
 
     @property
     def diagnosis(self) -> Diagnosis:
-        """The result itself."""
+        """The diagnosis."""
         return self.result
 
     @property
     def diagnosed(self) -> Leg:
-        """The nominal leg with the explanation in."""
+        """The nominal leg with the explanation applied."""
         return self.result.diagnosed
 
     def panels(self) -> Sequence[Panel]:
-        """A panel a scored trial and joint: measured angle, nominal leg at its best, with the explanation."""
+        """One panel per scored trial and joint: measured, best nominal fit, and with the explanation."""
         found = []
         for trial in self.result.trials:
             for j, name in enumerate(self.project.leg.joint_names if trial.scored else ()):
@@ -114,7 +114,7 @@ class Gap(_Diagnosed):
         return found
 
     def write(self, folder: Path) -> None:
-        """``gap.json``, predictions, the diagnosed leg, the same for simulators, and a report."""
+        """``gap.json``, predictions, the diagnosed leg (also for simulators), and a report."""
         from synth.diagnosis.plants.swinging_chain.chain_write import write_gap
         from synth.reports import write_gap_report
 
@@ -123,25 +123,25 @@ class Gap(_Diagnosed):
         write_gap_report(folder)
 
     def _fastest(self) -> Array:
-        """(n,) rad/s, each joint's largest speed in the trials; at least what moves it by a degree in a second."""
+        """(n,) rad/s, the largest speed of each joint in the trials; at least one degree per second."""
         speeds = [np.nanmax(np.abs(trial.speed), axis=0, initial=0.0) for trial in self.result.trials]
         return np.asarray(np.maximum(np.max(speeds, axis=0), np.radians(1.0)))
 
 
 @dataclass(frozen=True, eq=False)
 class JumpGap(_Diagnosed):
-    """Why a jumping leg jumps otherwise."""
+    """Why a jumping leg jumps differently."""
 
     project: HopperGapProject
     result: JumpGapResult
 
     @property
     def diagnosis(self) -> Diagnosis:
-        """The result itself."""
+        """The diagnosis."""
         return self.result
 
     def panels(self) -> Sequence[Panel]:
-        """How high each scored trial rises, measured and told."""
+        """Rise of each scored trial, measured and predicted."""
         rises = self.result.gaps.rises
         number = np.arange(1.0, len(rises) + 1.0)
         curves = {}
@@ -163,7 +163,7 @@ class JumpGap(_Diagnosed):
 
 @dataclass(frozen=True, eq=False)
 class CheckedGap:
-    """A project whose trials were looked at. ``effects`` : files of the user's own effects, which take part."""
+    """A project with checked trials. ``effects`` : files of the user's own effects to include."""
 
     project: GapProject
     warnings: tuple[str, ...]
@@ -171,9 +171,9 @@ class CheckedGap:
 
 
 def read_gap(path: str | Path, *, effects: Sequence[str] = ()) -> GapProject:
-    """Read a project of kind ``gap`` of a swinging leg.
+    """Read a project of kind ``gap`` for a swinging leg.
 
-    ``effects`` : files of your own effects; they are run.
+    ``effects`` : files of the user's own effects; they are executed.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def read_gap(path: str | Path, *, effects: Sequence[str] = ()) -> GapProject:
 
 
 def looked_at(project: GapProject, *, effects: Sequence[str] = ()) -> CheckedGap:
-    """The project with what its trials leave in doubt; ``effects`` : files of your own that take part."""
+    """The project with warnings about its trials; ``effects`` : files of the user's own effects to include."""
     return CheckedGap(project, tuple(check_trials(project.leg, project.trials)), tuple(effects))
 
 
@@ -198,21 +198,21 @@ def gap(
     seed: int = 0,
     stage: Stage = silent,
 ) -> Gap:
-    """Find why a built leg swings otherwise than designed.
+    """Find why a built leg swings differently from its design.
 
     Parameters
     ----------
     what
-        a project file, a project that was read, or the leg as designed with the ``trials`` of the built one.
+        a project file, a read project, or the designed leg with the ``trials`` of the built one.
     tolerance, seed
         for ``trials``; a project has its own.
     stage
-        told what goes on.
+        called with the current stage.
 
     Raises
     ------
     UserError
-        For a project or trials that cannot be used.
+        If the project or its trials cannot be used.
     """
     if isinstance(what, Leg):
         leg, defaults = with_rates(what)
@@ -222,7 +222,7 @@ def gap(
         checked = what
     else:
         if is_hopper_gap(what):
-            raise UserError(f"{what} is of a jumping leg: synth.jump_gap reads it")
+            raise UserError(f"{what} describes a jumping leg: read it with synth.jump_gap")
         checked = looked_at(read_gap(what))
     project = checked.project
     with stage("diagnosing"), ExitStack() as within:
@@ -245,7 +245,7 @@ def gap(
 
 
 def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[str, ...]]:
-    """Read a project of kind ``gap`` of a jumping leg, its catalogue, and what its recordings leave in doubt."""
+    """Read a project of kind ``gap`` for a jumping leg, its catalogue, and warnings about its recordings."""
     project = read_hopper_gap_project(path)
     catalogue = Catalogue.load(project.design.catalogs)
     return project, catalogue, tuple(prepared(project, catalogue)[1])
@@ -254,7 +254,7 @@ def read_jump_gap(path: str | Path) -> tuple[HopperGapProject, Catalogue, tuple[
 def jump_gap(
     what: str | Path | HopperGapProject, catalogue: Catalogue | None = None, *, stage: Stage = silent
 ) -> JumpGap:
-    """Find why a built leg jumps otherwise than designed, from a project file or one that was read."""
+    """Find why a built leg jumps differently from its design, from a project file or a read project."""
     project = what if isinstance(what, HopperGapProject) else read_hopper_gap_project(what)
     with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):
         from synth.diagnosis.plants.jumping_leg.jump_diagnosis import diagnose as diagnose_jumps
@@ -271,7 +271,7 @@ def jump_gap(
 
 
 def _inputs(checked: CheckedGap) -> Mapping[str, str]:
-    """Every file that the diagnosis rests on, with its SHA-256: project, leg, effects of the user's, recordings."""
+    """Every input file with its SHA-256: project, leg, the user's effects, recordings."""
     found = {item.name: item.sha256 for item in checked.project.inputs}
     found |= {Path(file).name: sha256_file(file) for file in checked.effects}
     return found | {trial.name: trial.sha256 for trial in checked.project.trials}

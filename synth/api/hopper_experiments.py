@@ -1,4 +1,4 @@
-"""The hopper's experiments on recorded data: the motor's constants, joint damping, and the models against jumps."""
+"""The hopper's experiments on recorded data: motor constants, joint damping, and models against measured jumps."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from synth.parts.catalogs import Catalogue
 
 @dataclass(frozen=True, eq=False)
 class HopperExperiment:
-    """What one experiment told.
+    """The result of one experiment.
 
-    ``content`` is what its JSON holds; ``first_jump`` the columns of the first jump on a force plate, by every model,
-    or None where none was measured.
+    ``content`` : its JSON; ``first_jump`` : columns of the first jump on a force plate by every model,
+    None if none was measured.
     """
 
     kind: str
@@ -32,11 +32,11 @@ class HopperExperiment:
 
     @property
     def file_name(self) -> str:
-        """The name of its JSON."""
+        """The name of the JSON file."""
         return f"{self.kind.removeprefix('hopper-')}.json"
 
     def lines(self) -> list[str]:
-        """What it says, for people."""
+        """The result as text."""
         return write.lines(dict(self.content))
 
 
@@ -46,7 +46,7 @@ def hopper_experiment(path: str | Path) -> HopperExperiment:
     Raises
     ------
     UserError
-        With every mistake of the file, or where the recordings do not tell what is asked of them.
+        With every mistake of the file, or if the recordings do not determine the parameters.
     """
     kind = files.kind_of(path)
     if kind == "hopper-motor":
@@ -59,7 +59,7 @@ def hopper_experiment(path: str | Path) -> HopperExperiment:
 
 
 def _motor(path: str | Path) -> dict[str, Any]:
-    """The motor's constants from run-ups, and from stall and free-speed tests."""
+    """Motor constants from run-ups, and from stall and free-speed tests."""
     runs = files.read_motor_runs(path)
     found = write.head("hopper-motor", runs.name, runs.inputs)
     if runs.runs:

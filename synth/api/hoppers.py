@@ -20,36 +20,36 @@ from synth.parts.catalogs import Catalogue
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
-Told = Callable[[int, int], None]  # chunks done, and of how many
+Told = Callable[[int, int], None]  # finished chunks, total
 
 
 @dataclass(frozen=True, eq=False)
 class Hopper(Report):
-    """A swept and chosen jumping leg: ``study`` has all of it."""
+    """The sweep and choice of a jumping leg; ``study`` holds everything."""
 
     study: Study
 
     @property
     def project(self) -> HopperProject:
-        """What was asked for."""
+        """The project."""
         return self.study.project
 
     @property
     def jumps(self) -> bool:
-        """Whether any design leaves the ground."""
+        """Whether any design lifts off."""
         return self.study.best is not None
 
     @property
     def headline(self) -> str:
-        """The chosen design, or that none jumps."""
+        """The chosen design, or a statement that none jumps."""
         found = self.study
         if found.best is None:
-            return f"{self.project.name}: none of the {len(found.sweep.motor)} designs leaves the ground"
+            return f"{self.project.name}: none of the {len(found.sweep.motor)} designs lifts off"
         motor, length = found.best_motor, float(found.sweep.length[found.best])
         return f"{self.project.name}: {motor.name} with an upper link of {length * 1e3:.4g} mm"
 
     def columns(self) -> dict[str, list[Cell]]:
-        """A row a design of the Pareto front, the chosen one marked."""
+        """One row per design of the Pareto front, with the chosen one marked."""
         found, rows = self.study, self.study.front
         sweep = found.sweep
         return {
@@ -62,7 +62,7 @@ class Hopper(Report):
         }
 
     def panels(self) -> Sequence[Panel]:
-        """Clearance of every design over its length, and of the front."""
+        """Clearance of every design over its length, and the Pareto front."""
         sweep, front = self.study.sweep, self.study.front
         all_of = (sweep.length * 1e3, sweep.values["clearance"] * 1e3)
         curves = {"designs": all_of, "front": (all_of[0][front], all_of[1][front])}
@@ -75,7 +75,7 @@ class Hopper(Report):
         self.write_with(folder)
 
     def write_with(self, folder: Path, *, parts: bool = True, stage: Stage = silent) -> None:
-        """The same, ``parts`` or not."""
+        """The same with or without ``parts``."""
         from synth.files.output import write_json
         from synth.hopper.laminate_parts import draw_parts
         from synth.hopper.write_study import hopper_json, write_designs, write_jump
@@ -96,12 +96,12 @@ class Hopper(Report):
 
 
 def read_hopper(path: str | Path) -> tuple[HopperProject, Catalogue, int]:
-    """Read a project of kind ``hopper-design``, its catalogue, and how many motors it sweeps.
+    """Read a project of kind ``hopper-design``, its catalogue, and the number of motors in the sweep.
 
     Raises
     ------
     UserError
-        With every mistake of the project, or for a pattern that matches no motor.
+        With every mistake of the project, or if a pattern matches no motor.
     """
     project = _read_hopper_project(path)
     catalogue = Catalogue.load(project.catalogs)
@@ -117,21 +117,21 @@ def hopper(
     stage: Stage = silent,
     told: Told | None = None,
 ) -> Hopper:
-    """Sweep motors, ratios and lengths, and choose.
+    """Sweep motors, ratios and lengths, and choose a design.
 
     Parameters
     ----------
     what
         a project file, or a project that was read.
     checkpoint, cluster
-        where finished chunks are kept, and machines to simulate on; without them neither.
+        folder of finished chunks, and remote workers; both optional.
     stage, told
-        told what goes on, and how many chunks are done.
+        called with the current stage, and with the number of finished chunks.
 
     Raises
     ------
     UserError
-        For a project that cannot be used. That no design leaves the ground is an answer.
+        If the project cannot be used. A sweep without any jumping design is a valid result.
     """
     project = what if isinstance(what, HopperProject) else _read_hopper_project(what)
     with stage("loading the compiled jump (compiled once on this machine, some 15 s)"):

@@ -1,4 +1,4 @@
-"""Legs and recordings: read from files, or made of numbers."""
+"""Legs and recordings from files or from code."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
     Parameters
     ----------
     path
-        the file; curves that it names lie in its folder's tree.
+        the file; curve files that it names must lie below its folder.
     catalogs
-        your own catalogue tables, in which parts that the file names are looked up beside the built-in ones.
+        your own catalogue tables, searched for the file's parts in addition to the built-in ones.
 
     Returns
     -------
     Leg
-        in SI units and radians. One made in code of ``Leg``, ``Joint``, ``Link``, ``Spring`` and ``Damper`` with the
+        in SI units and radians. It equals a leg of the same numbers built from ``Leg``, ``Joint``, ``Link``, the
         same numbers is equal to it.
 
     Raises
@@ -42,7 +42,7 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
 
 
 def write_leg(leg: Leg, path: str | Path) -> None:
-    """Write a leg file that ``read_leg`` gives back within 1e-14; a damper's curve goes to a CSV beside it."""
+    """Write a leg file that ``read_leg`` restores within 1e-14; a damper's curve goes to a separate CSV."""
     _write_leg(leg, path)
 
 
@@ -57,9 +57,9 @@ def read_trials(
         one file, or what a project lists under ``trials:``: files, globs, or mappings such as
         ``{"file": "heavy.csv", "tip_mass": "50 g"}``.
     leg
-        whose joints the columns are.
+        the leg whose joints the columns belong to.
     folder
-        what the names are relative to; without it the current folder, and of a single file its own.
+        the folder that the names are relative to; default: the current one, or the single file's own.
 
     Raises
     ------
@@ -71,5 +71,5 @@ def read_trials(
         return tuple(_read_trials([whole.name], whole.parent if folder is None else Path(folder) / whole.parent, leg))
     entries = [files] if isinstance(files, str) else list(files)
     if not entries:
-        raise UserError('no recording is named: read_trials(["trials/*.csv"], leg)')
+        raise UserError('name a recording: read_trials(["trials/*.csv"], leg)')
     return tuple(_read_trials(entries, Path(folder or "."), leg))

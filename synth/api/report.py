@@ -1,4 +1,4 @@
-"""What every result can do: be a table, be drawn, be shown in a notebook, be saved."""
+"""The interface of every result: table, figure, notebook view, files."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from synth.arrays import Array
 
 Cell = str | float | int | bool | None
-# Names a stage of the work while its block runs; the command line shows its seconds.
+# A context manager that names a stage of the work; the command line shows its duration.
 Stage = Callable[[str], AbstractContextManager[None]]
 
 
 def silent(text: str) -> AbstractContextManager[None]:
-    """A stage of which nobody is told."""
+    """A stage without output."""
     return nullcontext()
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Curves over one axis: name -> (x, y), each (m,), in the units that the labels name. ``dots``: names of points."""
+    """Curves over one axis: name -> (x, y), each (m,), in the units of the labels. ``dots``: names of point series."""
 
     title: str
     x_label: str
@@ -39,9 +39,9 @@ class Panel:
 
 
 class Report(ABC):
-    """A result with its table, its figure and its files.
+    """A result with a table, a figure and files.
 
-    What a subclass is asked for: ``headline``, ``columns``, ``panels`` and ``write``.
+    Subclasses define ``headline``, ``columns``, ``panels`` and ``write``.
     """
 
     @property
@@ -51,23 +51,23 @@ class Report(ABC):
 
     @abstractmethod
     def columns(self) -> dict[str, list[Cell]]:
-        """The result's table: header, with its unit in brackets, -> cells."""
+        """The result's table: header with its unit in brackets -> cells."""
 
     @abstractmethod
     def panels(self) -> Sequence[Panel]:
-        """What to draw; the first is the most telling."""
+        """The figure's panels; the first is the most informative."""
 
     @abstractmethod
     def write(self, folder: Path) -> None:
-        """Write the files of the result into an empty folder, as the command does."""
+        """Write the result's files into an empty folder, as the command does."""
 
     def to_frame(self) -> DataFrame:
-        """The table as a pandas DataFrame; headers have units.
+        """The table as a pandas DataFrame; headers carry units.
 
         Raises
         ------
         UserError
-            Where pandas is not installed.
+            If pandas is not installed.
         """
         try:
             import pandas
@@ -76,12 +76,12 @@ class Report(ABC):
         return pandas.DataFrame(self.columns())
 
     def plot(self, which: int = 0) -> Figure:
-        """One of the panels as a matplotlib figure, which the caller shows or saves.
+        """One panel as a matplotlib figure, for the caller to show or save.
 
         Raises
         ------
         UserError
-            Where matplotlib is not installed, or there is no such panel.
+            If matplotlib is not installed, or there is no such panel.
         """
         try:
             from matplotlib.figure import Figure
@@ -102,12 +102,12 @@ class Report(ABC):
         return figure
 
     def save(self, folder: str | Path) -> Path:
-        """Write what the command writes into a folder, whole or not at all, and return the folder.
+        """Write the command's files into a folder, complete or not at all, and return the folder.
 
         Raises
         ------
         UserError
-            If the folder holds what no earlier run wrote, or cannot be written.
+            If the folder holds other files than an earlier run's, or cannot be written.
         """
         from synth.files.output import output_folder
 
@@ -116,7 +116,7 @@ class Report(ABC):
         return Path(folder)
 
     def _repr_html_(self) -> str:
-        """Headline, table and a small figure, for notebooks."""
+        """Headline, table and a small figure for notebooks."""
         from synth.reports.notebook import notebook_html
 
         panels = self.panels()

@@ -1,4 +1,4 @@
-"""``synth.spring``: the torsion spring to wind for a rate and a travel, or a given one checked."""
+"""``synth.spring``: design a torsion spring for a rate and a travel, or check a given one."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from synth.units import parse, quantity
 
 @dataclass(frozen=True, eq=False)
 class SpringAnswer(Report):
-    """The spring to wind, or the nearest that can be made.
+    """The designed spring, or the nearest ones that can be made.
 
-    ``wish`` : what was asked for. ``best`` : the spring, None where there is none. ``others`` : the next best, or
-    what is nearest to the wish. ``in_the_way`` : why there is none. ``content`` : ``spring.json``. ``found`` : all that
-    the search found, None where a given spring was checked.
+    ``wish`` : the request. ``best`` : the spring, None if there is none. ``others`` : the next best, or
+    the nearest to the wish. ``in_the_way`` : the limits that prevent it. ``content`` : ``spring.json``. ``found`` : the
+    complete search result, None if a given spring was checked.
     """
 
     wish: SpringWish
@@ -39,7 +39,7 @@ class SpringAnswer(Report):
 
     @property
     def headline(self) -> str:
-        """What to wind, or that it cannot be had."""
+        """The spring to wind, or a statement that none can be made."""
         if self.best is None:
             return f"No single spring gives {self.wish.rate:.4g} N*m/rad within the limits"
         best = self.best
@@ -54,7 +54,7 @@ class SpringAnswer(Report):
         return (*(() if self.best is None else (self.best,)), *self.others)
 
     def columns(self) -> dict[str, list[Cell]]:
-        """A row a spring, the best first."""
+        """One row per spring, the best first."""
         rows = self.springs
         return {
             "material": [s.material for s in rows],
@@ -71,7 +71,7 @@ class SpringAnswer(Report):
         }
 
     def panels(self) -> Sequence[Panel]:
-        """Stress in the wire over the angle from rest, up to the travel; all give the same torque."""
+        """Stress in the wire over the angle from rest up to the travel; the torque is the same for all."""
         curves = {}
         for number, spring in enumerate(self.springs):
             angle = np.array([0.0, spring.travel])
@@ -80,7 +80,7 @@ class SpringAnswer(Report):
         return [Panel("stress in the wire", "angle from rest [deg]", "stress [MPa]", curves)] if curves else []
 
     def write(self, folder: Path) -> None:
-        """``spring.json``, and where there is a spring its solid, winding sheet and request for quotation."""
+        """``spring.json``; for a feasible spring its solid, winding sheet and request for quotation too."""
         write_spring(self.best, self.content, folder, self.shown)
 
 
@@ -91,23 +91,23 @@ def spring(
     wish: Mapping[str, Any] | None = None,
     catalogue: Catalogue | None = None,
 ) -> SpringAnswer:
-    """The torsion spring to wind.
+    """Design a torsion spring.
 
     Parameters
     ----------
     rate
-        torque per angle: text with a unit, or N m/rad.
+        spring rate: text with a unit, or N m/rad.
     travel
         largest angle from rest that winds the coil up: text with a unit, or rad.
     wish
         further fields of ``SpringWish``, in SI and radians: ``included_angle``, ``material``, ``limits``, ...
     catalogue
-        of wire; without it the built-in one.
+        of wire; default: the built-in one.
 
     Raises
     ------
     UserError
-        For a quantity that cannot be read or a material that is not known. That no spring can be made is an answer.
+        If a quantity cannot be read or the material is unknown. That no spring can be made is a valid result.
     """
     wanted = SpringWish(
         rate=parse(rate, "N*m/rad") if isinstance(rate, str) else float(rate),
@@ -118,7 +118,7 @@ def spring(
 
 
 def to_wind(wish: SpringWish, catalogue: Catalogue, shown: ShownUnits = METRIC) -> SpringAnswer:
-    """The spring for a wish that is already made out."""
+    """The spring for a complete wish."""
     result = design_spring(wish, catalogue)
     content = result.as_json()
     content["wanted"] |= kept_to(wish)
@@ -135,7 +135,7 @@ def given(
     stated_rate: float | None = None,
     shown: ShownUnits = METRIC,
 ) -> SpringAnswer:
-    """A spring of wire diameter m, mean diameter m and body coils, checked; ``stated_rate`` N m/rad as measured."""
+    """Check a spring of wire diameter m, mean diameter m and body coils; ``stated_rate`` N m/rad as measured."""
     material = catalogue.find_material(wish.material)
     made = check_spring(material, *sizes, wish.task, included_angle=included_angle, stated_rate=stated_rate)
     broken = tuple(violation.text for violation in made.violations)
@@ -158,7 +158,7 @@ def given(
 
 
 def kept_to(wish: SpringWish) -> dict[str, Any]:
-    """Legs and limits that were asked for, with their units."""
+    """The given legs and limits with their units."""
     limits = wish.limits
     lengths = {name: getattr(limits, name) for name in ("arbor_diameter", "max_outer_diameter", "max_body_length")}
     return {

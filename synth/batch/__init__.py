@@ -1,1 +1,1 @@
-"""Many fits at once: on this machine's cores or on a Dask cluster, resumable, with the same bytes either way."""
+"""Many fits in parallel: on this machine or on a Dask cluster, resumable, with identical output."""

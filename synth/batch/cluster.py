@@ -1,7 +1,7 @@
-"""Tasks on a Dask cluster. ``distributed`` is an extra and is imported only here.
+"""Tasks on a Dask cluster. ``distributed`` is an optional package and is imported only here.
 
-A worker that dies takes nothing with it: the scheduler gives its tasks to another. Results come home to the client,
-which alone writes them, in an order of its own; so the bytes are those of a run on one machine.
+If a worker dies, the scheduler gives its tasks to another one. Results return to the client, which alone
+writes them in a fixed order. The output is therefore identical to that of a single machine.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from synth.errors import Problem, UserError
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-AHEAD = 2  # tasks a thread of the cluster that are sent before they are asked for
+AHEAD = 2  # tasks per thread that are sent in advance
 CONNECT = 10.0  # s
 FIRST_WORKER = 30.0  # s
 OPTION = "--scheduler"
 
 
 class Cluster:
-    """A connection to a scheduler whose workers have this program's versions; see ``connected``."""
+    """A connection to a scheduler whose workers have the same package versions; see ``connected``."""
 
     def __init__(self, client: Client, address: str) -> None:
         self._client, self._address = client, address
 
     @property
     def threads(self) -> int:
-        """Tasks that run at once, as the cluster is now.
+        """Number of tasks that currently run in parallel.
 
         Raises
         ------
@@ -41,15 +41,15 @@ class Cluster:
         """
         try:
             return max(1, int(sum(self._client.nthreads().values())))
-        except (OSError, ValueError, RuntimeError):  # what a closed client says differs with its state
+        except (OSError, ValueError, RuntimeError):  # a closed client raises different errors, depending on its state
             raise self._gone() from None
 
     def _gone(self) -> UserError:
-        text = "the scheduler is gone. What is done is kept: give the same command again when it is back, or without it"
+        text = "the scheduler is gone. Finished results are kept: repeat the command later, or without --scheduler"
         return UserError(Problem(text, self._address))
 
     def run(self, function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, Ended]]:
-        """Perform ``function(argument)`` for each ``(key, argument)``; yields them as they end.
+        """Run ``function(argument)`` for each ``(key, argument)``; yields results as they finish.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Cluster:
             while len(keys) < AHEAD * self.threads and (call := next(rest, None)) is not None:
                 name = f"synth-{run}-{call[0]}"
                 with warnings.catch_warnings():
-                    warnings.filterwarnings("ignore", message="Sending large graph")  # recordings are what they are
+                    warnings.filterwarnings("ignore", message="Sending large graph")  # large recordings are expected
                     future = self._client.submit(performed, function, call[1], wanted, key=name, pure=False)
                 keys[future] = call[0]
                 completed.add(future)
@@ -94,12 +94,12 @@ class Cluster:
             raise self._gone()
         error = future.exception()
         if isinstance(error, KilledWorker):
-            text = "every worker that took it up died, the system stops what takes too much memory; try it alone"
+            text = "every worker that ran it died, probably for lack of memory; try it alone"
             return Ended(problems=(Problem(text),))
         raise UserError(Problem(f"a worker cannot run this program's tasks ({error}); {SAME}", self._address))
 
 
-SAME = "scheduler, workers and this program need the same versions, or the numbers would differ with the worker"
+SAME = "scheduler, workers and this program need the same versions, so that the numbers do not depend on the worker"
 
 
 @contextmanager
@@ -108,14 +108,14 @@ def connected(address: str) -> Iterator[Cluster]:
 
     Raises
     ------
-    UserError : ``distributed`` is not installed, nothing answers there, no worker is there, or versions differ.
+    UserError : ``distributed`` is not installed, nothing answers, there is no worker, or versions differ.
     """
     try:
         from distributed import Client
     except ImportError:
         text = "needs the package distributed, which is not installed here: pip install 'limb-synth[cluster]'"
         raise UserError(Problem(text, key=OPTION)) from None
-    # Its warnings, of each connection that breaks and of each worker that goes, are told here in words of our own.
+    # Its warnings about lost connections and workers are replaced by our own messages.
     for name in ("tornado", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -138,7 +138,7 @@ def connected(address: str) -> Iterator[Cluster]:
 
 
 def _require_workers(client: Client, address: str) -> None:
-    """At least one worker, and the same versions everywhere."""
+    """Check for at least one worker, and equal versions everywhere."""
     try:
         client.wait_for_workers(1, timeout=FIRST_WORKER)
     except TimeoutError:
@@ -150,7 +150,7 @@ def _require_workers(client: Client, address: str) -> None:
 
 
 def _others(client: Client) -> Iterator[tuple[str, str]]:
-    """Whoever of the cluster has other versions than this process, and which."""
+    """Members of the cluster with other versions than this process."""
     found = client.get_versions()
     here = found["client"]["packages"]["distributed"]
     everyone = {"the scheduler": found["scheduler"]}
@@ -158,7 +158,7 @@ def _others(client: Client) -> Iterator[tuple[str, str]]:
     for who, about in everyone.items():
         if (there := about["packages"]["distributed"]) != here:
             yield who, f"distributed {there} instead of {here}"
-            return  # nothing else can be asked of it
+            return  # no further query is possible
     wanted = versions()
     for address, has in sorted(client.run(versions, on_error="return").items()):
         if isinstance(has, ModuleNotFoundError):

@@ -1,4 +1,4 @@
-"""The projects of one kind in a folder, and what a run has finished of them."""
+"""The projects of one kind in a folder, and the finished results of a run."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from synth.files.yaml_lines import load
 
 SUFFIXES = (".yaml", ".yml")
 LEG_FILES = (".leg.yaml", ".leg.yml")
-PROJECT_LIMIT = 20_000  # in a folder; more is most likely the wrong folder
-WORDS = "what an interrupted run on a folder has finished; the same command goes on from here\n"
+PROJECT_LIMIT = 20_000  # projects in a folder; more is probably the wrong folder
+WORDS = "what an interrupted run on a folder has finished; repeat the command to resume\n"
 IDENTITY = "identity.json"
 
 
 @dataclass(frozen=True)
 class FolderProjects:
-    """A project: its ``name`` in the results, and its file; ``problems`` where even its kind cannot be read."""
+    """A project: its ``name`` in the results and its file; ``problems`` if its kind cannot be read."""
 
     name: str
     path: Path
@@ -33,16 +33,16 @@ class FolderProjects:
 
 
 def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list[FolderProjects]:
-    """Every project of a kind in the folder's tree, by name; ``case/KIND.yaml`` is called ``case``.
+    """Every project of a kind below the folder, by name; ``case/KIND.yaml`` is called ``case``.
 
     A file that does not name its kind is meant to be fitted. ``done`` : what is to be done with them, for messages.
 
-    A YAML file that cannot be read counts as a project: it may be meant as one. So does a folder that cannot be
-    opened. Hidden folders are left alone, and so are files of other kinds.
+    A YAML file or folder that cannot be read counts as a project, because it may be meant as one.
+    Hidden folders and files of other kinds are skipped.
 
     Raises
     ------
-    UserError : there is none, or too many.
+    UserError : there are none, or too many.
     """
     found: list[_File] = []
 
@@ -75,7 +75,7 @@ def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list
 
 @dataclass(frozen=True)
 class _File:
-    """A project's file by its name ``below`` the folder that is fitted; ``problems`` as of ``FolderProjects``."""
+    """A project's file by its name ``below`` the fitted folder; ``problems`` as in ``FolderProjects``."""
 
     below: str
     path: Path
@@ -83,11 +83,11 @@ class _File:
 
 
 def _named(files: Sequence[_File], kind: str) -> list[FolderProjects]:
-    """Every project under a name of its own, as short as may be: ``case``, ``case/fit`` or ``case/fit.yaml``.
+    """Every project under a unique name, as short as possible: ``case``, ``case/fit`` or ``case/fit.yaml``.
 
-    The results of a project lie in a folder of its name. So no two names may be equal, and none may lie inside
-    another: ``a/report.html.yaml`` would write its folder where ``a.yaml`` writes its report. Whole file names never
-    clash, since a file is no folder; each round gives the names that clash their next longer form.
+    The results of a project go to a folder of its name. No two names may therefore be equal or nested:
+    ``a/report.html.yaml`` would create a folder where ``a.yaml`` writes its report. Complete file names never
+    clash, since a file is not a folder; each round replaces clashing names by their next longer form.
     """
     forms = [_forms(file.below, kind) for file in files]
     used = [0] * len(files)
@@ -101,14 +101,14 @@ def _named(files: Sequence[_File], kind: str) -> list[FolderProjects]:
 
 
 def _forms(below: str, kind: str) -> list[str]:
-    """The names that a file may give its project, shortest first, each of text that can be written."""
+    """The possible names of a file's project, shortest first, in characters that can be written."""
     stem = below.removesuffix(Path(below).suffix)
     forms = [stem.removesuffix(f"/{kind}"), stem, below]
     return [text_of(form) for form in dict.fromkeys(forms)]
 
 
 def _clashes(names: Sequence[str]) -> list[int]:
-    """Places of the names that equal another, or in which another lies."""
+    """Indices of names that equal another name, or contain one."""
     places: dict[str, list[int]] = {}
     for index, name in enumerate(names):
         places.setdefault(name, []).append(index)
@@ -120,9 +120,9 @@ def _clashes(names: Sequence[str]) -> list[int]:
 
 
 class Kept:
-    """The folder ``.NAME.fits`` beside the folder that a run is to write, one folder a finished project.
+    """The folder ``.NAME.fits`` beside the output folder, with one subfolder per finished project.
 
-    ``kind`` : another word than ``fits``, for other work that is kept one by one; ``words`` say in it what it is.
+    ``kind`` : a word other than ``fits`` for other results; ``words`` describe them.
 
     Raises
     ------
@@ -139,7 +139,9 @@ class Kept:
             mark = self.folder / f"{kind}.txt"
             if not mark.exists():
                 if any(self.folder.iterdir()):
-                    raise UserError(Problem("holds what is no interrupted run; move it away", str(self.folder)))
+                    raise UserError(
+                        Problem("contains other files than an interrupted run's; move it away", str(self.folder))
+                    )
                 mark.write_text(words, encoding="utf-8")
             for left in self.folder.glob("partial-*"):
                 shutil.rmtree(left, ignore_errors=True)
@@ -151,7 +153,7 @@ class Kept:
         return self.folder / f"{self._one}-{sha256(name.encode()).hexdigest()[:24]}"
 
     def has(self, name: str, identity: Mapping[str, str]) -> bool:
-        """Whether its result is kept, from these very files and unchanged; else it is thrown away."""
+        """Whether a result of exactly these files is stored and undamaged; otherwise it is deleted."""
         place = self.place(name)
         if not place.is_dir():
             return False
@@ -163,7 +165,7 @@ class Kept:
         return False
 
     def save(self, name: str, identity: Mapping[str, str], files: Mapping[str, bytes]) -> None:
-        """Keep a result's files, all or none, with their hashes."""
+        """Store a result's files with their hashes, all or none."""
         partial = Path(tempfile.mkdtemp(prefix="partial-", dir=self.folder))
         for file, content in files.items():
             path = partial / "files" / file
@@ -175,11 +177,11 @@ class Kept:
         partial.rename(self.place(name))
 
     def files(self, name: str) -> Path:
-        """The folder with a kept result's files."""
+        """The folder of a stored result."""
         return self.place(name) / "files"
 
     def remove(self) -> None:
-        """The run has written its result."""
+        """Remove the checkpoint after the run has written its result."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

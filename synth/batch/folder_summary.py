@@ -1,4 +1,4 @@
-"""All fits of a folder in one table, read from what each fit wrote; and what could not be done, of any kind of work."""
+"""All fits of a folder in one table, read from the files of each fit; and what could not be done, of any kind of work."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ UNITS = {"spring_rate": "N*m/rad", "damper_rate": "N*m*s/rad", "free_angle": "de
 
 @dataclass(frozen=True)
 class Failed:
-    """A project that nothing could be made of, and why; ``crash`` True where the fault is this program's."""
+    """A project that nothing could be made of, and why; ``crash`` True after an internal error."""
 
     name: str
     messages: tuple[str, ...]
@@ -24,7 +24,7 @@ class Failed:
 
 
 def fit_entry(name: str, folder: Path) -> dict[str, Any]:
-    """A leg of ``fits.json``, from the ``fit.json`` in its folder."""
+    """A leg of ``fits.json`` from the ``fit.json`` in its folder."""
     found = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
     return {
         "name": name,
@@ -40,7 +40,7 @@ def fit_entry(name: str, folder: Path) -> dict[str, Any]:
 
 
 def fit_columns(content: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """``fits.csv``: a row a joint of each leg, and a row for each project that failed."""
+    """``fits.csv``: one row per joint of each leg, and one row per failed project."""
     columns: dict[str, list[Any]] = {"leg": [], "state": [], "joint": [], "trials": []}
     for key in ESTIMATES:
         columns |= {f"{key}{end} [{UNITS[key]}]": [] for end in ("", " low", " high")}
@@ -65,6 +65,6 @@ def add_row(columns: dict[str, list[Any]], row: Sequence[Any]) -> None:
 
 
 def messages(problems: Sequence[Problem]) -> tuple[str, ...]:
-    """Problems as one line each, of text that any file can hold."""
+    """Problems as one line each, in characters that any file can hold."""
     texts = (str(problem).encode("utf-8", "backslashreplace").decode("utf-8") for problem in problems)
     return tuple(" ".join(text.split()) for text in texts)

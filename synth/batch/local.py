@@ -1,4 +1,4 @@
-"""Tasks on this machine's cores, a process each: spawned, of one thread, gone with whoever started them."""
+"""Tasks on this machine's cores, one single-threaded process each; they end with their parent."""
 
 from __future__ import annotations
 
@@ -17,15 +17,12 @@ from synth.batch.task_outcome import Ended, performed
 from synth.errors import Problem
 from synth.threads import children_of_one_thread
 
-AHEAD = 2  # tasks a process that wait for it: each holds a project's recordings
-DIED = (
-    "its process ended without a word, twice: the system stops what takes too much memory. Try it alone, or with "
-    "fewer at once (--workers)"
-)
+AHEAD = 2  # queued tasks per process; each holds a project's recordings
+DIED = "its process was killed twice, probably for lack of memory. Try it alone, or with fewer in parallel (--workers)"
 
 
 class _Pool:
-    """Processes that end when this object is closed, or when this process dies, even killed."""
+    """Processes that end when this object is closed or when this process dies, even if killed."""
 
     def __init__(self, workers: int) -> None:
         context = multiprocessing.get_context("spawn")
@@ -41,12 +38,12 @@ class _Pool:
 
 
 def _begin(watched: Connection) -> None:
-    """Leave interrupts to the parent, and go when it goes."""
+    """Leave interrupts to the parent, and exit with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
         with suppress(EOFError, OSError):
-            watched.recv()  # nothing is ever sent: this returns when the other end is closed
+            watched.recv()  # nothing is ever sent: this returns when the other end closes
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
@@ -55,9 +52,9 @@ def _begin(watched: Connection) -> None:
 def run_here(
     function: Callable[[Any], Any], calls: Iterable[tuple[str, Any]], workers: int
 ) -> Iterator[tuple[str, Ended]]:
-    """Perform ``function(argument)`` for each ``(key, argument)``; yields them as they end.
+    """Run ``function(argument)`` for each ``(key, argument)``; yields results as they finish.
 
-    Tasks that were under way when a process died are tried again, each alone, so that none takes another with it.
+    Tasks that were running when a process died are repeated one at a time, so that none affects another.
     """
     rest = iter(calls)
     with children_of_one_thread():
@@ -91,7 +88,7 @@ def run_here(
 
 
 def _alone(function: Callable[[Any], Any], argument: Any) -> Ended:
-    """In a process of its own; twice where that dies too, for it may be the first time that it was begun at all."""
+    """Run in a separate process; try twice, because the first attempt may have been the task's first start."""
     for _ in range(2):
         pool, finished = _Pool(1), False
         try:

@@ -1,4 +1,4 @@
-"""One fit from its project: what ``synth fit`` does with a file, and does with each of a folder's."""
+"""One fit from its project, for a single ``synth fit`` and for each project of a folder."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from synth.fit.wanted_motion import WantedMotion, with_wanted_fit
 
 @dataclass(frozen=True, eq=False)
 class Ready:
-    """A project with its trials as recordings, checked; ``said`` : what was cut of them, or left out."""
+    """A project with its checked recordings; ``said`` : notes on what was cut or left out."""
 
     project: FitProject
     fitted: list[Recording]
@@ -37,7 +37,7 @@ class Ready:
 
     @property
     def needs_effects(self) -> bool:
-        """Whether more acts than springs, linear dampers and gravity: curves, effects, known torques."""
+        """Whether the leg has more than springs, linear dampers and gravity: curves, effects, known torques."""
         joints = self.project.leg.joints
         return any(j.effects or (j.damper and j.damper.curve) for j in joints) or any(
             recording.known_torque is not None for recording in (*self.fitted, *self.held_out)
@@ -45,11 +45,11 @@ class Ready:
 
 
 def ready(project: FitProject) -> Ready:
-    """Check everything that can be checked before the fit.
+    """Run all checks that need no fit.
 
     Raises
     ------
-    UserError : the method does not fit the rest, every trial is held out, or a recording cannot be used.
+    UserError : options contradict each other, every trial is held out, or a recording cannot be used.
     """
     given = {"static": bool(project.static), "prior": project.prior is not None}
     require_method(project.fit, str(project.path), **given)
@@ -67,11 +67,11 @@ def ready(project: FitProject) -> Ready:
 
 
 def fit_project(given: Ready) -> FitResult:
-    """Fit, and score what is held out.
+    """Fit, and score the held-out trials.
 
     Raises
     ------
-    UserError : no motion of this leg comes near the trials.
+    UserError : no simulated motion of this leg comes near the trials.
     """
     project = given.project
     options = LegFitOptions(
@@ -87,7 +87,7 @@ def fit_project(given: Ready) -> FitResult:
     )
     result = fit_by(project.leg, given.fitted, options, project.fit)
     if given.held_out:
-        from synth.design.stages import with_held_out  # here: all of the design comes with it
+        from synth.design.stages import with_held_out  # a local import, because it loads the whole design package
 
         result = with_held_out(result, later(given.held_out, result.cut) or given.held_out)
     said = (*given.said, *doubts(project.leg, given.fitted, result))
@@ -112,7 +112,7 @@ def write_fit(result: FitResult, folder: Path) -> None:
 
 
 def fit_files(project: FitProject) -> dict[str, bytes]:
-    """A fit's files, content by relative name: what a worker sends home, wherever it runs."""
+    """A fit's files as content by relative name: what a worker returns, on any machine."""
     result = fit_project(ready(project))
     return files_of(lambda folder: write_fit(result, folder))
 

@@ -1,4 +1,4 @@
-"""How a task ended, in a form that travels between processes and machines."""
+"""The outcome of a task, in a form that can be sent between processes and machines."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ import synth
 from synth.errors import Problem, UserError
 from synth.threads import VARIABLE
 
-PACKAGES = ("numpy", "numba", "scipy")  # whose version can change a number
+PACKAGES = ("numpy", "numba", "scipy")  # packages whose version can change results
 
 
 @dataclass(frozen=True, eq=False)
 class Ended:
-    """``value``, or the ``problems`` that the user is told, or the traceback of a ``crash`` of ours.
+    """``value``, or the ``problems`` for the user, or the traceback of an internal ``crash``.
 
-    ``other`` : versions at the worker, where they are not the caller's and nothing was done.
+    ``other`` : the worker's versions, if they differ and nothing was run.
     """
 
     value: Any = None
@@ -31,13 +31,13 @@ class Ended:
 
 
 def versions() -> dict[str, str]:
-    """What a worker must have the same as whoever sends it tasks, for the same bytes."""
+    """The versions that a worker must share with its client for identical output."""
     found = {"python": ".".join(platform.python_version_tuple()[:2]), "synth": synth.__version__}
     return found | {name: importlib.metadata.version(name) for name in PACKAGES}
 
 
 def differences(wanted: Mapping[str, str], found: Mapping[str, str | None]) -> str:
-    """``numpy 2.1 instead of 2.4``, for each that differs; empty where none does."""
+    """``numpy 2.1 instead of 2.4`` for each version that differs; empty if none does."""
     return ", ".join(
         f"{name} {found.get(name) or 'missing'} instead of {version}"
         for name, version in wanted.items()
@@ -46,8 +46,8 @@ def differences(wanted: Mapping[str, str], found: Mapping[str, str | None]) -> s
 
 
 def performed(function: Callable[[Any], Any], argument: Any, wanted: Mapping[str, str] | None = None) -> Ended:
-    """Call the function in a process that does nothing but such tasks."""
-    os.environ.setdefault(VARIABLE, "1")  # the cores are taken by other tasks
+    """Call the function in a process that only runs such tasks."""
+    os.environ.setdefault(VARIABLE, "1")  # the other cores run other tasks
     if wanted is not None and (other := differences(wanted, versions())):
         return Ended(other=other)
     try:

@@ -1,6 +1,6 @@
-"""What a command ends with on the screen: its result as a table, and at most five notes, a line each.
+"""Terminal output of a finished command: the result as a table and at most five notes, one line each.
 
-Everything is read from the result file that the command has written, so that the screen, ``--json`` and the page tell
+Everything is read from the written result file. The screen, ``--json`` and the page therefore show
 the same numbers.
 """
 
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 
 Json = Mapping[str, Any]
 
-MOST_NOTES = 5  # on the screen; the rest is counted and stands in the report
-NOTE_LETTERS = 150  # of a note; the page has the whole
+MOST_NOTES = 5  # on the screen; the report has all
+NOTE_LETTERS = 150  # of a note on the screen; the page has the full text
 MOST_CAUSES = 5  # on the screen
-OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
+OFFERED = 4.0  # largest ratio to the wanted rate; a spring farther off would change the leg whatever its response
 
 
 def tell(progress: Progress, result: Path, text: Callable[[Json], str], notes: Sequence[str] | None = None) -> None:
-    """Print the result's table, or with ``--json`` the result itself; then the foremost notes.
+    """Print the result as a table, or as JSON with ``--json``; then the most important notes.
 
     Parameters
     ----------
     result
-        the JSON file that the command wrote; its warnings are the notes where none are given.
+        the JSON file that the command wrote; without ``notes`` its warnings are the notes.
     text
-        makes the table from its content.
+        makes the table from the file's content.
     """
     written = result.read_text(encoding="utf-8")
     content = json.loads(written)
@@ -47,7 +47,7 @@ def tell(progress: Progress, result: Path, text: Callable[[Json], str], notes: S
 
 
 def tell_notes(progress: Progress, notes: Sequence[str], result: Path) -> None:
-    """At most five notes, those first that could change a decision; the rest counted, and where they stand."""
+    """At most five notes, those that could change a decision first; then the number of the others and their file."""
     if not notes:
         return
     from synth.reports.severity import judged, ordered
@@ -60,13 +60,13 @@ def tell_notes(progress: Progress, notes: Sequence[str], result: Path) -> None:
 
 
 def warning_texts(content: Json) -> list[str]:
-    """The texts of ``warnings`` and of what is not separable."""
+    """The texts of ``warnings`` and of ``not_separable``."""
     found = [item["text"] if isinstance(item, Mapping) else str(item) for item in content.get("warnings") or []]
     return [*found, *(str(item) for item in content.get("not_separable") or [])]
 
 
 def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
-    """Spring rate, damper rate and free angle of each joint with their 90 % intervals, and what is left."""
+    """Spring rate, damper rate and free angle of each joint with 90 % intervals, and the residual."""
     columns = (("k", "spring_rate", "N*m/rad"), ("b", "damper_rate", "N*m*s/rad"), ("free angle", "free_angle", "rad"))
     heads = [cell for name, _, si in columns for cell in (f"{name} [{shown.unit(si)}]", "90 %")]
     rows = [["joint", *heads, "RMS [deg]"]]
@@ -79,19 +79,19 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
 
 
 def gap_text(content: Json) -> str:
-    """The likeliest causes with their probability and by how much each alone shrinks the gap."""
-    rows = [["cause", "joint", "probability", "shrinks the gap by"]]
+    """The most probable causes: probability, and by how much each alone reduces the gap."""
+    rows = [["cause", "joint", "probability", "reduces the gap by"]]
     for entry in content["ranked"][:MOST_CAUSES]:
         shrink = entry["shrink"]["value"] if entry.get("shrink") else None
         shown = "-" if shrink is None else f"{shrink:.0%}"
         rows.append([entry["effect"].replace("_", " "), entry["joint"], f"{entry['probability']:.0%}", shown])
-    rows.append(["nothing is missing", "", f"{content['probability_none']:.0%}", "-"])
+    rows.append(["no missing effect", "", f"{content['probability_none']:.0%}", "-"])
     rows.append(["not in the library", "", f"{content['probability_unknown']:.0%}", "-"])
     return f"verdict: {content['verdict']}\n{table_text(rows)}{_remainder_text(content.get('remainder'))}"
 
 
 def _remainder_text(left: Json | None) -> str:
-    """What stays unexplained, in a line."""
+    """The unexplained remainder in one line."""
     if not left:
         return ""
     where = [max(each, key=lambda name: each[name]) for each in left["where"].values() if each]
@@ -102,10 +102,10 @@ def _remainder_text(left: Json | None) -> str:
 
 
 def hopper_text(content: Json) -> str:
-    """Motor, ratio and length of the chosen leg, how high it jumps, and the interval."""
+    """Motor, ratio and length of the chosen leg; its jump height with interval."""
     best = content.get("best")
     if not best:
-        return f"none of the {content['counts']['designs']} designs leaves the ground"
+        return f"none of the {content['counts']['designs']} designs lifts off"
     clearance = best["clearance"]
     low, high = clearance.get("interval90") or (None, None)
     between = "" if low is None or high is None else f"{100 * low:.2f} to {100 * high:.2f}"
@@ -122,13 +122,13 @@ def hopper_text(content: Json) -> str:
 
 
 def offered(alternative: Json, wanted: float | None) -> bool:
-    """Whether a spring's rate (of all the joint's springs together) is near enough to the wanted one to be named."""
+    """Whether the total spring rate of the joint is close enough to the wanted rate to be offered."""
     rate = alternative.get("rate")
     return rate is None or not wanted or wanted / OFFERED <= rate["value"] <= wanted * OFFERED
 
 
 def _estimate(quantity: Json | None) -> tuple[str, str]:
-    """A value and its 90 % interval, with the decimals that bear two digits of its half width."""
+    """A value and its 90 % interval, rounded to two digits of the half width."""
     if not quantity:
         return "curve", ""
     low, high = quantity.get("interval90") or (None, None)

@@ -1,4 +1,4 @@
-"""What the commands' arguments have in common: names with near misses, quantities with units."""
+"""Argument types that commands share: names with suggestions, quantities with units."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from synth.errors import Problem, UserError, did_you_mean
 
 
 def near_miss(name: str, known: Iterable[str], most: int = 1) -> str:
-    """``; did you mean ...?`` with at most so many known names where any is near, else nothing."""
+    """``; did you mean ...?`` with up to ``most`` similar names; empty where no name is similar."""
     return did_you_mean(name, known, most)
 
 
 def one_of(known: Iterable[str]) -> Callable[[str], str]:
-    """An argument's type: one of some names, a near miss suggested."""
+    """An argument type: one of the given names; a misspelt one is answered with a suggestion."""
     names = list(known)
 
     def check(text: str) -> str:
@@ -36,34 +36,36 @@ def cluster_argument(parser: argparse.ArgumentParser) -> None:
 
 def workers_argument(parser: argparse.ArgumentParser) -> None:
     """Declare ``--workers``."""
-    parser.add_argument("--workers", type=count, metavar="N", help="so many projects at once; default all cores")
+    parser.add_argument(
+        "--workers", type=count, metavar="N", help="number of projects to fit in parallel (default: all cores)"
+    )
 
 
 def count(text: str) -> int:
-    """An argument's type: a whole number, one at least."""
+    """An argument type: a positive whole number."""
     if text.isdecimal() and int(text) > 0:
         return int(text)
-    raise argparse.ArgumentTypeError(f'"{text}" is no whole number of at least 1')
+    raise argparse.ArgumentTypeError(f'"{text}" is not a whole number of at least 1')
 
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 
 class Quantities:
-    """Reads the quantities of a command line and keeps every mistake until ``require`` raises them together."""
+    """Reads quantities of a command line; collects all mistakes until ``require`` raises them together."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self._arguments = arguments
         self.problems: list[Problem] = []
 
     def given(self, option: str) -> bool:
-        """Whether the option ``--like-this`` was given."""
+        """Whether the option was given."""
         return getattr(self._arguments, option[2:].replace("-", "_")) is not None
 
     def read(self, option: str, unit: str, *, positive: bool = True) -> float | None:
-        """The option's value in ``unit``; None where it was not given or is a mistake.
+        """The option's value in ``unit``; None where it is absent or wrong.
 
-        ``positive``: a value of 0 or below is one.
+        ``positive``: refuse values of 0 or below.
         """
         from synth.units import parse
 
@@ -81,7 +83,7 @@ class Quantities:
         return value
 
     def number(self, option: str, example: str) -> float | None:
-        """The option's value where it is a plain number; None where it was not given or is a mistake."""
+        """The option's value as a plain number; None where it is absent or wrong."""
         text = getattr(self._arguments, option[2:].replace("-", "_"))
         if text is None:
             return None
@@ -90,11 +92,11 @@ class Quantities:
         except ValueError:
             value = nan
         if not (isfinite(value) and value > 0.0):
-            self.problems.append(Problem(f'"{text}" is no number above 0; write it like {example}', key=option))
+            self.problems.append(Problem(f'"{text}" is not a number above 0; write it like {example}', key=option))
             return None
         return value
 
     def require(self) -> None:
-        """Raise UserError with every mistake found."""
+        """Raise UserError with all collected mistakes."""
         if self.problems:
             raise UserError(self.problems)

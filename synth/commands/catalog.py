@@ -1,13 +1,13 @@
-"""``synth catalog``: what can be bought and wound, where each value comes from, and what is wrong with a table.
+"""``synth catalog``: list, show, check and import catalogue rows of parts and wire.
 
-synth catalog list                    every family and how many of its rows can be used
+synth catalog list                    every family with its number of usable rows
 synth catalog list dampers            the rows of one family
-synth catalog show 6597K19            one part in full, with its source and what follows from its values
-synth catalog show knee.yaml          what fits a joint (kind: part-wish) and why the rest does not
-synth catalog check my_parts/*.csv    every mistake in your own tables (exit status 2 if there is one)
-synth catalog alike 6597K19           what could stand in its place, nearest first, with what differs
+synth catalog show 6597K19            all values of one part, derived values and sources
+synth catalog show knee.yaml          parts that fit a joint (kind: part-wish); reasons against the others
+synth catalog check my_parts/*.csv    all mistakes in your own tables (exit status 2 if any)
+synth catalog alike 6597K19           substitutes, nearest first, with their differences
 synth catalog import TABLE.csv --map "Their header=wire_diameter [in]" --vendor NAME --out my_parts
-                                      a vendor's whole table into files of yours, one a vendor
+                                      convert a vendor's table, one file per vendor
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from synth.parts.catalogs import Catalogue
     from synth.parts.rows import CatalogueRow, DamperRow, MaterialRow, TorsionSpringRow
 
-LONG = ("as_published", "source", "note")  # columns that only ``show`` has
+LONG = ("as_published", "source", "note")  # columns that only ``show`` prints
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,21 +42,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='"THEIRS=OURS [unit]"',
         action="append",
         default=[],
-        help="import: what a column is; repeatable",
+        help="import: meaning of a column; repeatable",
     )
-    parser.add_argument("--vendor", metavar="NAME", help="import: who sells what the table does not say who sells")
-    parser.add_argument("--out", metavar="DIR", help="import: folder for one file a vendor (default: my_parts)")
+    parser.add_argument("--vendor", metavar="NAME", help="import: vendor of the rows that name none")
+    parser.add_argument("--out", metavar="DIR", help="import: output folder, one file per vendor (default: my_parts)")
     parser.add_argument(
         "--catalog",
         metavar="FILE",
         action="append",
         default=[],
-        help="your own table beside the built-in ones; repeatable",
+        help="your own table in addition to the built-in ones; repeatable",
     )
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Do what is asked."""
+    """Run the requested action."""
     from synth.parts.catalogs import Catalogue
 
     extra = [Path(name) for name in arguments.catalog]
@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def _shown(name: str, extra: list[Path]) -> str:
-    """One part, or what fits the wish in a file."""
+    """One part, or the parts that fit the wish in a file."""
     from synth.parts.catalogs import Catalogue
 
     if not name.casefold().endswith((".yaml", ".yml")):
@@ -95,7 +95,7 @@ def _shown(name: str, extra: list[Path]) -> str:
 
 
 def _import(arguments: argparse.Namespace, progress: Progress) -> int:
-    """A vendor's table into files of one vendor each; what every row can be used for is said."""
+    """Convert a vendor's table into one file per vendor; print how many rows are usable."""
     from synth.files.output import output_folder, write_csv
     from synth.parts.catalog_import import file_name, import_table
     from synth.parts.catalogs import Catalogue
@@ -121,14 +121,14 @@ def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     for theirs, ours in table.used:
         progress.result(f"{theirs} -> {ours}")
     for title in table.unused:
-        progress.result(f"{title}: not used; --map says what it is")
-    progress.result(f"{len(mine)} rows, {usable} of them can be chosen; the others say why in synth catalog list")
+        progress.result(f"{title}: ignored; use --map to give its meaning")
+    progress.result(f"{len(mine)} rows, {usable} usable; synth catalog list gives the reason for the others")
     progress.say(f"written: {', '.join(map(str, files))}")
     return 0
 
 
 def _alike_text(catalogue: Catalogue, part: str) -> str:
-    """Substitutes for a spring or damper, one a line."""
+    """Substitutes for a spring or damper, one per line."""
     from synth.commands.table_text import table_text
     from synth.parts.alike import alike
 
@@ -145,20 +145,20 @@ def _alike_text(catalogue: Catalogue, part: str) -> str:
 
 
 def _check(paths: list[Path], progress: Progress) -> int:
-    """Raise every mistake of the user's files; of the built-in ones, whose flagged rows are meant, list them."""
+    """Raise all mistakes of the user's files. Rows of built-in files are flagged on purpose and only listed."""
     from synth.parts.catalogs import check_catalogue
 
     problems = check_catalogue(paths)
     if paths and problems:
         raise UserError(problems)
     for problem in problems:
-        progress.result(f"flagged, never chosen: {problem}")
-    progress.say(f"{len(paths)} checked, nothing wrong" if paths else "the built-in catalogues hold no other fault")
+        progress.result(f"flagged, not used: {problem}")
+    progress.say(f"{len(paths)} checked, no mistakes" if paths else "the built-in catalogues have no other mistakes")
     return 0
 
 
 def _overview(catalogue: Catalogue) -> str:
-    """Families with how many rows can be used."""
+    """Families with their number of usable rows."""
     from synth.commands.table_text import table_text
     from synth.parts.rows import FAMILIES
 
@@ -170,13 +170,13 @@ def _overview(catalogue: Catalogue) -> str:
     return "\n".join(
         [
             table_text(lines),
-            "Complete rows can be chosen, usable ones too as their status says; others are for comparison only.",
+            "Complete rows can be chosen, and usable rows as their status allows; others are for comparison only.",
         ]
     )
 
 
 def _family_text(catalogue: Catalogue, family: str) -> str:
-    """The rows of one family, without the columns of words that ``show`` has."""
+    """The rows of one family, without the text columns that only ``show`` prints."""
     from synth.commands.table_text import table_text
     from synth.parts.catalogs import catalogue_rows_as_table
 
@@ -187,7 +187,7 @@ def _family_text(catalogue: Catalogue, family: str) -> str:
 
 
 def _part_text(catalogue: Catalogue, part: str) -> str:
-    """Every row with this part number, or of this wire material, in full."""
+    """All values of every row with this part number or wire material."""
     from synth.commands.part_text import row_text, stock_text
 
     wanted = part.strip().casefold()
@@ -203,7 +203,7 @@ def _part_text(catalogue: Catalogue, part: str) -> str:
 
 
 def _material(catalogue: Catalogue, wanted: str) -> list[MaterialRow]:
-    """All records of a wire material, by its name or an alias."""
+    """All rows of a wire material, by name or alias."""
     from synth.parts.wire import ALIASES
 
     aliases = {alias.casefold(): name for alias, name in ALIASES.items()}

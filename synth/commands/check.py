@@ -1,13 +1,13 @@
-"""``synth check``: the model of one leg against closed forms, statics, energy and another engine.
+"""``synth check``: compare a leg's model with closed forms, statics, energy and another engine.
 
-FILE is a leg (*.leg.yaml), a project of kind hopper-design, or a folder that synth leg wrote. Each check prints what is
-expected, what the model gives, and the limit of their difference. Of a swinging leg: each joint as a pendulum and as an
-oscillator with the others held, the pose of rest, energy, and the same release by MuJoCo where that is installed. Of a
+FILE is a leg (*.leg.yaml), a project of kind hopper-design, or a folder that synth leg wrote. Each check prints the
+expected value, the model's value and the allowed difference. For a swinging leg: each joint as a pendulum and as an
+oscillator with the others locked, the equilibrium pose, energy, and the same release in MuJoCo if installed. For a
 jumping leg: free fall, the pogo stick, statics in the crouch, energy of a drop, the planar form, and MuJoCo's drop and
-jump. Of a designed leg: every release that its report predicts, by MuJoCo with the exported model, in which are the
-drawn parts' inertias, dry friction and stops; at most 0.3 deg apart at any instant.
+jump. For a designed leg: every predicted release, simulated in MuJoCo with the exported model, which includes the
+parts' drawn inertias, dry friction and stops; the largest allowed difference is 0.3 deg at any instant.
 
-Exit status 1 where a check fails.
+Exit status 1 if a check fails.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read, check, print; write where asked."""
+    """Read, check, print; write files if requested."""
     from synth.files.output import output_folder, write_json
     from synth.files.text_forms import json_text, plain
 
@@ -55,10 +55,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def check_text(document: Mapping[str, Any]) -> str:
-    """A row a check, and how many hold."""
+    """One row per check, then the number of checks that hold."""
     from synth.commands.table_text import table_text
 
-    rows = [["check", "of", "expected", "found", "limit of their difference", ""]]
+    rows = [["check", "of", "expected", "found", "allowed difference", ""]]
     for check in document["checks"]:
         numbers = [_shown(check.get(key)) for key in ("expected", "found", "limit")]
         rows.append([check["name"], check["where"], *numbers, "holds" if check["passed"] else "FAILS"])
@@ -98,7 +98,7 @@ def _leg(file: str, progress: Progress) -> ModelChecks:
     leg = read_leg(file, resolve_part=resolver())
     curves = any(joint.damper and joint.damper.curve for joint in leg.joints)
     progress.compiling(len(leg.joints), effects=curves)
-    with progress.stage("pendulums, oscillators, rest, energy"):
+    with progress.stage("pendulums, oscillators, equilibrium, energy"):
         checks, left_out = swinging_checks(leg)
     with progress.stage("the same release by another engine"):
         more, missing = same_release(leg)

@@ -1,9 +1,9 @@
-"""``synth compare``: fits, designs, gaps, legs and recordings side by side.
+"""``synth compare``: compare fits, designs, gaps, legs and recordings.
 
-Each of the arguments is a result folder (of `synth fit`, `leg` or `gap`), a project file, a leg file, a recording or a
-folder of recordings, written PATH or NAME=PATH. A result has several sides: of a design `animal`, `wanted` and `built`,
-of a gap `recorded`, `designed` and `explained`, of a fit `recorded` and `fitted`; PATH#built,wanted takes some of them.
-All legs are moved from the same starts: those of the first recordings among the arguments, or what --start says.
+Each argument is a result folder (of `synth fit`, `leg` or `gap`), a project file, a leg file, a recording or a
+folder of recordings, written PATH or NAME=PATH. A result has several sides: `animal`, `wanted` and `built` for a
+design, `recorded`, `designed` and `explained` for a gap, `recorded` and `fitted` for a fit; PATH#built,wanted selects.
+All legs are simulated from the same starts: those of the first recordings among the arguments, or of --start.
 
   synth compare old=old/gap.yaml new=new/result#built,wanted,animal --out side_by_side
   synth compare family=leg-design.yaml --time-scales 1,1.5,2,3 --out family
@@ -26,23 +26,25 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument(
-        "sources", nargs="+", metavar="SOURCE", help="NAME=PATH#VIEW; the name and the view may be left out"
-    )
+    parser.add_argument("sources", nargs="+", metavar="SOURCE", help="NAME=PATH#VIEW; name and view are optional")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument(
-        "--reference", metavar="SIDE", help="the side to hold the others against; default the first recorded"
+        "--reference", metavar="SIDE", help="the side that the others are compared with (default: the first recorded)"
     )
     parser.add_argument(
         "--start", metavar="START", help="a recording's file, or angles at rest: 'hip=60 deg, knee=100 deg'"
     )
-    parser.add_argument("--stretch", action="append", default=[], metavar="SIDE=FACTOR", help="slow a side's motion")
-    parser.add_argument("--leg", metavar="FILE", help="the leg of recordings that come without one")
-    parser.add_argument("--time-scales", metavar="LIST", help="of a leg-design project: its wanted leg at 1,1.5,2,...")
+    parser.add_argument(
+        "--stretch", action="append", default=[], metavar="SIDE=FACTOR", help="slow down a side's motion"
+    )
+    parser.add_argument("--leg", metavar="FILE", help="the leg for recordings that name none")
+    parser.add_argument(
+        "--time-scales", metavar="LIST", help="for a leg-design project: its wanted leg at time scales 1,1.5,2,..."
+    )
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Open, move, compare, write ``compare.json``, ``compare.csv``, ``responses/`` and the page."""
+    """Open, simulate and compare; write ``compare.json``, ``compare.csv``, ``responses/`` and the page."""
     from synth.api.comparisons import compared, open_compared
     from synth.commands.answers import tell
     from synth.comparison.side_source import read_source
@@ -55,7 +57,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         scales = _scales(arguments.time_scales, sources)
         stretch = dict(_stretch(written) for written in arguments.stretch)
         leg = None if arguments.leg is None else read_leg(arguments.leg, resolve_part=resolver())
-    with progress.stage("opening what is compared"):
+    with progress.stage("opening the sides"):
         sides = open_compared(sources, leg=leg, time_scales=scales)
         starts = _starts(arguments.start, sides)
     with output_folder(arguments.out) as folder:
@@ -72,11 +74,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def compare_text(content: Mapping[str, Any]) -> str:
-    """A row a side: how far it moves from the reference, and each joint's rates and free angle."""
+    """One row per side: RMS distance from the reference; each joint's rates and free angle."""
     from synth.commands.table_text import table_text
 
     joints = content["joints"]
-    rows = [["side", "off reference [deg]", "", *(f"{name} k, b, free angle" for name in joints)]]
+    rows = [["side", "from reference [deg]", "", *(f"{name} k, b, free angle" for name in joints)]]
     for side in content["sides"]:
         off = side.get("off_reference", {})
         overall = off.get("overall", {}).get("value")
@@ -96,7 +98,7 @@ def _rates(joint: Mapping[str, Any] | None) -> str:
 
 
 def _needs_effects(side: Side) -> bool:
-    """Whether more acts than springs, linear dampers and gravity."""
+    """Whether the leg has effects beyond springs, linear dampers and gravity."""
     return bool(side.leg.effects) or any(j.effects or (j.damper and j.damper.curve) for j in side.leg.joints)
 
 
@@ -104,13 +106,13 @@ def _scales(written: str | None, sources: list[Source]) -> tuple[float, ...]:
     if written is None:
         return ()
     if not any(source.kind == "leg-design project" for source in sources):
-        raise UserError("--time-scales is for a leg-design project, and none is among the arguments")
+        raise UserError("--time-scales is for a leg-design project, but no argument is one")
     scales = []
     for text in written.split(","):
         try:
             scale = float(text)
         except ValueError:
-            raise UserError(f'--time-scales: "{text.strip()}" is no number; write them like 1,1.5,2,3') from None
+            raise UserError(f'--time-scales: "{text.strip()}" is not a number; write them like 1,1.5,2,3') from None
         if not 1e-3 <= scale <= 1e3:
             raise UserError(f"--time-scales: {text.strip()} is not allowed: a factor between 0.001 and 1000")
         scales.append(scale)
@@ -129,7 +131,7 @@ def _stretch(written: str) -> tuple[str, float]:
 
 
 def _starts(written: str | None, sides: list[Side]) -> list[ComparedMotion]:
-    """The start that the user gives: a recording's, or angles at rest."""
+    """The start given by the user: a recording's, or angles at rest."""
     from synth import units
     from synth.comparison.overlay import STANDARD_TIME
     from synth.comparison.recorded_sides import from_trials, standard_release

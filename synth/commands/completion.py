@@ -1,10 +1,10 @@
-"""``synth completion``: words for a shell to complete commands, options and their choices.
+"""``synth completion``: shell scripts that complete commands, options and their choices.
 
   synth completion bash > ~/.local/share/bash-completion/completions/synth
   synth completion zsh > ~/.zfunc/_synth          (with ~/.zfunc in fpath)
   synth completion fish > ~/.config/fish/completions/synth.fish
 
-Each is a plain script made from the commands' own options; it runs nothing of synth.
+Each is a plain script generated from the commands' own options; it does not run synth.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 @dataclass(frozen=True)
 class Option:
-    """An option of a command: its names, what it is for, its choices, and whether a value follows."""
+    """An option of a command: names, help text, choices, and whether a value follows."""
 
     names: tuple[str, ...]
     text: str
@@ -34,7 +34,9 @@ class Option:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("shell", type=one_of(SHELLS), metavar="|".join(SHELLS), help="whose words are wanted")
+    parser.add_argument(
+        "shell", type=one_of(SHELLS), metavar="|".join(SHELLS), help="the shell to write the script for"
+    )
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
@@ -48,7 +50,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def options_of(parser: argparse.ArgumentParser) -> list[Option]:
-    """The options of a parser, in its order."""
+    """The options of a parser, in order."""
     found = []
     for action in parser._actions:
         if action.option_strings:
@@ -58,7 +60,7 @@ def options_of(parser: argparse.ArgumentParser) -> list[Option]:
 
 
 def words_of(parser: argparse.ArgumentParser) -> tuple[str, ...]:
-    """The words that a command's first argument may be, where it is one of a few."""
+    """The allowed words of a command's first argument, if it has a choice."""
     first = next((action for action in parser._actions if not action.option_strings), None)
     return () if first is None else _choices(first)
 
@@ -148,7 +150,7 @@ def _fish(
 
 
 def _quoted(text: str) -> str:
-    """Text in single quotes, for any shell."""
+    """Text in single quotes for any shell."""
     return "'" + text.replace("'", "’") + "'"
 
 

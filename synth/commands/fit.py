@@ -1,8 +1,8 @@
 """``synth fit``: springs, dampers and free angles of a leg from its trials, or of many legs at once.
 
-FILE is a project, or a folder: then every project in it is fitted, on all cores or on a Dask cluster. What cannot be
-fitted is told at the end and stops no other. A run that was interrupted, even killed, goes on where it stopped when
-the same command is given again.
+FILE is a project or a folder; of a folder every project is fitted, on all cores or on a Dask cluster. Projects that
+cannot be fitted are listed at the end and do not stop the others. Give the same command again to resume an
+interrupted run.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="project file, kind: fit, or a folder of such projects")
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     add_fit_arguments(parser)
-    parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
     workers_argument(parser)
     cluster_argument(parser)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read the project, fit, write ``fit.json``, the fitted leg, responses and a report."""
+    """Read the project and fit; write ``fit.json``, the fitted leg, responses and a report."""
     if Path(arguments.file).is_dir():
         from synth.batch.one_fit import fits
         from synth.commands.project_folder import run_folder
@@ -71,9 +71,9 @@ def _only_for_folders(arguments: argparse.Namespace) -> None:
 
     given = [name for name in ("--scheduler", "--workers") if getattr(arguments, name[2:]) is not None]
     if given:
-        text = f"is for a folder of projects; {arguments.file} is one project and takes a second or two"
+        text = f"applies to a folder of projects; {arguments.file} is a single project"
         raise UserError([Problem(text, key=name) for name in given])
 
 
 def _usable(file: str, ready: Ready) -> str:
-    return f"{file} can be used: {len(ready.project.trials)} trials, {len(ready.project.inputs)} files"
+    return f"{file} is valid: {len(ready.project.trials)} trials, {len(ready.project.inputs)} files"

@@ -1,4 +1,4 @@
-"""How to fit, on the command line: what is given there goes before the project file's ``fit:``."""
+"""Fit options on the command line; they override the project file's ``fit:``."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from synth.commands.arguments import one_of
 if TYPE_CHECKING:
     from synth.files.project_options import FitOptions
 
-# Options of ``fit:`` that may be given here; which values each takes, ``fit_words`` says.
+# Options of ``fit:`` that may be given here; ``fit_words`` lists the values of each.
 _CHOICES = {
-    "method": "how springs and dampers are sought",
-    "cost": "what the search makes small",
-    "weight": "what errors are divided by",
-    "intervals": "how the intervals are found; bootstrap: 200 refits",
+    "method": "estimation method",
+    "cost": "cost function to minimise",
+    "weight": "weight of the residuals",
+    "intervals": "method for the intervals; bootstrap: 200 refits",
 }
 
 
@@ -25,12 +25,12 @@ def add_fit_arguments(parser: argparse.ArgumentParser) -> None:
 
     for name, text in _CHOICES.items():
         allowed = allowed_values(name)
-        said = f"{text}: {', '.join(allowed)} (else as the project's fit: says)"
+        said = f"{text}: {', '.join(allowed)} (default: the project's fit:)"
         parser.add_argument(f"--{name}", type=one_of(allowed), metavar="NAME", help=said)
 
 
 def fit_choice(written: FitOptions, arguments: argparse.Namespace) -> FitOptions:
-    """The project's options with those of the command line in their place."""
+    """The project's options, overridden by those of the command line."""
     from dataclasses import replace
 
     given: dict[str, Any] = {name: getattr(arguments, name) for name in _CHOICES}
@@ -38,7 +38,7 @@ def fit_choice(written: FitOptions, arguments: argparse.Namespace) -> FitOptions
 
 
 def not_for_folders(arguments: argparse.Namespace) -> None:
-    """Refuse these options where many projects are fitted: each says for itself how.
+    """Refuse these options for a folder: each project states its own.
 
     Raises
     ------
@@ -48,5 +48,5 @@ def not_for_folders(arguments: argparse.Namespace) -> None:
 
     given = [name for name in _CHOICES if getattr(arguments, name) is not None]
     if given:
-        text = f"is for one project; {arguments.file} is a folder: write it under fit: in each project"
+        text = f"applies to one project; {arguments.file} is a folder: write it under fit: in each project"
         raise UserError([Problem(text, key=f"--{name}") for name in given])

@@ -1,4 +1,4 @@
-"""``synth catalog show knee.yaml``: what fits a joint's wish, nearest first, and why each of the rest does not."""
+"""``synth catalog show knee.yaml``: parts that fit a joint, nearest first, and the reasons against the others."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper
 
-MOST = 30  # rows that are named one by one, of those that fit and of those that do not
+MOST = 30  # listed rows, of those that fit and of those that do not
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A part, how far it is from the wish (0: at it) and its cells or its reasons."""
+    """A part, its distance from the wish (0: exact), and its cells or reasons."""
 
     part: str
     distance: float
@@ -32,7 +32,7 @@ class _Line:
 
 
 def fitting_text(wish: PartWish, catalogue: Catalogue) -> str:
-    """Springs and dampers that fit, and why the others do not."""
+    """Springs and dampers that fit, and the reasons against the others."""
     blocks = []
     if wish.spring is not None:
         blocks.append(_springs(wish.spring, wish, catalogue))
@@ -85,7 +85,7 @@ def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> str:
             continue
         found = list(_arranged(row, asked, parts))
         if not found:
-            reasons = list(damper_reasons(row, asked, 0.0, parts)) or ["it would have to turn further than it can"]
+            reasons = list(damper_reasons(row, asked, 0.0, parts)) or ["it would have to turn beyond its range"]
             others.append(_Line(row.part, 0.0, (row.vendor, "", "; ".join(reasons))))
         for label, torque, pieces, reasons in found:
             off = 0.0 if asked.torque is None else log(torque / asked.torque)
@@ -106,7 +106,7 @@ def _speed(asked: DamperWished) -> float:
 
 
 def _arranged(row: DamperRow, asked: DamperWished, parts: PartsOptions) -> Iterator[tuple[str, float, int, list[str]]]:
-    """Label, torque (N m) at the joint's speed, pieces and reasons against it, of every arrangement."""
+    """Label, torque (N m) at the joint's speed, number of pieces and reasons against it, for every arrangement."""
     for each in arrangements(row, asked.parallel, asked.ratios, asked.direction):
         turned = replace(asked, travel=(asked.travel or 0.0) * each.ratio or None, ratios=(1.0,))
         reasons = list(damper_reasons(row, turned, 0.0, parts))
@@ -125,7 +125,7 @@ def _torque(damper: Damper, speed: float) -> float:
 def _block(
     title: str, heads: Sequence[str], fitting: list[_Line], others: list[_Line], unusable: Counter[str]
 ) -> Iterator[str]:
-    """Those that fit, those that do not with their reasons, and rows that cannot be used, by what they lack."""
+    """Parts that fit; parts that do not, with reasons; counts of unusable rows by what they lack."""
     fitting.sort(key=lambda line: line.distance)
     others.sort(key=lambda line: line.distance)
     yield f"{title}: {len(fitting)} fit" + (f", the nearest {MOST}:" if len(fitting) > MOST else ":" * bool(fitting))
@@ -139,5 +139,5 @@ def _block(
         reasons = Counter(reason for line in others[MOST:] for reason in line.cells[-1].split("; "))
         yield from (f"  {count} more: {reason}" for reason, count in reasons.most_common())
     if unusable:
-        yield f"{sum(unusable.values())} cannot be used:"
+        yield f"{sum(unusable.values())} unusable rows:"
         yield from (f"  {count}: {status}" for status, count in unusable.most_common())

@@ -1,4 +1,4 @@
-"""``synth gap``: where the built leg departs from the simulated one, which effect causes it, and how far it shrinks."""
+"""``synth gap``: where the built leg departs from the simulated one, which effect causes it, and its size."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("file", help="project file, kind: gap, or a folder of such; its leg swings or jumps")
-    parser.add_argument("--out", metavar="DIR", help="folder to write, whole or not at all; --check needs none")
+    parser.add_argument("--out", metavar="DIR", help="folder to write, whole or not at all; optional with --check")
     parser.add_argument(
         "--effect",
         action="append",
         default=[],
         metavar="FILE.py",
-        help="an effect of your own that is to take part; its file is run. May be given more than once",
+        help="your own effect to include; its file is executed; repeatable",
     )
-    parser.add_argument("--dry-run", action="store_true", help="read everything, write nothing")
+    parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
     parser.add_argument(
         "--check",
         action="store_true",
-        help="seconds, before any fit: what is wrong with the recordings, and what they could and could not tell apart",
+        help="without a fit, in seconds: problems of the recordings, detectable sizes and inseparable causes",
     )
     parser.add_argument(
         "--rehearse",
         action="store_true",
-        help="plant causes in simulations of your own leg and trials, diagnose them unseen, and tell which would be "
-        "named, and the smallest; goes on where it was stopped",
+        help="simulate your leg and trials with known causes, diagnose them blind, and report which are found "
+        "and from which size; resumes an interrupted run",
     )
     parser.add_argument("--count", type=count, metavar="N", help="cases of a rehearsal; default two a cause and joint")
     parser.add_argument("--workers", type=count, metavar="N", help="so many cases or projects at once; default all")
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read the project, diagnose, write ``gap.json``, predictions, the diagnosed leg and a report."""
+    """Read the project and diagnose; write ``gap.json``, predictions, the diagnosed leg and a report."""
     from synth.files.hopper_gap_project import is_hopper_gap
 
     if Path(arguments.file).is_dir():
@@ -72,18 +72,18 @@ def _run_folder(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def _refuse(arguments: argparse.Namespace, jumps: bool) -> None:
-    """Options that do not go together, and those that jumps do not have."""
+    """Refuse options that exclude each other or do not apply to jumping legs."""
     from synth.errors import UserError
 
     asked = [name for name in ("--check", "--rehearse", "--dry-run") if getattr(arguments, name[2:].replace("-", "_"))]
     if len(asked) > 1:
-        raise UserError(f"{' and '.join(asked)} exclude each other: each does something else; ask for one at a time")
+        raise UserError(f"{' and '.join(asked)} exclude each other; give one of them")
     if jumps and (arguments.check or arguments.rehearse):
-        raise UserError(f"{asked[0]} is for legs that swing; a jumping leg's recordings are looked at by --dry-run")
+        raise UserError(f"{asked[0]} applies to swinging legs; use --dry-run for a jumping leg's recordings")
     for name in ("count", "workers", "scheduler"):
         if getattr(arguments, name) is not None and (name == "scheduler" or not arguments.rehearse):
             others = "a folder of projects" if name == "scheduler" else "a folder of projects or to --rehearse"
-            raise UserError(f"--{name} belongs to {others}: a diagnosis is one")
+            raise UserError(f"--{name} applies to {others} only")
     if not arguments.out and not arguments.check:
         raise UserError('--out is missing: "--out DIR" names the folder to write (see synth gap --help)')
 
@@ -103,12 +103,12 @@ def _run_swings(arguments: argparse.Namespace, progress: Progress) -> int:
         from synth.commands.gap_rehearse import run_rehearsal
 
         return run_rehearsal(arguments, progress, project)
-    with progress.stage("looking at the trials"):
+    with progress.stage("checking the trials"):
         given = looked_at(project, effects=arguments.effect)
     if arguments.dry_run:
         for sentence in given.warnings:
             progress.say(f"note: {sentence}")
-        progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
+        progress.say(f"{arguments.file} is valid: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
     with output_folder(arguments.out) as folder:
         progress.compiling(len(project.leg.joints))

@@ -1,4 +1,4 @@
-"""``synth gap --check``: seconds, before any fit, what the recordings can tell and what is wrong with them."""
+"""``synth gap --check``: problems of the recordings and what they can distinguish, in seconds and without a fit."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
 Json = Mapping[str, Any]
-MOST_FINDINGS = 8  # on the screen; JSON and page have all
-MOST_CLUSTERS = 6  # on the screen, too
-# Causes whose smallest size people ask for first; the others stand in the JSON and on the page.
+MOST_FINDINGS = 8  # on the screen; JSON and page list all
+MOST_CLUSTERS = 6  # on the screen; JSON and page list all
+# Effects shown on the screen; the JSON and the page list all.
 ASKED = ("coulomb_friction", "backlash", "spring_preload", "spring_hysteresis", "latency", "link_mass")
 
 
 def run_check(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
-    """Check the recordings; print the answer, and write ``check.json`` and a page where ``--out`` is given."""
+    """Check the recordings and print the answer; write ``check.json`` and a page if ``--out`` is given."""
     from synth.diagnosis.check.run import check
 
     progress.compiling(len(project.leg.joints))
@@ -54,14 +54,14 @@ def run_check(arguments: argparse.Namespace, progress: Progress, project: GapPro
 
 
 def check_text(content: Json) -> str:
-    """The answer, what is wrong, the smallest sizes that show, and what passes for what."""
+    """The answer, the findings, the smallest detectable sizes, and causes that cannot be separated."""
     parts = [str(content["sentence"]), *_findings(content["findings"])]
     if content["causes"]:
         share = f"{100 * content['remainder_assumed']:g} %"
-        parts += ["", f"smallest that these trials show, as read and with {share} of the motion left unexplained:"]
+        parts += ["", f"smallest detectable size, at the noise floor and with {share} of the motion unexplained:"]
         parts.append(_sizes(content["causes"]))
     if content["not_told_apart"]:
-        parts += ["", "these pass for each other:", *_clusters(content["not_told_apart"])]
+        parts += ["", "cannot be separated:", *_clusters(content["not_told_apart"])]
     return "\n".join(parts)
 
 
@@ -77,7 +77,7 @@ def _findings(findings: Sequence[Json]) -> list[str]:
 
 
 def _sizes(causes: Sequence[Json]) -> str:
-    """A row a cause that people ask for, a column a joint."""
+    """One row per common cause, one column per joint."""
     joints = list(dict.fromkeys(cause["joint"] for cause in causes if cause["joint"] not in ("base", "all")))
     shown = {(cause["effect"], cause["joint"]): cause["visible_from"] for cause in causes}
     rows = [["", *joints]]
@@ -88,7 +88,7 @@ def _sizes(causes: Sequence[Json]) -> str:
 
 
 def _size(visible: Json | None) -> str:
-    """The first strength; ``none`` where no size would show, ``-`` where the cause cannot act."""
+    """The first strength; ``none`` where no size is detectable, ``-`` where the cause does not apply."""
     if visible is None:
         return "none"
     if not visible:
@@ -101,7 +101,7 @@ def _clusters(clusters: Sequence[Json]) -> list[str]:
     lines = []
     for cluster in clusters[:MOST_CLUSTERS]:
         names = ", ".join(f"{c['effect'].replace('_', ' ')} ({c['joint']})" for c in cluster["causes"])
-        remedy = f" -> {cluster['remedy']}" if cluster["remedy"] else " -> no trial of the usual kinds parts them"
+        remedy = f" -> {cluster['remedy']}" if cluster["remedy"] else " -> no usual kind of trial separates them"
         lines.append(f"- {names}{remedy}")
     if len(clusters) > MOST_CLUSTERS:
         lines.append(f"and {len(clusters) - MOST_CLUSTERS} more groups")

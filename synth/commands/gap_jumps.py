@@ -1,4 +1,4 @@
-"""``synth gap`` on the recordings of a jumping leg."""
+"""``synth gap`` for the recordings of a jumping leg."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ if TYPE_CHECKING:
 
 
 def run_jumps(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read the project, diagnose, write ``gap.json``, predictions and a report."""
+    """Read the project and diagnose; write ``gap.json``, predictions and a report."""
     from synth.api.gaps import jump_gap, read_jump_gap
     from synth.commands.answers import gap_text, tell
     from synth.errors import UserError
     from synth.files.output import output_folder
 
     if arguments.effect:
-        raise UserError("--effect is for swinging legs; those of the jumping leg are built in")
+        raise UserError("--effect applies to swinging legs; a jumping leg has built-in effects only")
     with progress.stage("reading the project"):
         project, catalogue, warnings = read_jump_gap(arguments.file)
     if arguments.dry_run:
         for text in warnings:
             progress.say(f"note: {text}")
-        progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
+        progress.say(f"{arguments.file} is valid: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
     with output_folder(arguments.out) as folder:
         found = jump_gap(project, catalogue, stage=progress.stage)

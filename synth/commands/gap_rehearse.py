@@ -1,4 +1,4 @@
-"""``synth gap --rehearse``: causes planted in the user's own leg and trials, and diagnosed unseen."""
+"""``synth gap --rehearse``: known causes simulated in the user's own leg and trials, and diagnosed blind."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from synth.rehearsal.outcome import CaseOutcome
 
 Json = Mapping[str, Any]
-MOST_WRONG = 8  # confusions on the screen; JSON and page have all
+MOST_WRONG = 8  # confusions on the screen; JSON and page list all
 
 
 def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: GapProject) -> int:
-    """Rehearse; write ``rehearsal.json`` and a page. What an earlier or interrupted run has done is taken as it is."""
+    """Rehearse; write ``rehearsal.json`` and a page. Finished cases of an earlier run are reused."""
     from synth.batch.folder import Kept
     from synth.batch.task_outcome import versions
     from synth.files.output import output_folder, sha256_file, write_json
@@ -43,7 +43,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
         kept = Kept(Path(arguments.out), "rehearsal", WORDS)
         known = len(earlier)
         if kept.was_there or known:
-            progress.say("going on with what is done already and rests on the same files")
+            progress.say("reusing finished cases of the same input files")
         for text in rig.left_out:
             progress.say(f"note: {text}")
         workers = arguments.workers or os.cpu_count() or 1
@@ -65,7 +65,7 @@ def run_rehearsal(arguments: argparse.Namespace, progress: Progress, project: Ga
 
 
 def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
-    """Cases of a finished rehearsal in the folder that is to be written, if they rest on the same files."""
+    """Cases of a finished rehearsal in the output folder, if its input files are the same."""
     from synth.files.result_values import read_result
     from synth.rehearsal.outcome import CaseOutcome
 
@@ -78,21 +78,21 @@ def _earlier(out: Path, identity: Mapping[str, str]) -> dict[str, CaseOutcome]:
     try:
         found = [CaseOutcome.from_json(item) for item in content["plants"]]
     except (KeyError, TypeError, IndexError):
-        raise UserError(Problem("is no rehearsal of this program; name another folder", str(file))) from None
+        raise UserError(Problem("is not a rehearsal of this program; name another folder", str(file))) from None
     return {outcome.task.name: outcome for outcome in found}
 
 
 def rehearsal_text(content: Json) -> str:
-    """The answer, the smallest sizes that were named, and what was taken for what."""
-    parts = [str(content["sentence"]), "", "smallest that was named:", _sizes(content["causes"])]
+    """The answer, the smallest sizes found, and the confusions."""
+    parts = [str(content["sentence"]), "", "smallest size found:", _sizes(content["causes"])]
     wrong = _wrong(content["causes"])
     if wrong:
-        parts += ["", "taken for something else though large:", *wrong]
+        parts += ["", "large, but taken for another cause:", *wrong]
     return "\n".join(parts)
 
 
 def _sizes(causes: Sequence[Json]) -> str:
-    """A row an effect, a column a joint."""
+    """One row per effect, one column per joint."""
     joints = list(dict.fromkeys(cause["joint"] for cause in causes))
     found = {(cause["effect"], cause["joint"]): cause for cause in causes}
     rows = [["", *joints]]
@@ -102,7 +102,7 @@ def _sizes(causes: Sequence[Json]) -> str:
 
 
 def _size(cause: Json | None) -> str:
-    """The size; ``never``, or ``-`` where it was not or cannot be planted."""
+    """The size; ``never`` where it was not found, ``-`` where it was not or cannot be planted."""
     if cause is None or not cause["cases"]:
         return "-"
     size = cause["visible_from"]

@@ -1,10 +1,10 @@
-"""``synth hopper``: gear motor, ratio and link length of a jumping leg, from motors that exist.
+"""``synth hopper``: gear motor, ratio and link length of a jumping leg, from available motors.
 
 The study's three experiments are read from files of kind hopper-motor (run-ups: the motor's constants), hopper-pull-ups
 (inverted pull-ups: one joint damping) and hopper-jumps (force plate and encoders: each model against the jumps).
 
-A sweep that was interrupted, even killed, goes on where it stopped when the same command is given again. Many designs
-can be simulated on a Dask cluster (--scheduler); a worker that dies loses nothing, and the bytes are the same.
+Give the same command again to resume an interrupted sweep. Many designs
+can be simulated on a Dask cluster (--scheduler); a lost worker loses no result, and the output is identical.
 """
 
 from __future__ import annotations
@@ -29,11 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", nargs="?", help="project file, kind: hopper-design, hopper-motor, hopper-pull-ups or hopper-jumps"
     )
-    parser.add_argument("--truth", action="store_true", help="no file: hold the models against the published leg")
+    parser.add_argument(
+        "--truth", action="store_true", help="without a file: compare the models with the published leg"
+    )
     parser.add_argument("--out", metavar="DIR", required=True, help="folder to write, whole or not at all")
     parser.add_argument("--no-cad", action="store_true", help="leave the parts out")
     cluster_argument(parser)
-    parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
@@ -41,22 +43,22 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     from synth.errors import UserError
 
     if arguments.truth == (arguments.file is not None):
-        raise UserError("synth hopper takes a project file, or --truth and none: the published leg has its own numbers")
+        raise UserError("synth hopper takes either a project file or --truth")
     if arguments.truth:
-        _require_here(arguments, "the published leg is simulated here in a minute")
+        _require_here(arguments, "the published leg is simulated on this machine")
         _truth(arguments, progress)
         return 0
     from synth.api.hoppers import read_hopper
     from synth.files.hopper_recordings import KINDS, kind_of
 
     if (kind := kind_of(arguments.file)) in KINDS:
-        _require_here(arguments, f"a file of kind {kind} is identified here in seconds")
+        _require_here(arguments, f"a file of kind {kind} is identified on this machine")
         _identify(kind, arguments, progress)
         return 0
     with progress.stage("reading the project"):
         project, catalogue, motors = read_hopper(arguments.file)
     if arguments.dry_run:
-        progress.say(f"{arguments.file} can be used: {motors} motors by {len(project.lengths)} lengths")
+        progress.say(f"{arguments.file} is valid: {motors} motors by {len(project.lengths)} lengths")
         return 0
     return 0 if _design(project, catalogue, arguments, progress) else 1
 
@@ -65,11 +67,11 @@ def _require_here(arguments: argparse.Namespace, why: str) -> None:
     from synth.errors import Problem, UserError
 
     if arguments.scheduler is not None:
-        raise UserError(Problem(f"is for the sweep of a hopper-design; {why}", key="--scheduler"))
+        raise UserError(Problem(f"applies to the sweep of a hopper-design; {why}", key="--scheduler"))
 
 
 def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Namespace, progress: Progress) -> bool:
-    """Sweep and write; whether any design leaves the ground."""
+    """Sweep and write; return whether any design lifts off."""
     from synth.api.hoppers import hopper
     from synth.commands.answers import hopper_text, tell
     from synth.files.output import output_folder
@@ -84,7 +86,7 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
                 cluster = stack.enter_context(connected(arguments.scheduler))
         checkpoint = Checkpoint(Path(arguments.out), _identity(project, catalogue))
         if checkpoint.finished:
-            progress.say(f"going on with an interrupted sweep: {checkpoint.finished} chunks are done")
+            progress.say(f"resuming an interrupted sweep: {checkpoint.finished} chunks are done")
         found = hopper(
             project, catalogue, checkpoint=checkpoint, cluster=cluster, stage=progress.stage, told=_tenths(progress)
         )
@@ -97,17 +99,17 @@ def _design(project: HopperProject, catalogue: Catalogue, arguments: argparse.Na
 
 
 def _tenths(progress: Progress) -> Callable[[int, int], None]:
-    """Say each tenth of a sweep of many chunks."""
+    """Report every tenth of a sweep with many chunks."""
 
     def told(done: int, count: int) -> None:
         if count >= 20 and done * 10 // count > (done - 1) * 10 // count and done < count:
-            progress.say(f"  {done * 10 // count * 10} % of the designs are done")
+            progress.say(f"  {done * 10 // count * 10} % of the designs done")
 
     return told
 
 
 def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
-    """What a sweep's numbers hang on."""
+    """The input on which the sweep's results depend."""
     from hashlib import sha256
 
     import synth
@@ -119,7 +121,7 @@ def _identity(project: HopperProject, catalogue: Catalogue) -> dict[str, str]:
 
 
 def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> None:
-    """One of the study's three experiments on recorded data."""
+    """One of the study's three experiments from recorded data."""
     from synth.api.hopper_experiments import hopper_experiment
     from synth.files.output import output_folder, place, write_csv, write_json
 
@@ -134,14 +136,14 @@ def _identify(kind: str, arguments: argparse.Namespace, progress: Progress) -> N
 
 
 def _truth(arguments: argparse.Namespace, progress: Progress) -> None:
-    """The models against what was published, on a page of its own."""
+    """The models compared with published results, on a page."""
     from synth.files.output import output_folder, write_json
     from synth.hopper.truth import truth_json
     from synth.parts.catalogs import Catalogue
     from synth.reports.hopper_pages import write_truth_report
 
     with output_folder(arguments.out) as folder:
-        with progress.stage("simulating the published leg and its neighbours by every model"):
+        with progress.stage("simulating the published leg and its neighbours with every model"):
             write_json(folder / "truth.json", truth_json(Catalogue.load()))
         with progress.stage("writing the page"):
             write_truth_report(folder)

@@ -1,7 +1,7 @@
-"""``synth init``: write a project to start from, an example or the leg of a robot.
+"""``synth init``: create a project from an example or from a robot's leg.
 
-With --from the leg is taken out of a robot's MJCF or URDF: the joints of --chain, proximal to distal, turn in one
-plane; all others are locked where they stand, and what hangs on them is lumped. What a leg cannot hold is said.
+With --from the leg is taken from a robot's MJCF or URDF: the joints of --chain, proximal to distal, turn in one
+plane; all others are locked, and the bodies on them are lumped. Features that a leg file lacks are listed.
 
   synth init gap go1 --from go1.xml --chain FR_thigh_joint,FR_calf_joint --plane xz
 """
@@ -37,34 +37,32 @@ PROJECTS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     kinds = "|".join(PROJECTS)
-    parser.add_argument("kind", type=one_of(PROJECTS), metavar=kinds, help="which command it is for")
-    parser.add_argument("folder", metavar="DIR", help="folder to write; must not exist or be empty")
-    parser.add_argument("--from", dest="robot", metavar="ROBOT", help="MJCF or URDF to take the leg from")
-    parser.add_argument("--chain", metavar="A,B,...", help="the robot's joints that turn, proximal to distal")
-    parser.add_argument("--plane", metavar="XZ", help="axes of the world to the right and up (default: by the axes)")
-    parser.add_argument("--tip", metavar='"220 mm"', help="length of the last link (default: to its farthest shape)")
+    parser.add_argument("kind", type=one_of(PROJECTS), metavar=kinds, help="the command it is for")
+    parser.add_argument("folder", metavar="DIR", help="folder to write; must be absent or empty")
+    parser.add_argument("--from", dest="robot", metavar="ROBOT", help="MJCF or URDF that contains the leg")
+    parser.add_argument("--chain", metavar="A,B,...", help="the robot's moving joints, proximal to distal")
+    parser.add_argument("--plane", metavar="XZ", help="world axes to the right and up (default: from the joint axes)")
+    parser.add_argument("--tip", metavar='"220 mm"', help="length of the last link (default: up to its farthest shape)")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Copy the example and say what to run next."""
+    """Copy the example and print the next command."""
     target = Path(arguments.folder)
     if arguments.robot is not None:
         return _from_robot(arguments, target, progress)
     alone = [option for option in ("--chain", "--plane", "--tip") if getattr(arguments, option[2:]) is not None]
     if alone:
-        raise UserError(
-            [Problem("says what to take from a robot: name its file with --from", key=key) for key in alone]
-        )
+        raise UserError([Problem("selects parts of a robot: name its file with --from", key=key) for key in alone])
     copy_example(EXAMPLES / arguments.kind, target, prepare=with_schemas)
     project = target / PROJECTS[arguments.kind]
     command = shlex.join(["synth", arguments.kind, str(project), "--out", str(target / "result")])
-    progress.say(f"{target} holds the example; {target / 'README.md'} says what it is. Next:")
+    progress.say(f"{target} holds the example; {target / 'README.md'} describes it. Next:")
     progress.say(f"  {command}")
     return 0
 
 
 def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress) -> int:
-    """Write the project of a robot's leg and say what it does not hold and what is still to be added."""
+    """Write the project of a robot's leg; print what is missing and what was left out."""
     from tempfile import TemporaryDirectory
 
     from synth.commands.arguments import Quantities
@@ -74,10 +72,10 @@ def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress)
     tip = quantities.read("--tip", "m")
     names = [name.strip() for name in (arguments.chain or "").split(",") if name.strip()]
     if arguments.kind not in PROJECT_NAMES:
-        text = f"a robot's leg is for {', '.join(PROJECT_NAMES)}, not for {arguments.kind}"
+        text = f"--from works with {', '.join(PROJECT_NAMES)}, not with {arguments.kind}"
         quantities.problems.append(Problem(text, key="--from"))
     if not names:
-        text = "name the joints that turn, proximal to distal: --chain FL_thigh_joint,FL_calf_joint"
+        text = "name the moving joints, proximal to distal: --chain FL_thigh_joint,FL_calf_joint"
         quantities.problems.append(Problem(text, key="--chain"))
     quantities.require()
     picked = robot_leg(arguments.robot, names, arguments.plane, tip)
@@ -86,14 +84,14 @@ def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress)
         copy_example(Path(made), target, prepare=with_schemas)
     for text in picked.said:
         progress.say(f"note: {text}")
-    progress.say(f"{target} holds the leg; {target / 'README.md'} says what to add: recordings. Then:")
+    progress.say(f"{target} holds the leg; {target / 'README.md'} describes the recordings to add. Then:")
     project = target / f"{PROJECT_NAMES[arguments.kind]}.yaml"
     progress.say(f"  {shlex.join(['synth', arguments.kind, str(project), '--out', str(target / 'result')])}")
     return 0
 
 
 def with_schemas(folder: Path) -> None:
-    """Put the schemas of its files into a project, and name them in the files' first lines for editors."""
+    """Copy the files' schemas into a project, and name them in the first lines for editors."""
     import json
 
     from synth.files.hopper_gap_project import is_hopper_gap
@@ -114,12 +112,12 @@ def with_schemas(folder: Path) -> None:
 
 
 def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | None = None) -> None:
-    """Copy a folder, whole or not at all; ``prepare`` changes the copy before it is put in place.
+    """Copy a folder, complete or not at all; ``prepare`` changes the copy before it is moved into place.
 
     Raises
     ------
     UserError
-        If the target is a file, holds anything, or cannot be written.
+        If the target is a file, is not empty, or cannot be written.
     """
     name = str(target)
     try:
@@ -136,14 +134,14 @@ def copy_example(source: Path, target: Path, prepare: Callable[[Path], None] | N
         temporary, lock = held_folder(whole.parent, PARTIAL.format(whole.name))
         try:
             made = temporary / "project"
-            # Contents only: an installed package may be read-only, and a project is there to be edited.
+            # Contents only: an installed package may be read-only, but a project must be editable.
             ignore = shutil.ignore_patterns("__pycache__", ".*")
             shutil.copytree(source, made, ignore=ignore, copy_function=shutil.copyfile)
             for folder in (made, *(path for path in made.rglob("*") if path.is_dir())):
                 folder.chmod(folder.stat().st_mode | 0o700)
             if prepare is not None:
                 prepare(made)
-            if whole.exists():  # and is empty; it may be the current folder, so it stays what it is
+            if whole.exists():  # an empty folder, perhaps the current one: keep it
                 for entry in made.iterdir():
                     entry.rename(whole / entry.name)
             else:

@@ -1,4 +1,4 @@
-"""``synth leg``: from a leg-design project to a folder with the whole design, or from a folder of projects."""
+"""``synth leg``: from a leg-design project to a folder with the complete design, or from a folder of projects."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", required=True, metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--no-cad", action="store_true", help="leave the solids out")
     parser.add_argument("--no-pictures", action="store_true", help="leave the pictures of the solids out")
-    parser.add_argument("--no-cache", action="store_true", help="do everything again, keep nothing for a later run")
-    parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    parser.add_argument("--no-cache", action="store_true", help="neither use nor store cached results")
+    parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
     workers_argument(parser)
     cluster_argument(parser)
     leg_parts.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read, then either fetch an earlier run of the same input or fit, choose, draw and write."""
+    """Read; then copy an earlier result of the same input, or fit, choose, draw and write."""
     if Path(arguments.file).is_dir():
         return _run_folder(arguments, progress)
     _only_for_folders(arguments)
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         project = with_options(project, arguments, catalogue)
         require_known_joints(project)
     if arguments.dry_run:
-        progress.say(f"{arguments.file} can be used: {len(project.trials)} trials, {len(project.inputs)} files")
+        progress.say(f"{arguments.file} is valid: {len(project.trials)} trials, {len(project.inputs)} files")
         return 0
     cache = StageCache(on=not arguments.no_cache)
     options = (arguments.no_cad, arguments.no_pictures, repr(project.parts))
@@ -58,10 +58,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     failure: UserError | None = None
     with output_folder(arguments.out) as folder:
         if cache.fetch(key, folder):
-            progress.say("nothing changed since an earlier run: its result is copied (--no-cache does it again)")
+            progress.say("the input is unchanged: copying the earlier result (--no-cache runs again)")
         else:
             failure = _made(arguments, project, catalogue, folder, cache, progress)
-            # A machine that could not draw may be able to later.
+            # A later run of this machine may be able to draw.
             whole = arguments.no_cad or arguments.no_pictures or (folder / "parts" / "leg.png").exists()
             if failure is None and whole:
                 cache.keep(key, folder)
@@ -105,7 +105,7 @@ def _made(
     cache: StageCache,
     progress: Progress,
 ) -> UserError | None:
-    """Do the whole work into ``folder``; where gates fail, the error to end with once the folder is whole."""
+    """Do all the work into ``folder``. If a check fails, return the error to raise once the folder is complete."""
     from synth.api.designs import design
 
     found = design(

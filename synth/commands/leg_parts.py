@@ -1,4 +1,4 @@
-"""Parts on the command line of ``synth leg``: what may be had, what was chosen in words, and what stands in for it."""
+"""Part options of ``synth leg``; the chosen parts and their substitutes as text."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
     from synth.parts.catalogs import Catalogue
     from synth.parts.rows import DamperRow, TorsionSpringRow
 
-SHOWN = 2  # alternatives of each part on the screen
+SHOWN = 2  # substitutes of each part on the screen
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare which parts may be chosen, on top of what the project says."""
-    group = parser.add_argument_group("parts that can be had", "on top of select: in the project")
+    """Declare options that restrict the parts, in addition to the project's."""
+    group = parser.add_argument_group("available parts", "in addition to select: in the project")
     group.add_argument(
         "--vendor", action="append", default=[], metavar="NAME", help="springs and dampers of this vendor; repeatable"
     )
-    group.add_argument("--without", action="append", default=[], metavar="PART", help="not this part; repeatable")
+    group.add_argument("--without", action="append", default=[], metavar="PART", help="exclude this part; repeatable")
     group.add_argument("--system", type=one_of(["inch", "metric"]), help="springs of inch or of metric wire only")
 
 
 def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: Catalogue) -> LegProject:
-    """The project with the command line's options; names that no catalogue row has are refused.
+    """The project with the command line's options; refuses names that no catalogue row has.
 
     Raises
     ------
     UserError
-        With every unknown vendor and part, and what they may mean.
+        With every unknown vendor and part, and similar names.
     """
     given = project.parts
     parts = replace(
@@ -66,7 +66,7 @@ def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: 
     for joint, choice in project.joints.items():
         for kind, part in (("spring", choice.spring.part), ("damper", choice.damper.part)):
             if part is not None and part.casefold() in refused:
-                text = f"{part} is asked for here and said not to be had (without)"
+                text = f"{part} is requested here and excluded by 'without'"
                 problems.append(Problem(text, file, key=f"select.joints.{joint}.{kind}.part"))
     if problems:
         raise UserError(problems)
@@ -74,11 +74,11 @@ def with_options(project: LegProject, arguments: argparse.Namespace, catalogue: 
 
 
 def require_known_joints(project: LegProject) -> None:
-    """Raise UserError where ``cad.damper_shafts`` names a joint that the target does not have."""
+    """Raise UserError where ``cad.damper_shafts`` names an unknown joint."""
     names = project.target.joint_names
     problems = [
         Problem(
-            f'"{name}" is no joint of the target{near_miss(name, names)}; its joints are {", ".join(names)}',
+            f'"{name}" is not a joint of the target{near_miss(name, names)}; its joints are {", ".join(names)}',
             str(project.path),
             key="cad.damper_shafts",
         )
@@ -90,7 +90,7 @@ def require_known_joints(project: LegProject) -> None:
 
 
 def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
-    """Chosen parts, what their tolerances leave of the response, and what each could be replaced by at which cost."""
+    """Chosen parts, the forecast response with their tolerances, and substitutes with their cost."""
     response, joints = design["response"], design["joints"]
     forecast, measured = response["forecast"], response["forecast_free_angles_measured"]
     rows = [["joint", "", "part", "vendor", "response", "cost"]]
@@ -104,10 +104,10 @@ def parts_text(design: Mapping[str, Any], shown: ShownUnits = METRIC) -> str:
     low, high = forecast["expected"]["interval90"]
     lines = [
         table_text(rows),
-        f"Response: {response['wanted_to_built']['rms']['value']:.2f} deg off the wanted motion with parts as stated;",
-        f"with their tolerances {forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f}), chance "
-        f"{forecast['chance']['value']:.0%} to stay within {forecast['within']['value']:.3g} deg;",
-        f"with the springs' free angles measured first {measured['expected']['value']:.2f} deg, chance "
+        f"Response: {response['wanted_to_built']['rms']['value']:.2f} deg RMS from the wanted with nominal parts;",
+        f"with part tolerances {forecast['expected']['value']:.2f} deg (90 %: {low:.2f} to {high:.2f}), chance "
+        f"{forecast['chance']['value']:.0%} of staying within {forecast['within']['value']:.3g} deg;",
+        f"with measured free angles of the springs {measured['expected']['value']:.2f} deg, chance "
         f"{measured['chance']['value']:.0%}.",
     ]
     return "\n".join(lines)
@@ -125,7 +125,7 @@ def _spring_words(spring: Mapping[str, Any], shown: ShownUnits) -> str:
 
 
 def _instead(alternatives: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The cheapest in response, one line each."""
+    """The substitutes with the least effect on the response, one per line."""
     return [
         [
             "",

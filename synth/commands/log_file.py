@@ -1,4 +1,4 @@
-"""``--log FILE``: what a run did and when, kept for later: the command, stages with their seconds, notes, mistakes."""
+"""``--log FILE``: a record of each run: command, stages with durations, notes and error messages."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from synth import __version__
 from synth.commands.streams import printable
 from synth.errors import Problem, UserError
 
-HEAD = "# synth log\n"  # first line of every log, by which a run knows that it may append
+HEAD = "# synth log\n"  # first line of every log; a run appends only to a file that begins with it
 
 
 class LogFile:
-    """A log that runs append to. Each line has the seconds since the run began.
+    """A log that runs append to. Each line begins with the seconds since the start.
 
     Raises
     ------
     UserError
-        If the file exists and is no such log, or cannot be written.
+        If the file exists and is not a log, or cannot be written.
     """
 
     def __init__(self, path: Path, words: Sequence[str]) -> None:
@@ -37,7 +37,7 @@ class LogFile:
         self.line(f"synth {__version__}, Python {platform.python_version()}, {platform.platform()}, in {os.getcwd()}")  # noqa: PTH109
 
     def line(self, text: str) -> None:
-        """Write one line; control characters are escaped."""
+        """Write one line with control characters escaped."""
         self._stream.write(f"{time.perf_counter() - self._start:9.2f} s  {printable(text)}\n")
         self._stream.flush()
 
@@ -47,7 +47,7 @@ class LogFile:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
     ) -> None:
-        """Say how the run ended: mistakes as they are shown, a bug with its traceback."""
+        """Record how the run ended: error messages as shown, an internal error with its traceback."""
         if isinstance(error, UserError):
             for problem in error.problems:
                 self.line(f"mistake: {problem}")
@@ -65,10 +65,10 @@ def _opened(path: Path) -> TextIO:
     try:
         if path.exists() and path.stat().st_size:
             if not path.is_file():
-                raise UserError(Problem("is no file; name another with --log", name))
+                raise UserError(Problem("is not a file; name another with --log", name))
             with path.open(encoding="utf-8", errors="replace") as stream:
                 if stream.readline() != HEAD:
-                    raise UserError(Problem("exists and is no log of synth; name another with --log", name))
+                    raise UserError(Problem("exists and is not a log of synth; name another with --log", name))
             return path.open("a", encoding="utf-8")
         stream = path.open("a", encoding="utf-8")
         stream.write(HEAD)

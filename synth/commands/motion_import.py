@@ -1,10 +1,10 @@
-"""``synth import``: motion that other programs recorded, as trials of a leg.
+"""``synth import``: convert motion recorded by other programs into trials of a leg.
 
 Reads DeepLabCut, SLEAP, Anipose, TRC, C3D, NWB pose, OpenSim, MATLAB, MCAP and ROS bags, and CSV of other column
-names (--list). A file's format is told by its content. FILE is such a recording, with --leg, or a project (kind:
-import) that says for many files which columns or points are the leg's joints. Writes the trials, the leg and a
-fit.yaml that runs as it stands, a page with the leg as a stick figure, and what was found, mended and cut. Angles jump
-by whole turns, trackers exchange left and right, recordings begin before the release: all that is looked for and told.
+names (--list). The format is detected from the content. FILE is such a recording, with --leg, or a project (kind:
+import) that assigns columns or points of many files to the leg's joints. The output has the trials, the leg, a
+runnable fit.yaml, a page with the leg as a stick figure, and a list of what was detected, repaired and cut: angle
+jumps by whole turns, left and right exchanged by a tracker, samples before the release.
 """
 
 from __future__ import annotations
@@ -28,25 +28,23 @@ BARE = (
     "--frame-rate",
     "--topic",
     "--release",
-)  # options of a recording named on its own
+)  # options for a single recording
 PROJECTS = (".yaml", ".yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("file", nargs="?", metavar="FILE", help="a recording, or a project file, kind: import")
-    parser.add_argument("--list", action="store_true", help="the formats, what each needs, and whether it is there")
-    parser.add_argument("--leg", metavar="LEG", help="leg file, of a recording named on its own")
+    parser.add_argument("--list", action="store_true", help="list the formats and what each needs")
+    parser.add_argument("--leg", metavar="LEG", help="leg file for a single recording")
     parser.add_argument("--out", metavar="DIR", help="folder to write, whole or not at all")
     parser.add_argument("--points", metavar="A,B,...", help="the joints' points, proximal to distal, then the tip")
-    parser.add_argument(
-        "--plane", metavar="X,Z", help="axes of space that are right and up; --plane=-y,z; --plane=fit,z"
-    )
+    parser.add_argument("--plane", metavar="X,Z", help="axes of space to the right and up; --plane=-y,z; --plane=fit,z")
     parser.add_argument("--topic", metavar="NAME", help="topic of the joint states in a robot's log")
-    parser.add_argument("--frame-rate", metavar="RATE", help='frames filmed a second, such as "250 Hz"')
-    kept = "cut to the release (default), free: also what a hand still drives, keep: everything"
+    parser.add_argument("--frame-rate", metavar="RATE", help='camera frame rate, such as "250 Hz"')
+    kept = "release (default): cut to the release; free: cut the driven part too; keep: keep all"
     parser.add_argument("--release", type=one_of(CUTS), metavar="|".join(CUTS), help=kept)
-    parser.add_argument("--dry-run", action="store_true", help="read and check everything, write nothing")
+    parser.add_argument("--dry-run", action="store_true", help="read and check all input, write nothing")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
@@ -72,7 +70,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         for note in recording.notes:
             progress.say(f"  {note}")
     if arguments.dry_run:
-        progress.say(f"{arguments.file} can be used: {len(trials)} recordings")
+        progress.say(f"{arguments.file} is valid: {len(trials)} recordings")
         return 0
     with output_folder(arguments.out) as folder, progress.stage("writing"):
         write_import(project, trials, folder)
@@ -80,13 +78,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
         write_import_report(folder)
     out = Path(arguments.out)
-    progress.say(f"trials: {out / TRIALS}/*.csv; they can be fitted: synth fit {out / FIT} --out {out.name}_fit")
-    progress.say(f"look at the stick figure before you fit: {out / 'report.html'}")
+    progress.say(f"trials: {out / TRIALS}/*.csv; fit them with: synth fit {out / FIT} --out {out.name}_fit")
+    progress.say(f"check the stick figure before you fit: {out / 'report.html'}")
     return 0
 
 
 def _project(arguments: argparse.Namespace) -> ImportProject:
-    """The project named, or one made of a single recording and the options."""
+    """The named project, or one made from a single recording and the options."""
     from synth.files.import_project import ForeignFile, ImportProject, Mapping, read_import_project
     from synth.files.leg_file import read_leg
     from synth.parts.catalogs import Catalogue
@@ -98,7 +96,7 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
     if path.suffix.casefold() in PROJECTS:
         given = [option for option in BARE if quantities.given(option)]
         if given:
-            text = f"belongs to a recording named on its own; {path} is a project: write it there"
+            text = f"applies to a single recording; {path} is a project: write it there"
             raise UserError([Problem(text, key=option) for option in given])
         return read_import_project(path, resolve_part=resolve)
     rate = quantities.read("--frame-rate", "Hz")

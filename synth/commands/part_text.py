@@ -1,4 +1,4 @@
-"""One catalogue row in full: every value with its unit, where it comes from, and what follows from it."""
+"""All values of one catalogue row with units, sources and derived values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Line = tuple[str, str]
 
 
 def row_text(row: CatalogueRow, catalogue: Catalogue) -> str:
-    """The row as lines ``name  value``: published values, then derived ones, then status and sources."""
+    """The row as lines ``name  value``: published values, derived values, status and sources."""
     last = ("status", "as_published", "note", "source")
     published = [line for line in _published(row) if line[0] not in last]
     derived = [(f"= {name}", value) for name, value in _derived(row, catalogue)]
@@ -26,10 +26,10 @@ def row_text(row: CatalogueRow, catalogue: Catalogue) -> str:
 
 
 def stock_text(material: str, catalogue: Catalogue) -> str:
-    """How many sizes of a wire material are sold."""
+    """The number of stock sizes of a wire material."""
     sizes = [wire.diameter for wire in catalogue.find_material(material).stock() if wire.diameter]
     between = f", {sizes[0] * 1e3:.4g} to {sizes[-1] * 1e3:.4g} mm" if sizes else ""
-    return f"{material}: {len(sizes)} stock sizes whose strength is known{between}"
+    return f"{material}: {len(sizes)} stock sizes of known strength{between}"
 
 
 def _published(row: CatalogueRow) -> Iterator[Line]:
@@ -68,7 +68,7 @@ def _of_spring(row: TorsionSpringRow, catalogue: Catalogue) -> Iterator[Line]:
 
 def _of_damper(row: DamperRow) -> Iterator[Line]:
     if row.secant_rate is not None:
-        yield "rate at the published point", f"{row.secant_rate:.4g} N*m*s/rad (the weakest that it shows)"
+        yield "rate at the published point", f"{row.secant_rate:.4g} N*m*s/rad (its lowest)"
     if row.max_torque is None or row.speed is None:
         return
     law = row.default_law

@@ -1,4 +1,4 @@
-"""What a command says while it works: stages with their seconds on stderr, results on stdout."""
+"""Progress of a command: stages with durations on stderr, results on stdout."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ TICK = 0.5  # s, between updates on a terminal
 
 
 class Progress:
-    """Tells the user what goes on.
+    """Reports progress to the user.
 
     Parameters
     ----------
-    quiet : only ``result`` says anything.
-    as_json : what is for people goes where stages go; standard output is ``document``'s alone.
-    messages : where stages go, default stderr.
-    results : where ``say`` and ``result`` go, default stdout.
-    log : where all of it is kept too, also what ``quiet`` leaves out.
+    quiet : only ``result`` prints.
+    as_json : text for people goes to the stage stream; standard output holds only ``document``.
+    messages : stream of the stages, default stderr.
+    results : stream of ``say`` and ``result``, default stdout.
+    log : file that also receives everything, ``quiet`` or not.
     """
 
     def __init__(
@@ -45,12 +45,12 @@ class Progress:
         self._results = results or sys.stdout
         self._terminal = self._messages.isatty()
         self._depth = 0
-        self._open: object = None  # the stage whose line the cursor stands in
+        self._open: object = None  # the stage on whose line the cursor is
         self._lock = threading.Lock()
 
     @contextmanager
     def stage(self, text: str) -> Iterator[None]:
-        """Name a stage of the work; when it ends, its seconds. Stages may hold stages."""
+        """Print a stage of the work, and its duration when it ends. Stages may be nested."""
         with self._logged(text):
             if self.quiet:
                 yield
@@ -60,7 +60,7 @@ class Progress:
 
     @contextmanager
     def _logged(self, text: str) -> Iterator[None]:
-        """A stage in the log, its beginning and its end."""
+        """A stage in the log: start and end."""
         if self._log is None:
             yield
             return
@@ -94,14 +94,14 @@ class Progress:
             self._end(key, label, f"{ending}{time.perf_counter() - start:.1f} s")
 
     def say(self, text: str) -> None:
-        """One line for people, on stdout; nothing when quiet."""
+        """One line of text on stdout; nothing when quiet."""
         if not self.quiet:
             self.result(printable(text))
         elif self._log is not None:
             self._log.line(text)
 
     def result(self, text: str) -> None:
-        """Lines that were asked for, on stdout; also when quiet."""
+        """Requested output on stdout, also when quiet."""
         self._break_line()
         lines = text.split("\n")
         if self._log is not None:
@@ -111,14 +111,14 @@ class Progress:
         write_result(stream, "".join(f"{printable(line)}\n" for line in lines))
 
     def document(self, text: str) -> None:
-        """A result's JSON as it stands in its file, on stdout."""
+        """A result's JSON file, on stdout."""
         self._break_line()
         write_result(self._results, text if text.endswith("\n") else f"{text}\n")
 
     def compiling(self, n_link: int, *, effects: bool = True) -> None:
-        """Load the equations of motion of ``n_link`` links; compile them, and say so, where that was never done.
+        """Load the equations of motion of ``n_link`` links; compile them, with a message, if needed.
 
-        Without ``effects`` for springs, linear dampers and gravity alone.
+        Without ``effects``: springs, linear dampers and gravity only.
         """
         from synth.cache import cache_folder
         from synth.compiling.numba_internals import without_products
@@ -128,15 +128,15 @@ class Progress:
         text = f"loading the equations of motion for {links}"
         if not is_compiled(n_link, plain=not effects):
             # Measured on two idle cores, nothing on disk: 3 s for three links, 9 s with effects.
-            what, spent = ("effects and all", "8 to 15") if effects else ("without effects", "3 to 6")
-            once = f"{what}, once on this machine, {spent} s; kept in {cache_folder()}"
+            what, spent = ("with effects", "8 to 15") if effects else ("without effects", "3 to 6")
+            once = f"{what}, once on this machine, {spent} s; stored in {cache_folder()}"
             text = f"compiling the equations of motion for {links} ({once})"
         with self.stage(text):
             without_products()
             compiled_chain(n_link).load(plain=not effects)
 
     def _tick(self, key: object, label: str, start: float, finished: threading.Event) -> None:
-        """Count the seconds in a terminal's line while it is this stage's."""
+        """Update the seconds on the terminal line while this stage is the innermost."""
         while not finished.wait(TICK):
             with self._lock:
                 if self._open is key and not finished.is_set():
@@ -154,7 +154,7 @@ class Progress:
                 self._write(f"\r{label} ... {ending}\n" if self._terminal else f"{label} ... {ending}\n")
 
     def _break_line(self) -> None:
-        """Put the cursor at the start of a line."""
+        """Move the cursor to the start of a line."""
         with self._lock:
             if self._open is not None:
                 self._write("\n")

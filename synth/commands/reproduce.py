@@ -1,9 +1,9 @@
-"""``synth reproduce``: published tables and claims beside ours: the thesis' from its recordings, or the jumping leg's.
+"""``synth reproduce``: compare published tables and claims with results of this program.
 
-FOLDER holds rat/, dog/ and published.json. The page shows Tables 1, 2, 3, 4, 6, 8 and A-1 with every difference
-explained from computed figures: the thesis' own methods and costs, its mistakes made again where they matter, and least
-squares with intervals. The word jump in FOLDER's place goes through the jumping leg's study instead, which needs no
-recordings: each of its claims, and under which crouch, supply and damping its heights follow.
+FOLDER holds rat/, dog/ and published.json. The page shows Tables 1, 2, 3, 4, 6, 8 and A-1 and explains each difference
+by computed figures: the thesis' own methods and costs, its mistakes repeated where they matter, and least
+squares with intervals. The word jump in place of FOLDER reproduces the jumping leg's study, which needs no
+recordings: each claim, and the crouch, supply and damping that give its published heights.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read, go through the tables, write ``reproduction.json`` and the page."""
+    """Read the folder and compute the tables; write ``reproduction.json`` and the page."""
     from synth.files.output import output_folder, write_json
     from synth.reports.reproduction import write_reproduction_report
     from synth.validation.thesis_reproduction import reproduction_json
@@ -55,7 +55,7 @@ def _thesis(arguments: argparse.Namespace, progress: Progress) -> Gone:
         data = read_lab_data(arguments.folder)
     progress.compiling(len(JOINTS))
     tables = reproduce(data, seed=arguments.seed, stage=progress.stage)
-    return "E. Krnacik's thesis, gone through again", data.inputs, tables
+    return "E. Krnacik's thesis, reproduced", data.inputs, tables
 
 
 def _jump(progress: Progress) -> Gone:
@@ -63,7 +63,7 @@ def _jump(progress: Progress) -> Gone:
 
     with progress.stage("the jumping leg: which configuration gives the published heights"):
         tables = jump_tables()
-    return "C. Knaup and D. Aukes' jumping leg, gone through again", {}, tables
+    return "C. Knaup and D. Aukes' jumping leg, reproduced", {}, tables
 
 
 def _seed(text: str) -> int:

@@ -1,13 +1,14 @@
-"""``synth spring``: the torsion spring to wind, or why there is none and the nearest that can be made.
+"""``synth spring``: design a torsion spring, or list the nearest ones that can be made.
 
-With --rate and --travel it looks through all stock wire; with --wire-diameter, --mean-diameter and --coils it checks
-a given spring (then --rate is its measured rate). The answer stands in the first line, its table below; --json keeps
-it as a file, --out writes it with STEP, STL and a winding sheet. Sizes are those of the free spring unless a row says
+With --rate and --travel it searches all stock wire; with --wire-diameter, --mean-diameter and --coils it checks
+a given spring (--rate is then its measured rate). The first line is the answer, followed by a table; --json stores
+the result, --out adds STEP, STL and a winding sheet. Sizes are those of the free spring unless a row states
 otherwise.
 
   synth spring --rate "1.7 N*m/rad" --travel "40 deg" --included-angle "120 deg" --arbor "12 mm" --out spring
 
-What cannot be had ends with exit status 1, and with the nearest that can. Wound samples correct mandrel and rate:
+If no spring meets the wish, the exit status is 1 and the nearest ones are listed. Wound samples calibrate mandrel and
+rate:
 
   synth spring calibrate SAMPLES.csv --json calibration.json
   synth spring --rate ... --calibration calibration.json
@@ -29,21 +30,21 @@ if TYPE_CHECKING:
     from synth.spring.design import SpringWish
     from synth.spring.spring_result import SpringLimits
 
-IMPOSSIBLE = 1  # exit status of a wish that no single spring meets
+IMPOSSIBLE = 1  # exit status if no single spring meets the wish
 GIVEN = ("--wire-diameter", "--mean-diameter", "--coils")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument(
-        "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: what wound samples say of wire and winder"
+        "action", nargs="?", type=one_of(["calibrate"]), help="calibrate: spring-back and rate from wound samples"
     )
-    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="of calibrate: a table of wound coils")
+    parser.add_argument("samples", nargs="?", metavar="SAMPLES.csv", help="for calibrate: a table of wound coils")
 
     def quantity(option: str, example: str, text: str) -> None:
         parser.add_argument(option, metavar=f'"{example}"', help=text)
 
-    quantity("--rate", "38 N*m/rad", "torque per angle")
+    quantity("--rate", "38 N*m/rad", "spring rate")
     quantity("--travel", "45 deg", "largest angle from rest that winds the coil up")
     quantity("--opening-travel", "10 deg", "largest angle from rest the other way (default: 0)")
     quantity("--included-angle", "120 deg", "between the legs of the free spring (default: 90 deg)")
@@ -52,18 +53,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     quantity("--max-outer-diameter", "32 mm", "room around the coil")
     quantity("--max-body-length", "32 mm", "room along the coil, at full travel")
     quantity("--safety", "1.1", "yield over the stress at full travel (default: 1.1)")
-    quantity(
-        "--cycles", "1e6", "how often it must turn through its travel, up to 1e6 (default: 1e5 where it can be had)"
-    )
-    quantity("--fatigue-safety", "1.2", "strength over stress for so many cycles (default: 1)")
+    quantity("--cycles", "1e6", "number of full turns to last, up to 1e6 (default: 1e5 if possible)")
+    quantity("--fatigue-safety", "1.2", "strength over stress at --cycles (default: 1)")
     quantity("--bend-radius", "3 mm", "inside radius where a radial or axial arm leaves (default: the wire's diameter)")
     parser.add_argument("--material", help="wire: music (default), stainless, A228 ...; see synth catalog list")
-    parser.add_argument("--system", type=one_of(["inch", "metric"]), help="stock sizes to look through (default: both)")
+    parser.add_argument("--system", type=one_of(["inch", "metric"]), help="stock sizes to search (default: both)")
     parser.add_argument(
         "--rate-formula",
         type=one_of(["64", "10.8"]),
         default="64",
-        help="64 (default): E d^4/(64 D N); 10.8: the handbook's, a turn, with friction between coils, 6 %% softer",
+        help="64 (default): E d^4/(64 D N); 10.8: the handbook's rate per turn with friction between coils, 6 %% less",
     )
     parser.add_argument("--calibration", metavar="FILE", help="result of synth spring calibrate")
     parser.add_argument(
@@ -81,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--closes",
         type=one_of(["clockwise", "counter-clockwise"]),
-        help="how work turns the far arm against the near one, seen from the near end: settles the hand",
+        help="direction in which the load turns the far arm, seen from the near end; determines the hand",
     )
     parser.add_argument("--hand", type=one_of(["right", "left"]), help="right (default) or left wound")
     check = parser.add_argument_group("to check a given spring")
@@ -96,7 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Read what is wanted, design or check, write, print."""
+    """Read the wish, design or check, write, print."""
     from synth.api.springs import given, to_wind
     from synth.commands.spring_text import check_text, design_text
     from synth.files.output import output_folder
@@ -117,12 +116,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         answer = given(wish, sizes, catalogue, included_angle=angle, stated_rate=rate, shown=shown)
     written = []
     if arguments.out:
-        with output_folder(arguments.out) as folder, progress.stage("writing and drawing the spring"):
+        with output_folder(arguments.out) as folder, progress.stage("drawing and writing the spring"):
             answer.write(folder)
             names = sorted(path.name for path in folder.iterdir())
         written = [str(Path(arguments.out) / name) for name in names]
         if answer.best is not None and wish.convention != "tangent":
-            progress.say(f"note: no STEP or STL, {wish.convention} legs cannot be drawn, only tangent ones")
+            progress.say(f"note: no STEP or STL, {wish.convention} legs cannot be drawn; tangent ones can")
     status = 0 if answer.best is not None else IMPOSSIBLE
     if arguments.json == "-":
         progress.document(json.dumps(answer.content, indent=2))
@@ -139,14 +138,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
 
 def _quantities(arguments: argparse.Namespace) -> list[str]:
-    """What was given with units, by which it shows whether they are inch or metric."""
+    """The text of all options with units, from which inch or metric units are chosen."""
     words = ("rate", "arbor", "leg_length", "max_outer_diameter", "max_body_length", "bend_radius")
     given = [getattr(arguments, name) for name in (*words, "wire_diameter", "mean_diameter")]
     return [text for text in given if text is not None]
 
 
 def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Progress) -> int:
-    """What wound samples say, printed and written."""
+    """Calibration from wound samples, printed and written."""
     from synth.commands.spring_text import calibration_text
     from synth.errors import UserError
     from synth.parts.coil_rate import RATE_FORMS
@@ -169,7 +168,7 @@ def _calibrate(arguments: argparse.Namespace, catalogue: Catalogue, progress: Pr
 
 
 def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float, float] | None]:
-    """What is wanted, and wire diameter m, mean diameter m and coils of a spring to check; every mistake at once."""
+    """The wish, and wire diameter m, mean diameter m and coils of a spring to check. Raises all mistakes together."""
     import math
     from dataclasses import replace
 
@@ -190,7 +189,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
     needed = ["--travel", *(GIVEN if checking else ["--rate"])]
     for option in needed:
         if not read.given(option):
-            why = "a spring is checked by wire diameter, mean diameter and coils" if option in GIVEN else "it is needed"
+            why = "checking needs wire diameter, mean diameter and coils" if option in GIVEN else "is required"
             read.problems.append(Problem(f"{why}; see synth spring --help", key=option))
     if angle is not None and not 0.0 <= angle < math.tau:
         read.problems.append(Problem("must be from 0 to below 360 deg", key="--included-angle"))
@@ -226,7 +225,7 @@ def _read(arguments: argparse.Namespace) -> tuple[SpringWish, tuple[float, float
 
 
 def _hand(arguments: argparse.Namespace, read: Quantities) -> str:
-    """As asked, or as the sense of work asks."""
+    """The hand as given, or as required by the load's direction."""
     from synth.spring.winding import hand_for
 
     given: str | None = arguments.hand
@@ -258,7 +257,7 @@ def _limits(read: Quantities) -> SpringLimits:
     if cycles is not None and not 1.0 <= cycles <= 1e6:
         read.problems.append(Problem("fatigue is known up to 1e6 cycles: 1 to 1e6", key="--cycles"))
     if fatigue is not None and cycles is None:
-        read.problems.append(Problem("is for a number of cycles: give --cycles too", key="--fatigue-safety"))
+        read.problems.append(Problem("needs --cycles as well", key="--fatigue-safety"))
     return replace(
         limits,
         safety=limits.safety if safety is None else safety,

@@ -1,4 +1,4 @@
-"""A torsion spring on the screen: the answer in one line, its table, notes."""
+"""A torsion spring as text: the answer in one line, its table, notes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from synth.spring.winding_sheet import code_line
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: its head, and the value in SI with ``si`` its unit, or words where there is none."""
+    """A line of the table: heading, and the value in SI with its unit ``si``, or text without a unit."""
 
     head: str
     value: Callable[[SpringDesign], float | str]
@@ -26,11 +26,11 @@ class Row:
     inch_digits: str = ".4g"
 
     def label(self, shown: ShownUnits) -> str:
-        """The head with the unit shown."""
+        """The heading with the displayed unit."""
         return self.head if self.si is None else f"{self.head} [{shown.unit(self.si)}]"
 
     def cell(self, spring: SpringDesign, shown: ShownUnits) -> str:
-        """The value in the unit shown."""
+        """The value in the displayed unit."""
         value = self.value(spring)
         if isinstance(value, str) or self.si is None:
             return value if isinstance(value, str) else f"{value:{self.digits}}"
@@ -43,14 +43,14 @@ def _life(spring: SpringDesign, which: str) -> str:
 
 ROWS: tuple[Row, ...] = (
     Row("material", lambda s: s.material),
-    Row("springs side by side", lambda s: f"{s.count}"),
+    Row("springs in parallel", lambda s: f"{s.count}"),
     Row("wire diameter", lambda s: s.wire_diameter, "m"),
     Row("mean coil diameter", lambda s: s.mean_diameter, "m", ".2f", ".4f"),
     Row("outer diameter", lambda s: s.outer_diameter, "m", ".2f", ".4f"),
     Row("inside diameter, free", lambda s: s.inside_diameter, "m", ".2f", ".4f"),
     Row("inside diameter, at travel", lambda s: s.wound_inside_diameter, "m", ".2f", ".4f"),
     Row("body coils", lambda s: f"{s.body_coils:.3f}"),
-    Row("active coils, with the legs", lambda s: f"{s.active_coils:.3f}"),
+    Row("active coils, legs included", lambda s: f"{s.active_coils:.3f}"),
     Row("included angle", lambda s: s.included_angle, "rad", ".1f", ".1f"),
     Row("each leg, to its load", lambda s: s.leg_lengths[0], "m"),
     Row("body length, free", lambda s: s.body_length, "m", ".2f", ".4f"),
@@ -67,17 +67,17 @@ ROWS: tuple[Row, ...] = (
     Row("strength over stress, 1e6 cycles", lambda s: _life(s, "factor_1e6")),
     Row("stress, opening", lambda s: s.opening_stress, "Pa", ".0f", ".1f"),
     Row("allowed stress, opening", lambda s: s.allowed_opening_stress, "Pa", ".0f", ".1f"),
-    Row("coils' own frequency [Hz]", lambda s: f"{s.surge_frequency:.0f}"),
+    Row("surge frequency [Hz]", lambda s: f"{s.surge_frequency:.0f}"),
     Row("travel to yield", lambda s: s.free_travel, "rad", ".1f", ".1f"),
-    Row("rate within [%]", lambda s: f"{s.tolerance.rate * 100:.1f}"),
-    Row("mandrel to begin with", lambda s: s.mandrel_diameter, "m", ".2f", ".4f"),
+    Row("rate tolerance [%]", lambda s: f"{s.tolerance.rate * 100:.1f}"),
+    Row("first mandrel to try", lambda s: s.mandrel_diameter, "m", ".2f", ".4f"),
     Row("wire length", lambda s: s.wire_length, "m", ".0f", ".1f"),
     Row("mass", lambda s: s.mass, "kg", ".1f", ".3f"),
 )
 
 
 def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str], shown: ShownUnits) -> str:
-    """Springs beside each other, a property a line; one count a column is not shown."""
+    """Springs side by side, one property per line; a count of one everywhere is left out."""
     several = any(spring.count > 1 for spring in springs)
     kept = [row for row in ROWS if several or "side by" not in row.head]
     rows = [[row.label(shown), *(row.cell(spring, shown) for spring in springs)] for row in kept]
@@ -85,18 +85,18 @@ def spring_table(springs: Sequence[SpringDesign], heads: Sequence[str], shown: S
 
 
 def in_one_line(spring: SpringDesign, shown: ShownUnits) -> str:
-    """The spring in words: what to wind, what it gives, how hard its wire works."""
+    """The spring in words: dimensions, rate and stress."""
     count = f"{spring.count} springs, each " if spring.count > 1 else ""
     wire, mean = shown.text(spring.wire_diameter, "m"), shown.text(spring.mean_diameter, "m")
     return (
         f"{count}{spring.body_coils:.4g} coils of {wire} {spring.material}, mean diameter {mean}: "
         f"{shown.text(spring.rate, 'N*m/rad')} over {math.degrees(spring.travel):.4g} deg, "
-        f"stressed to {spring.stress / spring.allowed_stress:.0%} of what is allowed"
+        f"at {spring.stress / spring.allowed_stress:.0%} of the allowed stress"
     )
 
 
 def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:
-    """The answer in one line, then the spring and the next best wires, or the nearest that can be made."""
+    """The answer in one line; then the spring and the next best wires, or the nearest that can be made."""
     if result.best is not None:
         heads = ["to wind", *(f"or {i + 1}" for i in range(len(result.alternatives)))]
         notes = [code_line(check, shown) for check in result.best.codes]
@@ -107,39 +107,41 @@ def design_text(result: SpringResult, shown: ShownUnits = METRIC) -> str:
         return "\n".join([f"Wind {in_one_line(result.best, shown)}.", "", table, *notes])
     wish = result.wish
     asked = f"{shown.text(wish.rate, 'N*m/rad')} over {math.degrees(wish.travel):.4g} deg"
-    lines = [f"No single spring of {wish.material} gives {asked} within the limits.", "In the way:"]
+    lines = [f"No single spring of {wish.material} gives {asked} within the limits.", "Limits not met:"]
     lines += [f"  - {text}" for text in result.binding]
     if not result.nearest:
-        return "\n".join([*lines, "Nothing near it can be made either: widen the limits."])
+        return "\n".join([*lines, "No similar spring can be made either: widen the limits."])
     lines += ["The nearest that can be made:", *(f"  - {item.text}" for item in result.nearest), ""]
     heads = [item.kind.replace("_", " ") for item in result.nearest]
     return "\n".join([*lines, spring_table([item.design for item in result.nearest], heads, shown)])
 
 
 def calibration_text(found: WindingCalibration, material: str) -> str:
-    """What wound samples say, in words."""
+    """The calibration in words."""
     spread = "" if found.spread is None else f", plus or minus {found.spread:.1%} from sample to sample"
     back, rate = f"{found.spring_back:.3f}", f"{found.rate:.3f}"
     return "\n".join(
         [
-            f"{material}: it flows at {back} times its least tensile strength ({found.n_back} samples): the mandrel",
-            f"rate: {rate} times the formula's ({found.n_rate} samples{spread}): wire, coils and diameter",
-            "Give it to the next design with --calibration.",
+            f"{material}: yield stress {back} times the minimum strength ({found.n_back} samples); sets the mandrel",
+            f"rate {rate} times the formula's ({found.n_rate} samples{spread}); sets wire, coils and diameter",
+            "Use it in the next design with --calibration.",
         ]
     )
 
 
 def check_text(spring: SpringDesign, shown: ShownUnits = METRIC) -> str:
-    """The answer in one line, then a given spring and the limits that it does not keep."""
+    """The answer in one line, the spring, and the limits it breaks."""
     notes = [f"note: {warning}" for warning in spring.warnings]
     apart = spring.rate / spring.rate_bending_form - 1.0
     if abs(apart) > DISAGREEMENT:
-        text = f"the rate given is {apart:+.0%} from that of these sizes: measure the wire and count the coils"
+        text = (
+            f"the given rate differs by {apart:+.0%} from the rate of these sizes: measure the wire and count the coils"
+        )
         notes.insert(0, f"note: {text}")
     if spring.feasible:
-        answer, broken = "It keeps all limits", []
+        answer, broken = "It meets all limits", []
     else:
-        answer = f"It does not keep {len(spring.violations)} of its limits"
-        broken = ["It does not keep:", *(f"  - {violation.text}" for violation in spring.violations)]
+        answer = f"It breaks {len(spring.violations)} limits"
+        broken = ["Limits not met:", *(f"  - {violation.text}" for violation in spring.violations)]
     line = f"{answer}: {in_one_line(spring, shown)}."
     return "\n".join([line, "", spring_table([spring], ["checked"], shown), *broken, *notes])

@@ -1,4 +1,4 @@
-"""Standard output and error as they may be: closed, full, or read by nobody."""
+"""Standard output and error that may be closed, full, or no longer read."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ _lost: list[str] = []  # why standard output could not be written
 
 
 def prepare() -> None:
-    """Put the null device in place of closed streams, and let no character stop what is written.
+    """Replace closed streams by the null device, and escape characters that a stream cannot encode.
 
-    A closed stream's number would go to the next file that is opened, and what a library prints would end there.
+    Otherwise the next opened file would take the closed stream's number and receive a library's output.
     """
     _lost.clear()
     for number in (0, 1, 2):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one's
     if sys.stdout is None:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123  for as long as the process lives
     if sys.stderr is None:
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
     for stream in (sys.stdout, sys.stderr):
-        with suppress(AttributeError):  # a stream that a caller put there may be of another kind
+        with suppress(AttributeError):  # a caller's own stream may lack this method
             stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
 
 
 def write_result(stream: TextIO, text: str) -> None:
-    """Write to standard output; where it is full, the work goes on, and ``lost`` tells it at the end.
+    """Write to standard output; if it is full, the work goes on and ``lost`` gives the reason at the end.
 
     Raises
     ------
-    BrokenPipeError : nobody reads it any more.
+    BrokenPipeError : the reader has closed the pipe.
     """
     try:
         stream.write(text)
@@ -47,7 +47,7 @@ def write_result(stream: TextIO, text: str) -> None:
 
 
 def write_message(text: str, stream: TextIO | None = None) -> None:
-    """Write to standard error; what cannot be written is not said."""
+    """Write to standard error; failures to write are ignored."""
     target = stream or sys.stderr
     try:
         target.write(text)
@@ -60,7 +60,7 @@ def write_message(text: str, stream: TextIO | None = None) -> None:
 
 
 def lost() -> str | None:
-    """Flush standard output; why some of it is lost, None where it is not."""
+    """Flush standard output; return the reason if output was lost, else None."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
@@ -71,7 +71,7 @@ def lost() -> str | None:
 
 
 def read_by_nobody() -> None:
-    """Give the flush at the process's end somewhere to go."""
+    """Redirect the flush at the end of the process."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -82,5 +82,5 @@ def _lose(error: OSError) -> None:
 
 
 def printable(text: str) -> str:
-    """Text whose control characters (line breaks among them) are escaped: a file's name may hold any."""
+    """Text with control characters escaped, line breaks included: a file name may contain any."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

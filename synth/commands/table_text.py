@@ -8,7 +8,7 @@ from synth.commands.progress import printable
 
 
 def table_text(rows: Sequence[Sequence[str]], *, numbers_right: bool = True) -> str:
-    """Rows of equal length as lines, the first row as heads; columns but the first stand right if asked."""
+    """Rows of equal length as lines, the first as heading; columns but the first are right-aligned if requested."""
     cells = [[printable(cell) for cell in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(*cells, strict=True)]
     lines = []

@@ -1,4 +1,4 @@
-"""``synth warmup``: compile the equations of motion, swinging legs' and jumping ones', and keep them on disk."""
+"""``synth warmup``: compile the equations of motion of swinging and jumping legs and store them on disk."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--links",
         metavar="N",
-        help=f"compile for a leg of N links, 1 to {MOST_LINKS} (default: all, jumping ones too)",
+        help=f"compile for a leg of N links, 1 to {MOST_LINKS} (default: all, jumping legs included)",
     )
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
-    """Compile, and say what it took."""
+    """Compile and report the time."""
     import time
 
     wanted = _links(arguments.links)
@@ -41,13 +41,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     folder = cache_folder()
     files = [path for path in (folder / "code").glob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
-    progress.say(f"{n_compiled} of {len(wanted)} compiled now, the others were on disk: {spent:.1f} s")
-    progress.say(f"kept in {folder}: {size:.1f} MB")
+    progress.say(f"{n_compiled} of {len(wanted)} compiled, the others were stored already: {spent:.1f} s")
+    progress.say(f"stored in {folder}: {size:.1f} MB")
     return 0
 
 
 def _compile_jumps(progress: Progress) -> None:
-    """Every way of bending, the recorder, the planar form and the pull-up."""
+    """Compile every bending model, the recorder, the planar form and the pull-up."""
     import numpy as np
 
     from synth.hopper.fold import fold
@@ -75,5 +75,5 @@ def _links(text: str | None) -> list[int]:
     if text is None:
         return list(range(1, MOST_LINKS + 1))
     if not (text.isascii() and text.isdigit() and 1 <= int(text[:3]) <= MOST_LINKS):
-        raise UserError(Problem(f'"{text}" is no whole number from 1 to {MOST_LINKS}', key="--links"))
+        raise UserError(Problem(f'"{text}" is not a whole number from 1 to {MOST_LINKS}', key="--links"))
     return [int(text)]

@@ -1,8 +1,8 @@
-"""Run ``synth`` where some folders cannot be opened: ``python watched.py FOLDER:FOLDER... -- gap gap.yaml --out DIR``.
+"""Run ``synth`` with some folders closed: ``python watched.py FOLDER:FOLDER... -- gap gap.yaml --out DIR``.
 
-Modes of files do not stop an administrator, and much of what runs tests does so as one. An audit hook (PEP 578) stops
-every way in which Python opens or lists, cannot be taken off again, and so proves that a diagnosis that ended well has
-seen neither the answers nor the generator.
+File modes do not restrict an administrator, who often runs the tests. An audit hook (PEP 578) blocks
+every way in which Python opens or lists files and cannot be removed. It therefore proves that a diagnosis
+read neither the answers nor the generator.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ EVENTS = frozenset({"open", "os.listdir", "os.scandir", "os.chmod", "os.rename",
 
 
 def forbid(folders: list[str]) -> None:
-    """Refuse what is in these folders for the rest of the process."""
+    """Refuse access to these folders for the rest of the process."""
     closed = tuple(os.path.realpath(folder) for folder in folders)
 
     def watch(event: str, arguments: tuple[object, ...]) -> None:
@@ -33,7 +33,7 @@ def forbid(folders: list[str]) -> None:
 
 def main(arguments: list[str]) -> int:
     place = arguments.index("--")
-    # Modules beside this file are `synth.commands`, and by no other name.
+    # Modules beside this file are importable only as `synth.commands`.
     here = str(Path(__file__).resolve().parent)
     sys.path[:] = [entry for entry in sys.path if os.path.realpath(entry or ".") != here]
     from synth.cli import main as synth

@@ -1,1 +1,1 @@
-"""Legs side by side: parameters, parts, characteristics, and their motion from the same start."""
+"""Comparison of legs: parameters, parts, characteristics, and motion from the same start."""

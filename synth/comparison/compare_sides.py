@@ -1,4 +1,4 @@
-"""Put sides beside each other: the result, its JSON and its table."""
+"""Compare sides: the result, its JSON and its table."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 FORMAT = "synth/compare/1"
-FEWEST, MOST = 2, 8  # sides; a picture with more curves cannot be read
+FEWEST, MOST = 2, 8  # sides; more curves make a picture unreadable
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Sides beside each other, angles in the first side's measured sense.
+    """Compared sides, with angles in the first side's measured convention.
 
-    ``starts_of``: whose starts were taken; ``reference``: the side that the others are held against;
-    ``characteristics``, ``alone``: a side each.
+    ``starts_of``: the side that provides the starts; ``reference``: the side that the others are compared with;
+    ``characteristics``, ``alone``: one entry per side.
     """
 
     sides: tuple[Side, ...]
@@ -41,11 +41,11 @@ class Comparison:
 
     @property
     def leg(self) -> Leg:
-        """Whose zeros and signs the angles are told in."""
+        """The leg whose zeros and signs define the angles."""
         return self.sides[0].leg
 
     def off_reference(self, place: int) -> Difference | None:
-        """How far a side moves from the reference; None for the reference itself."""
+        """The difference between a side and the reference; None for the reference itself."""
         for found in self.differences:
             if {found.a, found.b} == {place, self.reference} and place != self.reference:
                 return found
@@ -126,28 +126,28 @@ def compare(
     starts: Sequence[ComparedMotion] = (),
     inputs: Mapping[str, str] | None = None,
 ) -> Comparison:
-    """Put sides beside each other.
+    """Compare sides.
 
     Parameters
     ----------
     reference
-        the side that the others are held against; None: the first recorded one, else the first.
+        the side to compare with; None: the first recorded one, else the first.
     stretch
-        side -> factor by which its motion is slowed: an animal's to a larger robot's pace.
+        side -> factor by which its motion is slowed down, such as an animal's to a larger robot's time scale.
     starts
-        from which all legs are moved; none: see ``chosen_starts``.
+        common starts of all legs; None: see ``chosen_starts``.
 
     Raises
     ------
-    UserError : fewer than two sides or more than eight, or a name that is no side.
+    UserError : fewer than two sides or more than eight, or an unknown name.
     """
     if not FEWEST <= len(sides) <= MOST:
-        text = f"{len(sides)} sides are asked for; {FEWEST} to {MOST} can be compared"
+        text = f"{len(sides)} sides given; {FEWEST} to {MOST} can be compared"
         raise UserError(f"{text} (PATH#VIEW takes one view of a result)")
     names = [side.name for side in sides]
     for name in [*(stretch or {}), *([reference] if reference is not None else [])]:
         if name not in names:
-            raise UserError(f'"{name}" is no side{near(name, names)}')
+            raise UserError(f'"{name}" is not a side{near(name, names)}')
     found = tuple(replace(side, stretch=(stretch or {}).get(side.name, 1.0)) for side in sides)
     place = names.index(reference) if reference is not None else _first_recorded(found)
     starts_of, taken = chosen_starts(found, starts)
@@ -165,7 +165,7 @@ def compare(
 
 
 def warnings(found: Comparison) -> list[str]:
-    """What limits the comparison."""
+    """Limits of the comparison."""
     said = []
     for place, side in enumerate(found.sides):
         off = found.off_reference(place)
@@ -178,9 +178,9 @@ def warnings(found: Comparison) -> list[str]:
         away = [m.away for o in found.overlays if (m := o.motions[place]) is not None and m.recording]
         if away and max(away) > np.radians(1.0):
             text = f"{side.name}: its recordings start up to {np.degrees(max(away)):.1f} deg from the common start; "
-            said.append(f"{text}their difference holds that too")
+            said.append(f"{text}this is part of their difference")
         if side.leg.effects and side.kind == MODEL:
-            said.append(f"{side.name}: effects of its base act too: {', '.join(side.leg.effects)}")
+            said.append(f"{side.name}: includes effects of its base: {', '.join(side.leg.effects)}")
     return said
 
 
@@ -189,7 +189,7 @@ def _first_recorded(sides: Sequence[Side]) -> int:
 
 
 def response_columns(found: Comparison, overlay: Overlay) -> dict[str, Array]:
-    """One start's motions as a table, degrees in the first side's measured sense; empty where a side has none."""
+    """One start's motions as a table, degrees in the first side's convention; empty cells where a side has none."""
     leg, columns = found.leg, {"time [s]": overlay.start.time}
     for j, name in enumerate(leg.joint_names):
         for side, motion in zip(found.sides, overlay.motions, strict=True):
@@ -202,7 +202,7 @@ TABLE = ("side", "joint", "quantity", "unit", "value", "low", "high", "basis")
 
 
 def table_columns(found: Comparison) -> dict[str, list[Any]]:
-    """The one table: a row a side, joint and quantity; ``low`` and ``high`` are what ``basis`` says."""
+    """The table: one row per side, joint and quantity; ``basis`` defines ``low`` and ``high``."""
     rows: list[tuple[Any, ...]] = []
     document = found.as_json()
     for side in document["sides"]:

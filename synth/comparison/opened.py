@@ -1,4 +1,4 @@
-"""Open what is to be compared: result folders, projects, legs and recordings become sides."""
+"""Open the sides of a comparison from result folders, projects, legs and recordings."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ def open_sides(
     leg: Leg | None = None,
     time_scales: Sequence[float] = (),
 ) -> list[Side]:
-    """Every side that the arguments ask for, in their order.
+    """Every requested side, in order.
 
     Parameters
     ----------
     leg
-        whose joints bare recordings are; None: the first leg among the other arguments.
+        leg of recordings without one; None: the first leg among the other arguments.
     time_scales
-        of leg-design projects: the wanted leg at each of these paces beside the project's own.
+        for leg-design projects: the wanted leg at each of these time scales as well.
 
     Raises
     ------
     UserError
-        Where a source cannot be read, legs have different joints, or bare recordings come with no leg.
+        If a source cannot be read, legs have different joints, or recordings have no leg.
     """
     sides: list[list[Side]] = [[] for _ in sources]
     for place, source in enumerate(sources):
@@ -54,7 +54,7 @@ def open_sides(
     for place, source in enumerate(sources):
         if source.kind == "trials":
             if known is None:
-                text = "recordings alone do not say how angles are counted; give their leg: --leg FILE.leg.yaml"
+                text = "recordings need a leg that defines their angles: --leg FILE.leg.yaml"
                 raise UserError(Problem(text, source.written))
             sides[place] = [_trials(source, known)]
     every = [side for found in sides for side in found]
@@ -78,7 +78,7 @@ def _fit(source: Source, resolve_part: PartResolver) -> list[Side]:
     folder = source.path
     fit = read_fit(folder / "fit.json")
     leg = read_leg(folder / "fitted.leg.yaml", resolve_part=resolve_part)
-    stated = tuple(StatedFigure(f"{name}: left over, RMS", value) for name, value in fit["rms"].items())
+    stated = tuple(StatedFigure(f"{name}: residual RMS", value) for name, value in fit["rms"].items())
     motions = from_fit(folder, leg, fit, "responses/source", "measured")
     return _asked(source, recorded=lambda view: _recorded(source, view, leg, motions),
                   fitted=lambda view: _model(source, view, leg, fit["joints"], stated))  # fmt: skip
@@ -89,12 +89,12 @@ def _gap(source: Source, resolve_part: PartResolver) -> list[Side]:
     gap = read_result(folder / "gap.json", "gap", ("gap", "trials"))
     explained = read_leg(folder / "diagnosed.leg.yaml", resolve_part=resolve_part)
     if "designed" in source.views and not (folder / "designed.leg.yaml").is_file():
-        text = "has no designed.leg.yaml; run synth gap again, or write #recorded,explained behind the folder"
+        text = "has no designed.leg.yaml; run synth gap again, or append #recorded,explained to the folder"
         raise UserError(Problem(text, str(folder)))
     figures = gap["gap"]
 
     def of(key: str, what: str) -> tuple[StatedFigure, ...]:
-        return (StatedFigure(f"RMS off the scored recordings, {what}", figures[key]),) if key in figures else ()
+        return (StatedFigure(f"RMS error on the scored recordings, {what}", figures[key]),) if key in figures else ()
 
     def designed(view: str) -> Side:
         leg = read_leg(folder / "designed.leg.yaml", resolve_part=resolve_part)
@@ -117,7 +117,7 @@ def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
     built = read_leg(folder / "built.leg.yaml", resolve_part=resolve_part)
     target, response = design["stages"]["target"], design["response"]
     motions = from_fit(folder, wanted, target, "responses/target", "animal")
-    stated = [StatedFigure("predicted RMS off the wanted motion, parts as stated", response["wanted_to_built"]["rms"])]
+    stated = [StatedFigure("predicted RMS from the wanted motion, nominal parts", response["wanted_to_built"]["rms"])]
     for key, what in (("forecast", "with tolerances"), ("forecast_free_angles_measured", "free angles measured")):
         if response.get(key):
             stated.append(StatedFigure(f"predicted RMS, {what}", response[key]["expected"]))
@@ -133,7 +133,7 @@ def _design(source: Source, resolve_part: PartResolver) -> list[Side]:
 
 
 def _with_parts(joint: ComparedJoint, written: Mapping[str, Any]) -> ComparedJoint:
-    """A built joint with what is bought or wound for it."""
+    """A built joint with its bought or wound part."""
     spring, damper = written["spring"], written["damper"]
     make = spring.get("make") or {}
     part = spring.get("part") or ""
@@ -146,7 +146,7 @@ def _with_parts(joint: ComparedJoint, written: Mapping[str, Any]) -> ComparedJoi
 
 
 def _fit_project(source: Source, resolve_part: PartResolver) -> list[Side]:
-    """A project that is fitted here, in a second or two."""
+    """A project that is fitted here, within seconds."""
     from synth.batch.one_fit import fit_project, ready
 
     project = ready(read_fit_project(source.path, resolve_part=resolve_part))
@@ -156,7 +156,7 @@ def _fit_project(source: Source, resolve_part: PartResolver) -> list[Side]:
         result = fit_project(project)
         known = {name: joint.as_json() for name, joint in result.joints.items()}
         stated = tuple(
-            StatedFigure(f"{name}: left over, RMS", {"value": degrees(value), "unit": "deg"})
+            StatedFigure(f"{name}: residual RMS", {"value": degrees(value), "unit": "deg"})
             for name, value in result.rms.items()
         )
         return _model(source, view, result.leg, known, stated)
@@ -167,7 +167,7 @@ def _fit_project(source: Source, resolve_part: PartResolver) -> list[Side]:
 
 
 def _gap_project(source: Source, resolve_part: PartResolver) -> list[Side]:
-    """The recordings and the leg as designed; nothing is diagnosed here."""
+    """The recordings and the designed leg, without a diagnosis."""
     project = read_gap_project(source.path, resolve_part=resolve_part)
     own = tuple(trial for trial in project.trials if trial.leg is None)
     motions = from_trials(project.leg, own)
@@ -189,7 +189,7 @@ OPENERS: Mapping[str, Opener] = {
 
 
 def _asked(source: Source, **views: Callable[[str], Side]) -> list[Side]:
-    """The views that are wanted, each made only then."""
+    """The requested views; others are not computed."""
     return [views[view](view) for view in source.views]
 
 

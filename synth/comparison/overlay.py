@@ -1,4 +1,4 @@
-"""Every side's motion from the same starts, and how far apart the motions are."""
+"""Every side's motion from the same starts, and the differences between the motions."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from synth.errors import UserError
 from synth.swing.chain import Conditions, simulate
 from synth.swing.mechanics import rest_pose
 
-MOST_STARTS = 12  # more add pages, not knowledge
-NEAR = np.radians(10.0)  # at any joint: half of a common amplitude; a recording farther off shows another motion
-STANDARD_TIME = 2.0  # s, over which a limb of this size comes to rest
+MOST_STARTS = 12  # more starts add pages without new information
+NEAR = np.radians(10.0)  # at any joint: half of a common amplitude; a recording farther away is another motion
+STANDARD_TIME = 2.0  # s, time in which a limb of this size comes to rest
 
 
 @dataclass(frozen=True)
 class OverlaidMotion:
     """One side's motion from a start.
 
-    ``rotation`` (m, n) rad at the start's times, nan where it says nothing; ``recording`` and ``away`` (rad, of the
-    joint farthest off): which recording it is and how far from the start that begins; empty and 0 for a leg that was
-    moved.
+    ``rotation`` (m, n) rad at the start's times, nan where undefined; ``recording`` and ``away`` (rad, of the joint
+    farthest away): the recording used and the distance of its first sample from the start; empty and 0 for a
+    simulated leg.
     """
 
     rotation: Array
@@ -35,7 +35,7 @@ class OverlaidMotion:
 
 @dataclass(frozen=True)
 class Overlay:
-    """All sides from one start; ``motions`` in the sides' order, None where a side has none, and ``why`` not."""
+    """All sides from one start; ``motions`` in the sides' order, None where a side has none, with ``why``."""
 
     start: ComparedMotion
     motions: tuple[OverlaidMotion | None, ...]
@@ -43,7 +43,7 @@ class Overlay:
 
 
 def chosen_starts(sides: Sequence[Side], given: Sequence[ComparedMotion] = ()) -> tuple[str, list[ComparedMotion]]:
-    """Whose starts are taken, and the starts: those given, else the first recorded side's, else a standard release."""
+    """The source of the starts, and the starts: given ones, else the first recorded side's, else a standard release."""
     if given:
         return "given", list(given)
     for side in sides:
@@ -61,7 +61,7 @@ def chosen_starts(sides: Sequence[Side], given: Sequence[ComparedMotion] = ()) -
 
 
 def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[Overlay, ...]:
-    """Each side from each start: legs are moved, of recordings the one that begins nearest is taken."""
+    """Each side from each start: legs are simulated, recordings are matched to the nearest start."""
     found = []
     for start in starts:
         pairs = [_moved(side, start) if side.kind == MODEL else _recorded(side, start) for side in sides]
@@ -70,7 +70,7 @@ def overlaid(sides: Sequence[Side], starts: Sequence[ComparedMotion]) -> tuple[O
 
 
 def _moved(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None, str]:
-    """The leg from the start, under the recording's conditions."""
+    """The leg simulated from the start under the recording's conditions."""
     rate = start.rate * side.stretch / side.pace
     conditions: Conditions = start.conditions
     try:
@@ -101,9 +101,9 @@ def _recorded(side: Side, start: ComparedMotion) -> tuple[OverlaidMotion | None,
 
 @dataclass(frozen=True)
 class Difference:
-    """How far side ``b`` moves from side ``a``: ``rms`` (n,) rad, nan where nothing tells; over ``starts`` starts.
+    """Difference of side ``b`` from side ``a``: ``rms`` (n,) rad, nan if undefined, over ``starts`` starts.
 
-    ``basis``: ``measured`` where both are recordings, ``predicted`` where one is a leg that was moved.
+    ``basis``: ``measured`` if both are recordings, ``predicted`` if one is simulated.
     """
 
     a: int
@@ -135,7 +135,7 @@ def differences(sides: Sequence[Side], overlays: Sequence[Overlay]) -> tuple[Dif
 
 
 def _rms(off: Array) -> tuple[Array, float]:
-    """(n,) rad by joint, and over all joints alike."""
+    """(n,) rad by joint, and over all joints together."""
     known = np.isfinite(off)
     count = known.sum(axis=0)
     square = np.where(known, off, 0.0) ** 2

@@ -1,4 +1,4 @@
-"""Recordings as the comparison wants them, from trials, from a fit's and from a gap's result folder."""
+"""Recordings as sides, from trials or from the result folder of a fit or a gap."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 from synth.units import factor
 
-FIRST = 5  # samples of a computed, noise-free curve that a cubic goes through for the rate at its start
+FIRST = 5  # samples of a computed, noise-free curve to which a cubic is fitted for the initial rate
 
 
 def from_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[ComparedMotion, ...]:
-    """Trials of a leg; each starts as its first samples show it (see ``motion.first_state``).
+    """Trials of a leg; the first samples give each start (see ``motion.first_state``).
 
     Raises
     ------
@@ -43,10 +43,10 @@ def _from_recording(recording: Recording) -> ComparedMotion:
 
 
 def from_fit(folder: Path, leg: Leg, fit: Mapping[str, Any], responses: str, column: str) -> tuple[ComparedMotion, ...]:
-    """The recordings of a fit, from ``responses/*.csv``; each starts as the fit found it.
+    """The recordings of a fit, from ``responses/*.csv``, with the fitted initial states.
 
-    ``column``: ``measured`` of a fit; ``animal`` of a design, from which each trial's own shift of the free angle is
-    taken off.
+    ``column``: ``measured`` for a fit; ``animal`` for a design, with each trial's own shift of the free angle
+    subtracted.
     """
     trials = [trial for trial in fit["trials"] if column != "animal" or not trial.get("held_out")]
     found = []
@@ -73,7 +73,7 @@ def from_fit(folder: Path, leg: Leg, fit: Mapping[str, Any], responses: str, col
 
 
 def from_gap(folder: Path, leg: Leg, gap: Mapping[str, Any]) -> tuple[ComparedMotion, ...]:
-    """The scored recordings of a gap; each starts as the explained leg does, whose initial state was estimated."""
+    """The scored recordings of a gap, with the estimated initial states of the explained leg."""
     found = []
     for trial in gap["trials"]:
         if not trial.get("predicted"):
@@ -90,7 +90,7 @@ def from_gap(folder: Path, leg: Leg, gap: Mapping[str, Any]) -> tuple[ComparedMo
 
 
 def conditions_of(trial: Mapping[str, Any], leg: Leg) -> Conditions:
-    """What a result says that was done to the leg in a trial."""
+    """The conditions of a trial as stated by a result."""
     locked = tuple(leg.joint_names.index(name) for name in trial.get("locked", ()))
     tip = trial.get("tip_mass", {})
 
@@ -114,7 +114,7 @@ def times_of(table: CsvTable) -> Array:
 
 
 def column_of(table: CsvTable, leg: Leg, kind: str) -> Array:
-    """(m, n) rad, the columns ``JOINT kind`` of a response table; nan for a joint that has none."""
+    """(m, n) rad, the columns ``JOINT kind`` of a response table; nan for a missing column."""
     known = {column.name: column for column in table.columns}
     out = np.full((len(table.values), len(leg.joints)), np.nan)
     for j, name in enumerate(leg.joint_names):
@@ -127,12 +127,12 @@ def column_of(table: CsvTable, leg: Leg, kind: str) -> Array:
 def _index(table: CsvTable, name: str) -> int:
     found = [index for index, column in enumerate(table.columns) if column.name == name]
     if not found:
-        raise UserError(Problem(f'has no column "{name}"; it is no response of this program', table.name, 1))
+        raise UserError(Problem(f'has no column "{name}"; it is not a response table of this program', table.name, 1))
     return found[0]
 
 
 def _first_rate(time: Array, rotation: Array) -> Array:
-    """(n,) rad/s at the first sample, the slope there of the cubic through the first samples."""
+    """(n,) rad/s at the first sample, from a cubic through the first samples."""
     count = min(FIRST, len(time))
     scale = float(time[count - 1])
     powers = np.vander(time[:count] / scale, min(4, count), increasing=True)
@@ -141,7 +141,7 @@ def _first_rate(time: Array, rotation: Array) -> Array:
 
 
 def standard_release(leg: Leg, pose: Array, duration: float) -> ComparedMotion:
-    """A start for legs of which nothing is recorded: every joint 20 deg from the first leg's rest, at rest."""
+    """A start for legs without recordings: every joint at 20 deg from the first leg's equilibrium, at rest."""
     away = np.full(len(leg.joints), radians(STANDARD))
     for j, joint in enumerate(leg.joints):
         if joint.ends is not None and pose[j] + away[j] > joint.ends[1]:
@@ -151,4 +151,4 @@ def standard_release(leg: Leg, pose: Array, duration: float) -> ComparedMotion:
     return ComparedMotion("standard release", time, empty, pose + away, np.zeros(len(away)))
 
 
-STANDARD = 20.0  # deg; as large as a leg's joints commonly swing, and inside most joints' travel
+STANDARD = 20.0  # deg; a common amplitude of a leg's joints, within most joints' travel

@@ -1,4 +1,4 @@
-"""What each side's motion looks like in numbers: rise time, damping ratio and the like, over all its releases."""
+"""Characteristics of each side's motion, such as rise time and damping ratio, over all its releases."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ UNITS = {"rise_time": "s", "damping_ratio": "1", "damped_frequency": "rad/s", "o
 
 @dataclass(frozen=True)
 class Spread:
-    """Median and ends of one characteristic over ``motions`` motions that show it, SI."""
+    """Median and range of one characteristic over ``motions`` motions, SI."""
 
     median: float
     least: float
@@ -37,10 +37,10 @@ class Spread:
 
 @dataclass(frozen=True)
 class JointAlone:
-    """One joint about the leg's rest pose with all others held: linear, without its drive's curve.
+    """One joint about the leg's equilibrium with all others locked: linear, without its drive's curve.
 
     ``stiffness`` N m/rad, spring and gravity; ``inertia`` kg m^2; ``frequency`` rad/s, undamped; ``damping_ratio`` None
-    where the damper has no single rate.
+    if the damper has no single rate.
     """
 
     stiffness: float
@@ -49,7 +49,7 @@ class JointAlone:
     damping_ratio: float | None
 
     def as_json(self) -> dict[str, Any]:
-        """What there is."""
+        """The known values."""
         found = {"stiffness": quantity(self.stiffness, "N*m/rad"), "inertia": quantity(self.inertia, "kg*m^2")}
         if self.frequency is not None:
             found["natural_frequency"] = quantity(self.frequency, "rad/s")
@@ -59,7 +59,7 @@ class JointAlone:
 
 
 def shown(side: Side, place: int, overlays: Sequence[Overlay]) -> dict[str, dict[str, Spread]]:
-    """Joint -> characteristic -> its spread: over all recordings of a recorded side, over the starts of a leg."""
+    """Joint -> characteristic -> spread, over all recordings of a recorded side or all starts of a leg."""
     every: dict[str, list[Characteristics]] = {name: [] for name in side.leg.joint_names}
     if side.kind == MODEL:
         for overlay in overlays:
@@ -94,7 +94,7 @@ def _spreads(found: Sequence[Characteristics]) -> dict[str, Spread]:
 
 
 def alone(leg: Leg) -> Mapping[str, JointAlone]:
-    """Each joint about the rest pose, all others held; empty where the leg has no rest pose.
+    """Each joint about the equilibrium pose, all others locked; empty if there is no equilibrium.
 
     ``k + d(gravity torque)/dq`` over the inertia outboard; ``zeta = b / (2 sqrt(k I))`` (Inman, *Engineering
     Vibration*, 4th ed., eq. 1.30).
@@ -105,7 +105,7 @@ def alone(leg: Leg) -> Mapping[str, JointAlone]:
         return {}
     coefficient = coefficients(leg)
     inertia = np.diag(mass_matrix(coefficient, pose, leg.tilt))
-    # Turning joint j turns every link outboard of it by the same angle.
+    # Rotating joint j rotates every link outboard of it by the same angle.
     phi = leg.tilt + np.cumsum(pose)
     weight = coefficient.gravity * np.cos(phi)
     gravity = np.cumsum(weight[::-1])[::-1]

@@ -1,4 +1,4 @@
-"""One side of a comparison: a leg that can be moved, or recordings of one."""
+"""One side of a comparison: a leg to simulate, or recordings of one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MODEL, RECORDED = "model", "recorded"
 
 @dataclass(frozen=True)
 class ComparedJoint:
-    """A joint's spring and damper as one side states them; ``damper_law`` where no single rate says it."""
+    """A joint's spring and damper as one side states them; ``damper_law`` if there is no single rate."""
 
     spring_rate: Estimate | None = None
     damper_rate: Estimate | None = None
@@ -28,7 +28,7 @@ class ComparedJoint:
     damper_part: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """What is known, and nothing else."""
+        """The known values only."""
         rates = {"spring_rate": self.spring_rate, "damper_rate": self.damper_rate, "free_angle": self.free_angle}
         words = {"damper_law": self.damper_law, "spring_part": self.spring_part, "damper_part": self.damper_part}
         return {key: value.as_json() for key, value in rates.items() if value is not None} | {
@@ -40,8 +40,8 @@ class ComparedJoint:
 class ComparedMotion:
     """A release.
 
-    ``time`` (m,) s from 0; ``rotation`` (m, n) rad, nan where no sample counts; ``start`` and ``rate`` (n,) rad and
-    rad/s, the state at its first sample; ``conditions``: what was done to the leg.
+    ``time`` (m,) s from 0; ``rotation`` (m, n) rad, nan for samples that do not count; ``start`` and ``rate`` (n,) rad
+    and rad/s, the state at the first sample; ``conditions`` of the trial.
     """
 
     name: str
@@ -63,7 +63,7 @@ class ComparedMotion:
 
 @dataclass(frozen=True)
 class StatedFigure:
-    """A number that a result states of itself, with what it is."""
+    """A number stated by a result, with its meaning."""
 
     what: str
     value: Mapping[str, Any]  # {"value", "unit", "interval90"}
@@ -76,13 +76,13 @@ class Side:
     Parameters
     ----------
     kind
-        ``model``: ``leg`` is moved from every start; ``recorded``: ``motions`` are what it did.
+        ``model``: ``leg`` is simulated from every start; ``recorded``: ``motions`` are measured.
     leg
-        for recordings the leg whose angles these are.
+        for recordings: the leg that defines their angles.
     stretch
-        factor by which its recordings are slowed before they are compared.
+        factor by which its recordings are slowed down for the comparison.
     pace
-        how many times slower than the starts' own pace this leg moves: it starts with a rate so much smaller.
+        how many times slower this leg moves than the starts; its initial rates are divided by it.
     """
 
     name: str
@@ -97,12 +97,12 @@ class Side:
 
     @property
     def slowed(self) -> tuple[ComparedMotion, ...]:
-        """The recordings in the comparison's time."""
+        """The recordings in the time scale of the comparison."""
         return tuple(motion.stretched(self.stretch) for motion in self.motions)
 
 
 def joints_of(leg: Leg, known: Mapping[str, Mapping[str, Any]] | None = None) -> dict[str, ComparedJoint]:
-    """What a leg file says of its joints; ``known``: estimates with intervals from a result, a joint each."""
+    """Joint values of a leg file; ``known``: estimates with intervals from a result, one per joint."""
     found = {}
     for joint in leg.joints:
         estimates = (known or {}).get(joint.name, {})
@@ -120,7 +120,7 @@ def joints_of(leg: Leg, known: Mapping[str, Mapping[str, Any]] | None = None) ->
 
 
 def estimate_of(item: object, unit: str) -> Estimate | None:
-    """A result's ``{"value", "unit", "interval90"}`` in SI; None where there is none."""
+    """A result's ``{"value", "unit", "interval90"}`` in SI; None if missing."""
     from synth.units import factor
 
     if not isinstance(item, Mapping) or not isinstance(item.get("value"), (int, float)):
@@ -138,9 +138,9 @@ def _damper_rate(damper: Damper | None) -> Estimate | None:
 
 
 def nearest(motions: Sequence[ComparedMotion], like: ComparedMotion) -> tuple[ComparedMotion, float] | None:
-    """The recording that starts nearest to ``like``, and how far from it, rad at the joint farthest off.
+    """The recording that starts nearest to ``like``, and its distance, rad at the joint farthest away.
 
-    Only recordings with the same joints locked are taken.
+    Only recordings with the same locked joints are considered.
     """
     found: tuple[ComparedMotion, float] | None = None
     for motion in motions:

@@ -1,4 +1,4 @@
-"""What a comparison is asked for: ``NAME=PATH#VIEW``, and which kind of thing stands at the path."""
+"""An argument of a comparison, ``NAME=PATH#VIEW``, and the kind of its path."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from synth.files.names import name_fault
 from synth.files.validate import near
 from synth.files.yaml_lines import load
 
-# Result file -> what it is called here; the first that a folder holds tells what the folder is.
+# Result file -> its kind; the first one found in a folder decides.
 RESULTS = {"design.json": "design", "gap.json": "gap", "fit.json": "fit"}
-# What of each kind can be shown, in the order of the page; "leg" and "trials" are one side.
+# The views of each kind, in the order of the page; "leg" and "trials" are a single side.
 VIEWS = {
     "design": ("animal", "wanted", "built"),
     "gap": ("recorded", "designed", "explained"),
@@ -29,7 +29,7 @@ _OTHER = {"hopper.json": "a jumping leg's study", "spring.json": "a spring", "fi
 
 @dataclass(frozen=True)
 class Source:
-    """One argument: where it is, what it is, what it is called, and which of its views are wanted."""
+    """One argument: path, kind, name, and requested views."""
 
     label: str
     path: Path  # the file, or a result's folder
@@ -38,7 +38,7 @@ class Source:
     written: str
 
     def named(self, view: str) -> str:
-        """The side's name: the label, and the view where there are several."""
+        """The side's name: the label, with the view if there are several."""
         return self.label if len(self.views) == 1 else f"{self.label} {view}"
 
 
@@ -48,7 +48,7 @@ def read_source(written: str) -> Source:
     Raises
     ------
     UserError
-        Where nothing is at the path, it is nothing that can be compared, or a view is not one of its kind's.
+        If nothing exists at the path, it cannot be compared, or a view is unknown for its kind.
     """
     label, text = _label(written)
     text, _, asked = text.partition("#")
@@ -59,17 +59,17 @@ def read_source(written: str) -> Source:
     views = tuple(view.strip() for view in asked.split(",")) if asked else VIEWS[kind]
     for view in views:
         if view not in VIEWS[kind]:
-            text = f'"{view}" is no view of a {kind}{near(view, VIEWS[kind])}'
+            text = f'"{view}" is not a view of a {kind}{near(view, VIEWS[kind])}'
             raise UserError(Problem(text, written))
     name = label or place.name.removesuffix(".yaml").removesuffix(".leg").removesuffix(".csv")
     fault = name_fault(name)
     if fault is not None:
-        raise UserError(Problem(f'"{name}" {fault}; name it yourself: new={text}', written))
+        raise UserError(Problem(f'"{name}" {fault}; give a name: new={text}', written))
     return Source(name, place, kind, views, written)
 
 
 def _label(written: str) -> tuple[str, str]:
-    """``NAME=PATH`` as its two parts; a path that holds an equals sign and exists is a path."""
+    """``NAME=PATH`` as its two parts; an existing path that contains an equals sign is a path."""
     label, equals, rest = written.partition("=")
     if not equals or Path(written.partition("#")[0]).exists():
         return "", written
@@ -91,7 +91,7 @@ def _kind(path: Path) -> tuple[Path, str]:
                 raise UserError(Problem(_not_a_leg(what), str(path)))
         if any(path.glob("*.csv")):
             return path, "trials"
-        raise UserError(Problem(f"holds no {', '.join(RESULTS)} and no recording (*.csv)", str(path)))
+        raise UserError(Problem(f"contains no {', '.join(RESULTS)} and no recording (*.csv)", str(path)))
     if path.suffix == ".csv":
         return path, "trials"
     document = load(path)

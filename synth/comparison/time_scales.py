@@ -1,4 +1,4 @@
-"""A family of legs: what one leg-design project wants at several time scales, from springy to overdamped."""
+"""A family of legs: the wanted leg of one leg-design project at several time scales."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from synth.swing.leg_model import Leg
 
 
 def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
-    """The animal in the robot's time, and the robot's links fitted to its motion at each scale.
+    """The animal at the robot's time scale, and the robot's links fitted to its motion at each scale.
 
-    Without ``scales`` the project's own. What a hand or a muscle drives at first is cut as ``synth leg`` does.
+    Without ``scales``: the project's own. The driven beginning of recordings is cut as in ``synth leg``.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
     found = fit_by(project.source, motion.fitted, replace(options, release=project.release), project.fit)
     motion = motion.cut(found.cut)
     own = project.time_scale
-    common = own if own in scales or not scales else scales[0]  # the animal is shown at this one
+    common = own if own in scales or not scales else scales[0]  # time scale at which the animal is shown
     sides: list[Side] = []
     wanted: list[Side] = []
     for scale in scales or (own,):
@@ -53,7 +53,7 @@ def scaled_sides(source: Source, scales: Sequence[float]) -> list[Side]:
 def _wanted(source: Source, fitted: FitResult, scale: float, pace: float) -> Side:
     known = {name: joint.as_json() for name, joint in fitted.joints.items()}
     stated = tuple(
-        StatedFigure(f"{name}: off the animal's motion {scale:g} times slower, RMS",
+        StatedFigure(f"{name}: RMS from the animal's motion {scale:g} times slower",
                      {"value": degrees(value), "unit": "deg"}) for name, value in fitted.rms.items()
     )  # fmt: skip
     leg = fitted.leg
@@ -61,7 +61,7 @@ def _wanted(source: Source, fitted: FitResult, scale: float, pace: float) -> Sid
 
 
 def _animal(source: Source, fitted: FitResult, recordings: Sequence[Recording]) -> Side:
-    """The recordings, each trial's own shift of the free angle taken off."""
+    """The recordings with each trial's own shift of the free angle subtracted."""
     leg = fitted.leg
     common = np.array([fitted.joints[name].free_angle.value for name in leg.joint_names])
     motions = []

@@ -1,1 +1,1 @@
-"""Generated and compiled code: source text, its cache on disk, and the numba building blocks of both plants."""
+"""Code generation and compilation: source text, cached machine code, and numba building blocks of both plants."""

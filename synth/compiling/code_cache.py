@@ -1,7 +1,8 @@
-"""Generated source text as modules whose compiled code is kept on disk.
+"""Modules made of generated source text, with compiled code cached on disk.
 
-The text becomes a module of its own, never read from disk, whose compiled code is kept there
-(``synth.compiling.compiled``); the module's name holds a hash of the text and of what it calls: a change compiles anew.
+The text is executed as a module in memory; only its compiled code is stored
+(``synth.compiling.compiled``). The module's name contains a hash of the text and its dependencies, so a change
+recompiles.
 """
 
 from __future__ import annotations
@@ -30,17 +31,17 @@ def _module_name(name: str, text: str, depends_on: tuple[Path, ...]) -> str:
 
 
 def on_disk(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> bool:
-    """Whether the compiled code of this very text and of what it depends on is kept already."""
+    """Whether compiled code for this text and its dependencies is stored."""
     return kept_code(_module_name(name, text, depends_on))
 
 
-_loading = threading.RLock()  # two threads that want the same module: the second must not get it half-executed
+_loading = threading.RLock()  # a second thread must not receive a half-executed module
 
 
 def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
     """Import generated source ``text`` as a module whose compiled functions are cached on disk.
 
-    ``depends_on`` : files whose functions are inlined into it, so that editing them compiles anew.
+    ``depends_on`` : files whose functions are inlined into it; editing them recompiles it.
     """
     module_name = _module_name(name, text, depends_on)
     with _loading:
@@ -48,7 +49,7 @@ def load(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> ModuleType:
 
 
 def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> subprocess.Popen[bytes] | None:
-    """Start a process that compiles the source and keeps it on disk; None on a single core."""
+    """Start a process that compiles the source and stores it on disk; None on a single core."""
     if (os.cpu_count() or 1) < 2:
         return None
     program = f"import sys; sys.path[:0] = {[entry or str(Path.cwd()) for entry in sys.path]!r}; "
@@ -59,6 +60,6 @@ def compile_aside(name: str, text: str, depends_on: tuple[Path, ...] = ()) -> su
         stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     assert helper.stdin is not None
-    with suppress(OSError), helper.stdin as stream:  # one that has ended already: compiled here after all
+    with suppress(OSError), helper.stdin as stream:  # if the helper has already exited, compile here
         stream.write(text.encode())
     return helper

@@ -1,4 +1,4 @@
-"""Compiled functions, whose machine code is kept in the user's cache folder (see ``numba_internals``)."""
+"""Compiled functions with machine code stored in the user's cache folder (see ``numba_internals``)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from synth.compiling.numba_internals import FOLDER, compiles, keep_code
 
 
 def compiled(signature: Any, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function for one signature, or take its code from disk; ``options`` are ``numba.njit``'s."""
+    """Compile a function for one signature, or load its code from disk; ``options`` are those of ``numba.njit``."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         made = compiles(options)(function)
@@ -25,14 +25,14 @@ def compiled(signature: Any, **options: Any) -> Callable[[Callable[..., Any]], A
 
 
 def compiled_when_called(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """As ``compiled``, for the types of the arguments of each first call."""
+    """Like ``compiled``, for the argument types of each first call."""
     return compiles(options)
 
 
 def keep_code_of(*modules: ModuleType) -> None:
-    """Keep the code of modules that compile by plain ``numba.njit``, to be called before their functions are.
+    """Store the code of modules that use plain ``numba.njit``. Call this before their functions.
 
-    For modules that may import nothing of ours, as the engine of ``synth.planting``.
+    For modules that may not import from ours, such as the engine of ``synth.planting``.
     """
     for module in modules:
         for made in vars(module).values():
@@ -41,6 +41,6 @@ def keep_code_of(*modules: ModuleType) -> None:
 
 
 def kept_code(module: str) -> bool:
-    """Whether compiled code of a generated module, by its name, is on disk."""
+    """Whether compiled code of the generated module of this name is on disk."""
     folder = own_folder(FOLDER)
     return folder is not None and any(folder.glob(f"{module}.*"))

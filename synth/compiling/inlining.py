@@ -1,4 +1,4 @@
-"""Small laws that numba copies into the loop that calls them, where branch-free code becomes vector code."""
+"""Small laws that numba inlines into the calling loop, where branch-free code is vectorised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Python modules made of text, and the interpreter's table of modules: the one place that touches it."""
+"""Python modules made of text; the only place that accesses ``sys.modules``."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ def is_loaded(name: str) -> bool:
 
 
 def set_class(name: str, kind: type[ModuleType]) -> None:
-    """Give a loaded module a class of its own (language reference, "Customizing module attribute access")."""
+    """Give a loaded module its own class (language reference, "Customizing module attribute access")."""
     sys.modules[name].__class__ = kind
 
 
 def module_from_text(name: str, text: str | bytes, file: str | None = None) -> ModuleType:
-    """Run a text as a new module of this name, which replaces an earlier one; ``file`` it was read from, if any.
+    """Execute a text as a new module of this name, replacing an earlier one; ``file`` : its source file, if any.
 
-    A module that is loaded already is run anew; one whose text raises is not left in the table.
+    A loaded module is executed again; a module whose text raises is removed.
     """
     module = ModuleType(name)
     if file is None:
@@ -43,7 +43,7 @@ def module_from_text(name: str, text: str | bytes, file: str | None = None) -> M
 
 
 def made_module(name: str, text: str) -> ModuleType:
-    """The module of this name, made of the text where it is not loaded."""
+    """The module of this name, created from the text if not loaded."""
     return sys.modules[name] if name in sys.modules else module_from_text(name, text)
 
 
@@ -52,7 +52,7 @@ def source_file(name: str) -> Path:
 
     Raises
     ------
-    ImportError : there is no such module, or it has no file.
+    ImportError : the module does not exist or has no file.
     """
     loaded = getattr(sys.modules.get(name), "__file__", None)
     if loaded:
@@ -64,11 +64,11 @@ def source_file(name: str) -> Path:
 
 
 def with_constant(text: str, name: str, value: object) -> str:
-    """A module's text with another value of one of its constants, whose line must stand in it once.
+    """A module's text with one constant changed; exactly one line must set that constant.
 
     Raises
     ------
-    ValueError : it does not.
+    ValueError : no line or several lines set it.
     """
     lines = text.splitlines()
     places = [k for k, line in enumerate(lines) if line.startswith(f"{name} = ")]

@@ -1,9 +1,9 @@
-"""All that we use of numba beyond its public interface, with a plain way where a release has no such thing any more.
+"""Every use of numba beyond its public interface, each with a plain fallback.
 
-What each buys: code on disk that is taken only whole and unchanged (``KeptCode``), a tenth of a step's time
-(``UNCOUNTED``), ten steps' time at each start of an integration (``entry_point``) and 0.1 s of a process' start
-(``without_products``). Without them everything is compiled in each process, a little slower, with the same results.
-``pyproject.toml`` bounds numba from above: raise the bound after ``tests/compiling`` has passed with the new release.
+Benefits: stored code is used only if complete and unchanged (``KeptCode``); a step takes a tenth less time
+(``UNCOUNTED``); each start of an integration saves the time of ten steps (``entry_point``); a process starts 0.1 s
+faster (``without_products``). Without them every process compiles again, with the same results.
+``pyproject.toml`` bounds numba from above: raise the bound once ``tests/compiling`` passes with a new release.
 """
 
 from __future__ import annotations
@@ -36,26 +36,26 @@ except ImportError:  # a release that has moved them
 
 
 def _is_known() -> bool:
-    """Whether this numba has all that ``KeptCode`` needs."""
+    """Whether this numba provides everything that ``KeptCode`` needs."""
     needed = ((CompileResult, "_rebuild"), (CompileResult, "_reduce"), (NullCache, "load_overload"))
     return dumps is not None and all(hasattr(owner, name) for owner, name in needed)
 
 
 KEEPS_CODE = _is_known()
-# Where nothing is allocated, arrays need not be counted: counts are locked operations, a tenth of a step's time.
+# Without allocations, arrays need no reference counts: these are locked operations, a tenth of a step's time.
 UNCOUNTED: dict[str, Any] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
 
 
 def keep_code(made: Any, function: Callable[..., Any], options: dict[str, Any]) -> None:
-    """Let a dispatcher of numba's take its code from disk and keep it there."""
+    """Let a numba dispatcher load its code from disk and store it there."""
     if KEEPS_CODE and hasattr(made, "_cache"):
         made._cache = KeptCode(function, options)
 
 
 def entry_point(made: Any) -> Any:
-    """The one compiled form of a function: to ask numba each time which would do costs as much as ten steps.
+    """The only compiled form of a function; looking it up through numba costs as much as ten steps.
 
-    It takes what it is given for what it was compiled for: arrays must be contiguous and of the right type.
+    It does not check its arguments: arrays must be contiguous and of the compiled type.
     """
     try:
         return made.get_compile_result(made.nopython_signatures[0]).entry_point
@@ -64,7 +64,7 @@ def entry_point(made: Any) -> Any:
 
 
 class AsArgument(WrapperAddressProtocol):  # type: ignore[misc]
-    """A compiled function as an argument of another; numba would look a plain one's address up at every call."""
+    """A compiled function as an argument of another; numba would look up a plain one's address at every call."""
 
     def __init__(self, function: Any) -> None:
         self._function = function  # keeps the code alive
@@ -73,16 +73,16 @@ class AsArgument(WrapperAddressProtocol):  # type: ignore[misc]
         self._address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
 
     def __wrapper_address__(self) -> int:
-        """Where the code lies."""
+        """The address of the code."""
         return int(self._address)
 
     def signature(self) -> Any:
-        """What it takes and gives."""
+        """The signature."""
         return self._signature
 
 
 def as_argument(function: Any) -> Any:
-    """A compiled function to be handed to another: with its address, or as it is where numba tells none."""
+    """A compiled function to pass to another: with its address, or unchanged if numba gives none."""
     try:
         return AsArgument(function)
     except AttributeError:
@@ -90,9 +90,9 @@ def as_argument(function: Any) -> Any:
 
 
 def without_products() -> None:
-    """Keep numba from importing ``scipy.linalg``, 0.1 s, for matrix products in compiled code: there are none here.
+    """Keep numba from importing ``scipy.linalg`` (0.1 s) for matrix products, which our compiled code does not use.
 
-    For a process of our own only: numba's ``np.dot`` is gone from it, unless scipy was loaded before.
+    Only for our own processes: numba's ``np.dot`` is then unavailable unless scipy was loaded before.
     """
     if is_loaded("scipy.linalg") or is_loaded("numba.np.arraymath"):
         return
@@ -101,16 +101,16 @@ def without_products() -> None:
 
 
 class KeptCode(NullCache):  # type: ignore[misc]
-    """One function's compiled code on disk, in the form in which numba asks for it.
+    """One function's compiled code on disk, with the interface that numba expects of a cache.
 
-    numba's own cache reads whatever lies in its folder: a file cut short stops every command with a traceback, and a
-    changed one is run. Here each function is one file, whose name holds a hash of all that the machine code depends
-    on; so there is no index, and nothing is ever out of date.
+    numba's own cache reads any file in its folder: a truncated file stops every command with a traceback, and a
+    modified one is executed. Here each function is one file whose name contains a hash of everything that the code
+    depends on. No index is needed, and nothing becomes outdated.
 
-    The content is machine code with its description as numba pickles it, the only pickle in this package. It is
-    looked at only after ``synth.cache`` has made sure of the file: a regular one, no link, in a folder that is the
-    user's alone, written by the user, not writable by others, its SHA-256 right. Who could forge that could as well
-    change the machine code, or the user's Python.
+    The content is machine code with its description pickled by numba, the only pickle in this package. It is
+    read only after ``synth.cache`` has verified the file: a regular file, not a link, in a folder of
+    the user's, written by the user, not writable by others, with the right SHA-256. Anyone who could forge that could
+    also change the machine code or the user's Python.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -119,14 +119,14 @@ class KeptCode(NullCache):  # type: ignore[misc]
         self._depends = (numba.__version__, sys.version, _sources(function), code, sorted(options.items()))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The function's code for the signature and this processor; None where it must be compiled."""
+        """The function's code for the signature and this processor; None if it must be compiled."""
         target_context.refresh()
         path = self._path(sig, target_context.codegen())
         data = None if path is None else read_sealed(path)
         return None if data is None else CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, cres: Any) -> None:
-        """Keep the code, unless it holds addresses of this process."""
+        """Store the code, unless it contains addresses of this process."""
         path = self._path(sig, cres.codegen)
         if path is not None and not cres.library.has_dynamic_globals:
             write_sealed(path, dumps(cres._reduce()))
@@ -138,7 +138,7 @@ class KeptCode(NullCache):  # type: ignore[misc]
 
 
 def _sources(function: Callable[..., Any]) -> str:
-    """Hash of the source files beside a function's, which it may call; a generated module's name holds its own."""
+    """Hash of the source files beside a function's, which it may call; a generated module's name has its own hash."""
     file = Path(inspect.getfile(function))
     return _folder_hash(file.parent) if file.is_absolute() and file.exists() else ""
 
@@ -152,7 +152,7 @@ def _folder_hash(folder: Path) -> str:
 
 
 def compiles(options: dict[str, Any]) -> Callable[[Callable[..., Any]], Any]:
-    """``numba.njit`` with code that is kept on disk."""
+    """``numba.njit`` with code stored on disk."""
 
     def decorate(function: Callable[..., Any]) -> Any:
         made = njit(**options)(function)

@@ -1,1 +1,1 @@
-"""Motors, gears and servos: what drives a joint, as data and as a compiled law, for every plant."""
+"""Motors, gears and servos that drive a joint, as data and as a compiled law for every plant."""

@@ -1,4 +1,4 @@
-"""A servo at a joint as data, and what it was told during a trial."""
+"""A joint's servo as data, and its inputs during a trial."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ class GearedMotor:
     """A brushed or equivalent direct-current motor behind a gear.
 
     All on the rotor's side: ``resistance`` ohm of the winding, ``torque_constant`` N m/A (in SI also V s/rad),
-    ``rotor_inertia`` kg m^2. ``gear_ratio`` rotor turns a joint turn; ``efficiency`` of the gear where it drives.
+    ``rotor_inertia`` kg m^2. ``gear_ratio`` rotor turns per joint turn; ``efficiency`` of the gear when the motor
+    drives.
     """
 
     resistance: float
@@ -27,22 +28,22 @@ class GearedMotor:
 
     @property
     def armature(self) -> float:
-        """Kg m^2 of the rotor as the joint feels it."""
+        """Kg m^2 of the rotor, reflected to the joint."""
         return self.rotor_inertia * self.gear_ratio**2
 
     @property
     def torque_a_current(self) -> float:
-        """N m at the joint an ampere."""
+        """N m at the joint per ampere."""
         return self.torque_constant * self.gear_ratio * self.efficiency
 
     @property
     def strength(self) -> float:
-        """N m at the joint a volt at standstill."""
+        """N m at the joint per volt at standstill."""
         return self.torque_a_current / self.resistance
 
     @property
     def back_emf(self) -> float:
-        """N m s/rad by which the joint's own rate brakes a short-circuited winding."""
+        """N m s/rad, damping at the joint with a short-circuited winding."""
         return self.strength * self.torque_constant * self.gear_ratio
 
 
@@ -50,10 +51,11 @@ class GearedMotor:
 class Servo:
     """A controller that holds a joint at a commanded angle.
 
-    With a ``motor`` it sets the duty of a half bridge: ``gain`` 1/rad and ``damping_gain`` s/rad give the duty, at most
+    With a ``motor`` it sets the duty cycle of a half bridge: ``gain`` 1/rad and ``damping_gain`` s/rad give the
+    duty, at most
     ``duty_limit``, of ``supply`` V whose source has ``source_resistance`` ohm; ``current_limit`` A in the winding.
-    Without one the torque follows at once: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most ``torque_limit`` N m.
-    ``dead_band`` rad to either side in which the error counts for nothing; ``delay`` s by which a command comes late.
+    Without one the torque is immediate: ``gain`` N m/rad, ``damping_gain`` N m s/rad, at most ``torque_limit`` N m.
+    ``dead_band`` rad to either side in which the error counts as zero; ``delay`` s of a command.
     """
 
     gain: float
@@ -66,7 +68,7 @@ class Servo:
     supply: float = 1.0
     source_resistance: float = 0.0
     motor: GearedMotor | None = None
-    open_duty: float = 0.0  # 1 where the motor's voltage itself is known and nothing is controlled
+    open_duty: float = 0.0  # 1 if the motor's voltage is known and nothing is controlled
 
     @property
     def numbers(self) -> tuple[float, ...]:
@@ -74,7 +76,7 @@ class Servo:
         motor = self.motor
         if motor is None:
             limit = min(self.torque_limit, UNLIMITED)
-            # A duty that nothing cuts off, at one volt, with one newton metre a volt.
+            # An unlimited duty at one volt and one newton metre per volt.
             return self.gain, self.damping_gain, self.dead_band, UNLIMITED, 0.0, 1.0, 0.0, limit, 0.0, self.delay
         limit = min(self.torque_limit, self.current_limit * motor.torque_a_current, UNLIMITED)
         sag = self.source_resistance / motor.resistance
@@ -83,7 +85,7 @@ class Servo:
         return *controller, strength, back_emf, limit, sag, self.delay
 
     def torque(self, error: Array, rate: Array, supply: Array | float, enabled: Array | float = 1.0) -> Array:
-        """(m,) N m along a motion: what ``servo_torque`` gives, delay aside."""
+        """(m,) N m along a motion: the result of ``servo_torque`` without the delay."""
         return np.asarray(_along(error, rate, supply, enabled, *self.numbers[:-1]))
 
 
@@ -94,13 +96,13 @@ class TorqueDrive:
     motor: GearedMotor
 
 
-UNLIMITED = 1e12  # N m or duty: more than any joint bears, and still a number
+UNLIMITED = 1e12  # N m or duty: above any real limit, and still finite
 _along = np.vectorize(servo_torque.py_func, otypes=[float])
 
 
 @dataclass(frozen=True)
 class ServoSignals:
-    """What the servos of a trial were told, in the sense of q.
+    """The inputs of a trial's servos, in the sense of q.
 
     ``time`` (m,) s; ``command`` (m, n) rad; ``supply`` (m, n) V; ``enabled`` (m, n) 1 or 0.
     """
@@ -111,7 +113,7 @@ class ServoSignals:
     enabled: Array
 
     def widened(self, n: int, own: Sequence[int]) -> ServoSignals:
-        """The same for a chain of ``n`` links of which ``own`` are the leg's."""
+        """The same for a chain of ``n`` links, of which ``own`` belong to the leg."""
 
         def wide(values: Array) -> Array:
             made = np.zeros((len(values), n))
@@ -125,7 +127,7 @@ class ServoSignals:
         return ServoSignals(self.time - start, self.command, self.supply, self.enabled)
 
     def at(self, time: Array, delay: Array) -> tuple[Array, Array, Array]:
-        """Command, each joint's ``delay`` (n,) s late, supply and switch (k, n) at ``time`` (k,) s."""
+        """Command delayed by each joint's ``delay`` (n,) s, supply and switch, each (k, n) at ``time`` (k,) s."""
         columns = range(self.command.shape[1])
         command = [np.interp(time - delay[j], self.time, self.command[:, j]) for j in columns]
         supply, enabled = (

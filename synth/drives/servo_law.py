@@ -1,4 +1,4 @@
-"""The torque of a position servo, compiled into the lane loop of the plant that it drives."""
+"""The torque of a position servo, compiled into the lane loop of its plant."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def servo_torque(  # type: ignore[no-untyped-def]
 ):
     """Torque on the joint, N m, branch-free.
 
-    ``error`` rad of command over angle and ``rate`` rad/s of the joint; ``supply`` V; ``enabled`` 1, or 0 with the
+    ``error`` rad, command minus angle; ``rate`` rad/s of the joint; ``supply`` V; ``enabled`` 1, or 0 with the
     winding open. A proportional controller with ``gain`` duty/rad outside its ``dead_band`` rad and ``damping_gain``
-    duty s/rad sets the duty of a half bridge, cut off at ``duty_limit``; ``open_duty`` is what no controller sets.
+    duty s/rad sets the duty of a half bridge, limited to ``duty_limit``; ``open_duty`` is added without control.
 
     The winding gives ``strength`` N m/V less ``back_emf`` N m s/rad (direct-current motor at steady current, Hughes &
     Drury, *Electric Motors and Drives*, 4th ed., section 3.4). ``sag`` is the source's resistance over the winding's:
     with the duty d the source carries d times the winding's current, so the winding sees d V less d^2 times the
-    source's drop. The current limit cuts the torque off at ``torque_limit`` N m.
+    source's drop. The current limit limits the torque to ``torque_limit`` N m.
     """
     beyond = error - max(-dead_band, min(dead_band, error))
     duty = max(-duty_limit, min(duty_limit, gain * beyond - damping_gain * rate)) + open_duty

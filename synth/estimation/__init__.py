@@ -1,1 +1,1 @@
-"""Estimation that knows no leg: priors, normal equations, Levenberg-Marquardt, information."""
+"""Estimation independent of any leg: priors, normal equations, Levenberg-Marquardt, information."""

@@ -1,7 +1,8 @@
-"""Consider covariance: the uncertainty that estimates inherit from numbers that are held fixed but not known exactly.
+"""Consider covariance: uncertainty of estimates due to fixed parameters that are not known exactly.
 
-An estimate that minimises a cost at fixed numbers c moves with them by S = -H^-1 d(gradient)/dc, H the information with
-each trial's own unknowns eliminated. With whitened c (standard normal) the covariance grows by S S^T. The Gauss-Newton
+An estimate that minimises a cost at fixed parameters c changes with them by S = -H^-1 d(gradient)/dc, H the information
+with each trial's own unknowns eliminated. With whitened c (standard normal) the covariance grows by S S^T. The Gauss-
+Newton
 terms are kept on both sides, as in H itself. Source: Tapley, Schutz & Born, *Statistical Orbit Determination* (2004),
 section 6.2, consider covariance analysis.
 """
@@ -20,7 +21,7 @@ from synth.estimation.normal_equations import Information
 
 @dataclass(frozen=True)
 class Coupling:
-    """One trial's second derivatives of the cost by considered numbers: ``common`` (p, c) and ``own`` (l, c)."""
+    """Second derivatives of one trial's cost by considered parameters: ``common`` (p, c) and ``own`` (l, c)."""
 
     common: Array
     own: Array
@@ -28,29 +29,29 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Considered:
-    """``sensitivity`` (p, c): how far each estimate moves for one standard deviation of each considered number."""
+    """``sensitivity`` (p, c): change of each estimate per standard deviation of each considered parameter."""
 
     sensitivity: Array
 
     @property
     def covariance(self) -> Array:
-        """(p, p) that the considered numbers add."""
+        """(p, p) covariance added by the considered parameters."""
         return np.asarray(self.sensitivity @ self.sensitivity.T)
 
     def shares(self, covariance: Array) -> Array:
-        """(p, c) of each estimate's variance, that each number brings; ``covariance`` (p, p) without them."""
+        """(p, c) share of each estimate's variance from each parameter; ``covariance`` (p, p) without them."""
         total = np.diag(covariance) + np.sum(self.sensitivity**2, axis=1)
         return np.asarray(self.sensitivity**2 / np.maximum(total, 1e-300)[:, None])
 
 
 def consider(information: Information, couplings: Sequence[Coupling], beside: Array | None = None) -> Considered:
-    """Sensitivity of the common unknowns to considered numbers.
+    """Sensitivity of the common unknowns to considered parameters.
 
     Parameters
     ----------
     information : at the estimate, priors included.
-    couplings : a trial each, in the order of ``information.own``.
-    beside : (p, c) what measurements beside the trials add to the common unknowns' derivative.
+    couplings : one per trial, in the order of ``information.own``.
+    beside : (p, c) contribution of measurements other than trials to the derivative of the common unknowns.
     """
     summed = np.zeros((len(information.common), couplings[0].common.shape[1])) if beside is None else beside.copy()
     for coupling, cross, own in zip(couplings, information.cross, information.own, strict=True):

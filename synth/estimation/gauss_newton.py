@@ -1,4 +1,4 @@
-"""Gauss-Newton in a few unknowns of one trial with all others fixed. It scores trials that were not fitted."""
+"""Gauss-Newton in the own unknowns of one trial, all others fixed; scores trials that were not fitted."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ class LocalProblem(Generic[S]):
 def gauss_newton(
     assess: Callable[[Array], LocalProblem[S]], start: Array, *, rounds: int, least_gain: float
 ) -> tuple[S, Array]:
-    """Prediction at the best point found, and that point (l,).
+    """The prediction at the best point found, and that point (l,).
 
-    Steps that do not lower the cost are halved; a step that lowers it by less than ``least_gain`` is the last. Where
-    the normal equations are not finite (a simulation diverged) the search ends.
+    Steps that do not lower the cost are halved; the search stops at a step that lowers it by less than
+    ``least_gain``, or
+    if the normal equations are not finite because a simulation diverged.
     """
     at, where, step = start, start, np.zeros(len(start))
     best: LocalProblem[S] | None = None

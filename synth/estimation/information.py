@@ -1,4 +1,4 @@
-"""Expected information of a further trial: which of the explanations still open holds.
+"""Expected information of a further trial about which of the remaining explanations is true.
 
 A lower bound by pairwise distances of Gaussians (Kolchinsky & Tracey, Entropy 19 (2017) 361), with Bhattacharyya's
 distance.
@@ -14,13 +14,13 @@ import numpy as np
 
 from synth.arrays import Array
 
-RIVALS = 4  # explanations that a trial is to separate
-LEAST_WEIGHT = 0.02  # of a rival, however unlikely it is
+RIVALS = 4  # explanations that a trial should distinguish
+LEAST_WEIGHT = 0.02  # least weight of a rival explanation
 F = TypeVar("F")
 
 
 def rivals_of(explanations: Sequence[tuple[F, float]]) -> tuple[list[F], Array]:
-    """The heaviest of the explanations, and their weights (n,), which sum to 1."""
+    """The explanations with the largest weights, and their weights (n,), which sum to 1."""
     kept = sorted(explanations, key=lambda item: -item[1])[:RIVALS]
     weights = np.array([weight for _, weight in kept])
     weights = np.maximum(weights / weights.sum(), LEAST_WEIGHT)
@@ -28,7 +28,7 @@ def rivals_of(explanations: Sequence[tuple[F, float]]) -> tuple[list[F], Array]:
 
 
 def expected_information(weights: Array, distance: Callable[[int, int, int], float]) -> float:
-    """Expected information, in bits, that a trial would give on which rival is true.
+    """Expected information of a trial on which rival is true, in bits.
 
     ``distance(a, b, at)`` : squared Mahalanobis distance of the predictions of two rivals, uncertain as that of rival
     ``at``, one of the two.

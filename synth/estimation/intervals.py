@@ -1,4 +1,4 @@
-"""Values with their 90 % intervals, and covariances from information."""
+"""Values with 90 % intervals, and covariances from information matrices."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from synth.errors import UserError
 from synth.units import quantity
 
 NORMAL90 = 1.6448536269514722  # half-width of a 90 % normal interval in standard deviations: the normal's 95 % point
-NULL = 1e-12  # information, as a share of its diagonal, below which a direction counts as not measured at all
+NULL = 1e-12  # share of the diagonal below which a direction carries no information
 DIVERGED = (
-    "the fit ended where the simulated motion diverges, so nothing is known of its uncertainty. Check the leg file's "
+    "the simulated motion diverges at the fit's last point, so its uncertainty is unknown. Check the leg file's "
     "units and signs, and leave recordings out one by one: `synth fit` names those that do not fit"
 )
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 90 % interval, SI; ``unit`` is what it is written in."""
+    """A value with its 90 % interval, SI; ``unit`` is the unit for output."""
 
     value: float
     unit: str
@@ -35,11 +35,11 @@ class Estimate:
 
 
 def spectrum(matrix: Array, scale: Array | float = 1.0) -> tuple[Array, Array]:
-    """Eigenvalues (p,) and eigenvectors (p, p) of a symmetric matrix of a fit, divided by ``scale`` (p,) on both sides.
+    """Eigenvalues (p,) and eigenvectors (p, p) of a symmetric matrix scaled by ``scale`` (p,) on both sides.
 
     Raises
     ------
-    UserError : it is not finite, so nothing is known of the fit there; ``eigh`` would fail or return anything.
+    UserError : the matrix is not finite; ``eigh`` would fail or return arbitrary values.
     """
     if not np.isfinite(matrix).all():
         raise UserError(DIVERGED)
@@ -48,7 +48,7 @@ def spectrum(matrix: Array, scale: Array | float = 1.0) -> tuple[Array, Array]:
 
 
 def covariance_of(information: Array) -> Array:
-    """(p, p) inverse of an information matrix; null directions get a huge variance instead of an error.
+    """(p, p) inverse of an information matrix; null directions get a very large variance instead of an error.
 
     Raises
     ------

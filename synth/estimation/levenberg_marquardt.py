@@ -1,7 +1,7 @@
-"""Levenberg-Marquardt for one problem or for many side by side, with one damping tried at a step or several.
+"""Levenberg-Marquardt for one or many problems in parallel, with one or several dampings per step.
 
-A problem says how its cost is evaluated, what its normal equations are and how a step moves a point; rules say how the
-damping changes. Points of many problems are evaluated in one call, so that a simulator can pack them together.
+A problem defines its cost, its normal equations and how a step moves a point; rules define how the
+damping changes. Points of many problems are evaluated in one call, so that a simulator can batch them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Point(Protocol):
 
     @property
     def cost(self) -> float:
-        """Negative log-likelihood; inf where the simulation diverges or the point is not evaluated."""
+        """Negative log-likelihood; inf if the simulation diverges or the point is not evaluated."""
 
     @property
     def unknowns(self) -> Array:
@@ -37,11 +37,11 @@ P = TypeVar("P", bound=Point)
 
 
 class LeastSquares(ABC, Generic[P]):
-    """What is minimised."""
+    """A cost to minimise."""
 
     @abstractmethod
     def evaluate(self, points: Sequence[P]) -> Sequence[P]:
-        """The points with their costs and what the normal equations need."""
+        """The points with their costs and the data of the normal equations."""
 
     @abstractmethod
     def normal(self, point: P) -> NormalEquations:
@@ -49,7 +49,7 @@ class LeastSquares(ABC, Generic[P]):
 
     @abstractmethod
     def bounds(self, point: P) -> tuple[Array, Array]:
-        """Least and greatest common unknowns (p,); equal ones hold an unknown where it is."""
+        """Lower and upper bounds of the common unknowns (p,); equal bounds fix an unknown."""
 
     @abstractmethod
     def moved(self, point: P, step: ParameterStep) -> P:
@@ -57,24 +57,24 @@ class LeastSquares(ABC, Generic[P]):
 
     @abstractmethod
     def least_gain(self, cost: float) -> float:
-        """Fall of the cost to ``cost`` from which on a step is the last."""
+        """Decrease of ``cost`` below which a step is the last."""
 
     def limits(self, point: P) -> StepLimits:
-        """How far a step may go; without limits unless a problem has some."""
+        """Step limits; none by default."""
         return StepLimits()
 
     def factors(self, point: P) -> Sequence[float]:
-        """Factors on the damping that are tried side by side; the best is taken."""
+        """Factors on the damping that are tried in parallel; the best step is taken."""
         return (1.0,)
 
 
 @dataclass(frozen=True)
 class DampingRule(ABC):
-    """How the damping changes from step to step.
+    """Rule for the damping from step to step.
 
-    ``least`` : the damping falls no further. ``most`` : beyond it no step lowers the cost any more. ``memory`` : share
-    of the last step's scale that the next one keeps at least. ``settled`` : share of the least gain; where a step with
-    a damping of at most ``hardly_damped`` predicts less, the iteration has converged. 0: every step is tried.
+    ``least`` : lower bound of the damping. ``most`` : above it no step lowers the cost. ``memory`` : least share
+    of the last step's scale that the next one keeps. ``settled`` : share of the least gain; a step with
+    damping below ``hardly_damped`` that predicts less has converged. 0: every step is tried.
     """
 
     least: float
@@ -85,25 +85,25 @@ class DampingRule(ABC):
 
     @abstractmethod
     def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
-        """Next damping and growth after a step of damping ``iterate.damping`` that lowered the cost by ``gain``."""
+        """Next damping and growth after a step with damping ``iterate.damping`` that lowered the cost by ``gain``."""
 
     @abstractmethod
     def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
-        """Next damping and growth after a step, or several, that did not."""
+        """Next damping and growth after a failed step, or several."""
 
 
 @dataclass(frozen=True)
 class Nielsen(DampingRule):
-    """Damping by how well the linearisation predicted the gain (Nielsen 1999, IMM-REP-1999-05)."""
+    """Damping from the ratio of actual and predicted gain (Nielsen 1999, IMM-REP-1999-05)."""
 
     def accepted(self, iterate: Iterate[P], gain: float, predicted: float) -> tuple[float, float]:
-        """Lower by up to a third where the prediction held; equation 2.21 there, the ratio cut off at 1.5."""
+        """Lower by up to a third if the prediction held; equation 2.21 there, the ratio limited to 1.5."""
         ratio = gain / max(predicted, 1e-300)
         factor = max(1 / 3, 1 - (2 * min(ratio, 1.5) - 1) ** 3)
         return max(iterate.damping * factor, self.least), 2.0
 
     def rejected(self, iterate: Iterate[P]) -> tuple[float, float]:
-        """Higher by 2, 4, 8 ... with each failure in turn."""
+        """Higher by 2, 4, 8 ... with each consecutive failure."""
         return iterate.damping * iterate.growth, 2.0 * iterate.growth
 
 
@@ -129,9 +129,9 @@ class Factors(DampingRule):
 
 @dataclass(frozen=True)
 class Iterate(Generic[P]):
-    """Where an iteration stands: an evaluated point, the next damping, and why it ended, if it has.
+    """State of an iteration: an evaluated point, the next damping, and the reason for its end, if any.
 
-    ``growth`` : of the damping at the next failure. ``count`` : steps so far. ``scale`` : of the last step.
+    ``growth`` : factor on the damping at the next failure. ``count`` : steps so far. ``scale`` : of the last step.
     """
 
     point: P
@@ -144,7 +144,7 @@ class Iterate(Generic[P]):
 
 @dataclass(frozen=True)
 class _Proposal(Generic[P]):
-    """Steps that are tried from an iterate."""
+    """Trial steps from an iterate."""
 
     points: list[P]
     steps: list[ParameterStep]
@@ -153,11 +153,11 @@ class _Proposal(Generic[P]):
 
 
 def minimise(problem: LeastSquares[P], start: Sequence[Iterate[P]], rule: DampingRule, rounds: int) -> list[Iterate[P]]:
-    """Improve evaluated points side by side by at most ``rounds`` steps each.
+    """Improve evaluated points in parallel by at most ``rounds`` steps each.
 
     Returns
     -------
-    list : an iterate each, in order; ``reason`` says why it ended, or that the limit was reached.
+    list : one iterate each, in order; ``reason`` says why it ended, or that the limit was reached.
     """
     current = [
         it if it.reason or np.isfinite(it.point.cost) else replace(it, count=it.count + 1, reason=DIVERGED)
@@ -182,7 +182,7 @@ def minimise(problem: LeastSquares[P], start: Sequence[Iterate[P]], rule: Dampin
 
 
 def _proposed(problem: LeastSquares[P], iterate: Iterate[P], rule: DampingRule) -> tuple[Iterate[P], _Proposal[P]]:
-    """The steps that are tried next; none, and the iterate ended, where they predict next to nothing."""
+    """The next trial steps; none, and the iterate ends, if they predict next to no gain."""
     point = iterate.point
     normal = problem.normal(point)
     iterate = replace(iterate, scale=normal.scale.remembering(iterate.scale, rule.memory))
@@ -199,7 +199,7 @@ def _proposed(problem: LeastSquares[P], iterate: Iterate[P], rule: DampingRule) 
 def _judged(
     problem: LeastSquares[P], iterate: Iterate[P], proposal: _Proposal[P], tried: Sequence[P], rule: DampingRule
 ) -> Iterate[P]:
-    """The iterate after its best step, or where it was with more damping."""
+    """The iterate after its best step, or unchanged with more damping."""
     best = min(range(len(tried)), key=lambda k: tried[k].cost)
     point, here = tried[best], iterate.point.cost
     if np.isfinite(point.cost) and point.cost <= here:

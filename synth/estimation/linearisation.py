@@ -1,8 +1,9 @@
-"""Derivatives of all trials at one point by common and per-trial unknowns, reused while hypotheses change.
+"""Derivatives of all trials at one point by common and per-trial unknowns, shared by many hypotheses.
 
-A cause changes a leg's motion by little, so the derivatives by what every hypothesis shares are taken once and serve
-many fits. Each trial's own unknowns are eliminated by an orthogonal projection (variable projection: Golub & Pereyra,
-SIAM J. Numer. Anal. 10 (1973) 413), which costs less than a Schur complement where the projected derivatives are kept.
+A cause changes a leg's motion little, so the derivatives by the shared unknowns are computed once and used
+for many fits. Each trial's own unknowns are eliminated by an orthogonal projection (variable projection: Golub &
+Pereyra,
+SIAM J. Numer. Anal. 10 (1973) 413), which is cheaper than a Schur complement if the projected derivatives are stored.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ from synth.estimation.normal_equations import OwnGroup, ReducedNormal
 
 @dataclass(frozen=True)
 class TrialLinearisation:
-    """One trial's whitened derivatives: ``common`` (M, p), and the QR factors ``q`` (M, l), ``r`` (l, l) of its own.
+    """One trial's whitened derivatives: ``common`` (M, p), and QR factors ``q`` (M, l), ``r`` (l, l) of its own
+    unknowns.
 
-    Rows of the prior of the trial's own unknowns stand below those of the samples.
+    Rows of the prior of the trial's own unknowns follow those of the samples.
     """
 
     common: Array
@@ -30,12 +32,12 @@ class TrialLinearisation:
 
     @cached_property
     def along(self) -> Array:
-        """(l, p) the common derivatives' components along the span of the trial's own."""
+        """(l, p) components of the common derivatives in the span of the trial's own."""
         return np.asarray(self.q.T @ self.common)
 
     @cached_property
     def projected(self) -> Array:
-        """(M, p) the common derivatives, less those components."""
+        """(M, p) the common derivatives without those components."""
         return np.asarray(self.common - self.q @ self.along)
 
     @cached_property
@@ -56,7 +58,7 @@ class Linearisation:
 
     @cached_property
     def _alike(self) -> list[tuple[list[int], Array, Array]]:
-        """Trials with equally many own unknowns: indices, ``r`` (t, l, l) and normal matrices (t, l, l)."""
+        """Trials grouped by number of own unknowns: indices, ``r`` (t, l, l) and normal matrices (t, l, l)."""
         indices: dict[int, list[int]] = {}
         for i, trial in enumerate(self.trials):
             indices.setdefault(len(trial.r), []).append(i)
@@ -66,11 +68,11 @@ class Linearisation:
     def normal(
         self, residuals: Sequence[Array], columns: Sequence[Array], weight: float, prior: Array
     ) -> LinearisedNormal:
-        """Normal equations at residuals (M,) a trial.
+        """Normal equations for residuals (M,) of each trial.
 
         Parameters
         ----------
-        columns : (M, k) a trial, derivatives by unknowns beyond the linearisation's.
+        columns : (M, k) per trial, derivatives by further unknowns.
         weight : of the squared residuals in the cost, against priors of unit variance on all common unknowns.
         prior : (p + k,) the unknowns themselves, the gradient of those priors.
         """
@@ -93,7 +95,7 @@ class Linearisation:
         return LinearisedNormal(self._groups(components), total, gradient, tuple(parts), weight, tuple(squares))
 
     def _groups(self, components: Sequence[tuple[Array, Array]]) -> tuple[OwnGroup, ...]:
-        """The trials' own unknowns, from components along their span: of residuals (l,), of derivatives (l, p + k)."""
+        """The trials' own unknowns, from components in their span: of residuals (l,), of derivatives (l, p + k)."""
         made = []
         for indices, r, square in self._alike:
             turned = r.transpose(0, 2, 1)
@@ -105,7 +107,7 @@ class Linearisation:
 
 @dataclass(frozen=True)
 class LinearisedNormal(ReducedNormal):
-    """Reduced normal equations with each trial's projected sum of ``squares``; ``weight`` : of squares in the cost."""
+    """Reduced normal equations with each trial's projected sum of ``squares``; ``weight`` of squares in the cost."""
 
     weight: float
     squares: tuple[float, ...]
@@ -118,9 +120,9 @@ class LinearisedNormal(ReducedNormal):
         return matrix / self.weight, gradient / self.weight, float(sum(self.squares))
 
     def without_fold(self, out: Sequence[int], prior: Array) -> LinearisedNormal:
-        """The same without the trials ``out``, whose own unknowns follow the common ones; ``prior`` as for ``normal``.
+        """The same without the trials ``out``, whose own unknowns are refitted; ``prior`` as for ``normal``.
 
-        Summed anew: what a trial that diverged would hold cannot be taken off again.
+        Summed again, because the contribution of a diverged trial cannot be subtracted.
         """
         kept = [part for index, part in enumerate(self.parts) if index not in out]
         matrix = sum((matrix for matrix, _ in kept), np.eye(len(prior)))
@@ -128,7 +130,7 @@ class LinearisedNormal(ReducedNormal):
         return replace(self, matrix=matrix, gradient=gradient)
 
     def squares_without(self, trial: int, step: Array) -> float:
-        """Projected sum of squares of all trials but one after a step (p,) of the common unknowns, to first order."""
+        """First-order projected sum of squares of all trials but one after a step (p,) of the common unknowns."""
         matrix, gradient, squares = self._sums
         own_matrix, own_gradient = (part / self.weight for part in self.parts[trial])
         bent = float(step @ (matrix - own_matrix) @ step)

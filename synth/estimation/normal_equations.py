@@ -1,14 +1,14 @@
-"""Normal equations of arrow shape: unknowns that all trials share, and each trial's own, which are eliminated.
+"""Arrow-shaped normal equations: common unknowns, and each trial's own unknowns, which are eliminated.
 
-The Hessian of a fit to many trials couples a trial's own unknowns (its initial state) to the common ones and to nothing
-else. Eliminating them trial by trial makes a step linear in the number of trials (Triggs et al. 2000, "Bundle
-adjustment", section 6). A damped step of the common unknowns comes from one of two matrices:
+In the Hessian of a fit to many trials, a trial's own unknowns (its initial state) couple only to the common ones.
+Eliminating them trial by trial makes the cost of a step linear in the number of trials (Triggs et al. 2000, "Bundle
+adjustment", section 6). A damped step of the common unknowns is computed from one of two matrices:
 
 ``ArrowNormal``
     damps the whole matrix, then eliminates: Levenberg-Marquardt on all unknowns.
 ``ReducedNormal``
     eliminates, then damps: Levenberg-Marquardt on the variable projection (Golub & Pereyra, SIAM J. Numer. Anal. 10
-    (1973) 413). Each trial's share of the reduced matrix stays known, so a fit without that trial is a closed form.
+    (1973) 413). Each trial's share of the reduced matrix is stored, so a fit without that trial has a closed form.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ import numpy as np
 
 from synth.arrays import Array
 
-# Relative and absolute damping that every step has: it keeps a matrix with a null direction invertible. The relative
-# one is 500 times the rounding of a double (2e-16), and a tenth of the least damping that a rule uses (1e-12).
+# Relative and absolute damping of every step: they keep a matrix with a null direction invertible. The relative
+# one is 500 times the rounding of a double (2e-16), and a tenth of the least damping of any rule (1e-12).
 LEAST_DAMPING, LEAST_DIAGONAL = 1e-13, 1e-300
-HELD_ROUNDS = 6  # times that a step is solved anew because another unknown turned out to push against its bound
+HELD_ROUNDS = 6  # repetitions of a step because a further unknown reaches its bound
 
 
 @dataclass(frozen=True)
 class Information:
-    """Arrow-shaped normal matrix: ``common`` (p, p), and a trial's ``cross`` (p, l) and ``own`` (l, l)."""
+    """Arrow-shaped normal matrix: ``common`` (p, p), and ``cross`` (p, l) and ``own`` (l, l) per trial."""
 
     common: Array
     cross: tuple[Array, ...]
     own: tuple[Array, ...]
 
     def schur(self) -> Array:
-        """(p, p) information on the common unknowns once every trial's own are estimated too."""
+        """(p, p) information on the common unknowns with every trial's own unknowns estimated."""
         reduced = self.common.copy()
         for cross, own in zip(self.cross, self.own, strict=True):
             reduced -= cross @ np.linalg.solve(own, cross.T)
@@ -45,7 +45,7 @@ class Information:
 
 @dataclass(frozen=True)
 class OwnGroup:
-    """Trials with equally many unknowns of their own, stacked.
+    """Trials with the same number of own unknowns, stacked.
 
     ``trials`` : their indices (t,). ``matrix`` (t, l, l), ``gradient`` (t, l), ``cross`` (t, l, p).
     """
@@ -61,7 +61,7 @@ class OwnGroup:
         return np.diagonal(self.matrix, axis1=1, axis2=2)
 
     def steps(self, common: Array, dampings: Array, scale: Array) -> Array:
-        """(n_step, t, l) damped steps that go with the steps ``common`` (n_step, p) of the common unknowns."""
+        """(n_step, t, l) damped own steps for the common steps ``common`` (n_step, p)."""
         right = self.gradient[:, :, None] + self.cross @ common.T
         added = (dampings[:, None, None] + LEAST_DAMPING) * scale + LEAST_DIAGONAL
         damped = self.matrix + added[:, :, :, None] * np.eye(self.matrix.shape[1])
@@ -78,13 +78,13 @@ class ParameterStep:
 
 @dataclass(frozen=True)
 class DampingScale:
-    """What the damping multiplies: ``common`` (p,), and (t, l) a group of trials."""
+    """The scale of the damping: ``common`` (p,), and (t, l) per group of trials."""
 
     common: Array
     own: tuple[Array, ...]
 
     def remembering(self, last: DampingScale | None, memory: float) -> DampingScale:
-        """At least the share ``memory`` of the last step's scale, so that a scale does not collapse in one step."""
+        """At least the share ``memory`` of the last step's scale, so that it cannot collapse in one step."""
         if last is None or memory == 0.0:
             return self
         own = tuple(np.maximum(memory * a, b) for a, b in zip(last.own, self.own, strict=True))
@@ -93,11 +93,11 @@ class DampingScale:
 
 @dataclass(frozen=True)
 class StepLimits:
-    """How far a step may go; beyond, the whole step is shortened.
+    """Step limits; a longer step is shortened as a whole.
 
-    ``common`` : greatest change of each common unknown, (p,) or one number; ``own`` : of a trial's own. ``follow`` :
-    each trial's own step is the best one for the common step after that was shortened and cut off at the bounds;
-    otherwise it is solved for before, and shortened with the common step.
+    ``common`` : largest change of each common unknown, (p,) or one number; ``own`` : of a trial's own. ``follow`` :
+    each trial's own step is optimal for the common step after shortening and bounds;
+    otherwise it is solved first and shortened with the common step.
     """
 
     common: Array | float = np.inf
@@ -107,7 +107,7 @@ class StepLimits:
 
 @dataclass(frozen=True)
 class NormalEquations(ABC):
-    """``groups`` : the trials' own unknowns. All gradients are of the cost, at the point of linearisation."""
+    """``groups`` : the trials' own unknowns. Gradients are of the cost at the point of linearisation."""
 
     groups: tuple[OwnGroup, ...]
 
@@ -123,18 +123,18 @@ class NormalEquations(ABC):
 
     @abstractmethod
     def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
-        """Damped matrix (p, p) and gradient (p,) of the common unknowns, the trials' own eliminated."""
+        """Damped matrix (p, p) and gradient (p,) of the common unknowns, with the trials' own eliminated."""
 
     @abstractmethod
     def predicted_fall(self, step: ParameterStep) -> float:
-        """Fall of the cost that the linearisation predicts for a step that was not shortened."""
+        """Decrease of the cost that the linearisation predicts for an unshortened step."""
 
     def steps(
         self, at: Array, dampings: Array, scale: DampingScale, bounds: tuple[Array, Array], limits: StepLimits
     ) -> list[ParameterStep]:
         """One step for each of ``dampings`` (n_step,) from the common unknowns ``at`` (p,).
 
-        Unknowns that sit on a bound and push outwards are held; so are those whose bounds coincide.
+        Unknowns at a bound that would move outwards are fixed; so are those with equal bounds.
         """
         low, high = bounds
         made = [self._held_step(*self.damped(damping, scale), at, bounds) for damping in dampings.tolist()]
@@ -153,7 +153,7 @@ class NormalEquations(ABC):
 
     @staticmethod
     def _held_step(matrix: Array, gradient: Array, at: Array, bounds: tuple[Array, Array]) -> Array:
-        """Step (p,) without the unknowns that push against a bound."""
+        """Step (p,) without the unknowns at their bounds."""
         low, high = bounds
         held = low >= high
         step = np.zeros(len(at))
@@ -169,7 +169,7 @@ class NormalEquations(ABC):
         return step
 
     def _with_own(self, common: Array, dampings: Array, scale: DampingScale) -> list[ParameterStep]:
-        """Steps with each trial's own unknowns, from those of the common ones (n_step, p)."""
+        """Steps including each trial's own unknowns, from the common steps (n_step, p)."""
         count = sum(len(group.trials) for group in self.groups)
         own: list[list[Array]] = [[np.zeros(0)] * count for _ in common]
         for group, width in zip(self.groups, scale.own, strict=True):
@@ -180,20 +180,20 @@ class NormalEquations(ABC):
 
 
 def _share(step: Array, longest: Array | float) -> float:
-    """Factor, at most 1, by which no part of a step is longer than allowed."""
+    """Factor, at most 1, that keeps every part of a step within its limit."""
     return float(min(1.0, np.min(longest / np.maximum(np.abs(step), 1e-300), initial=1.0)))
 
 
 @dataclass(frozen=True)
 class ArrowNormal(NormalEquations):
-    """All unknowns' normal matrix and the common ones' gradient; damping comes before the elimination."""
+    """Normal matrix of all unknowns and gradient of the common ones; damped before the elimination."""
 
     information: Information
     gradient: Array
 
     @classmethod
     def of(cls, information: Information, gradient: Array, own_gradient: Sequence[Array]) -> ArrowNormal:
-        """From the matrix and gradients, a trial each (l,)."""
+        """From the matrix and gradients (l,) per trial."""
         return cls(grouped(information.own, own_gradient, [c.T for c in information.cross]), information, gradient)
 
     @property
@@ -222,7 +222,7 @@ class ArrowNormal(NormalEquations):
         return matrix, gradient
 
     def predicted_fall(self, step: ParameterStep) -> float:
-        """Half the gradient along the step (exact for the undamped one)."""
+        """Half the gradient along the step (exact for the undamped step)."""
         fall = -0.5 * float(self.gradient @ step.common)
         for group in self.groups:
             for trial, gradient in zip(group.trials, group.gradient, strict=True):
@@ -232,9 +232,9 @@ class ArrowNormal(NormalEquations):
 
 @dataclass(frozen=True)
 class ReducedNormal(NormalEquations):
-    """``matrix`` (p, p) and ``gradient`` (p,) with the trials' own unknowns eliminated; damping comes after.
+    """``matrix`` (p, p) and ``gradient`` (p,) with the trials' own unknowns eliminated; damped afterwards.
 
-    ``parts`` : each trial's share of both, as it is in their sums.
+    ``parts`` : each trial's contribution to both.
     """
 
     matrix: Array
@@ -266,7 +266,7 @@ class ReducedNormal(NormalEquations):
 
     @property
     def covariance(self) -> Array:
-        """(p, p) of the common unknowns: the inverse of the information that trials and priors give."""
+        """(p, p) covariance of the common unknowns: the inverse information of trials and priors."""
         return np.asarray(np.linalg.inv(self.matrix))
 
     def damped(self, damping: float, scale: DampingScale) -> tuple[Array, Array]:
@@ -275,7 +275,7 @@ class ReducedNormal(NormalEquations):
         return self.matrix + np.diag(added), self.gradient
 
     def predicted_fall(self, step: ParameterStep) -> float:
-        """Half the gradient along the common step; the trials' own are at their best for it already."""
+        """Half the gradient along the common step; the trials' own unknowns are already optimal for it."""
         return -0.5 * float(self.gradient @ step.common)
 
     def without(self, trial: int) -> Array:
@@ -301,7 +301,7 @@ class TrialNormal:
 
 
 def grouped(own: Sequence[Array], gradient: Sequence[Array], cross: Sequence[Array]) -> tuple[OwnGroup, ...]:
-    """Trials with equally many own unknowns stacked; ``cross`` (l, p) a trial."""
+    """Trials with the same number of own unknowns, stacked; ``cross`` (l, p) per trial."""
     trials: dict[int, list[int]] = {}
     for index, matrix in enumerate(own):
         trials.setdefault(len(matrix), []).append(index)

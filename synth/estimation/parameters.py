@@ -1,7 +1,7 @@
-"""Parameters of an effect: their units, what is believed of them before any trial, and where a search for them begins.
+"""Parameters of an effect: units, prior, and starting values of a search.
 
-An effect of any plant is a set of parameters that are zero where it is switched off. A diagnosis works with whitened
-unknowns, whose prior is the unit normal; ``Prior`` turns one into the other.
+An effect of any plant is a set of parameters; zero strengths switch it off. A diagnosis works with whitened
+unknowns whose prior is the standard normal; ``Prior`` converts between the two.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Prior:
-    """What is held possible of a parameter before any trial, in units of the joint's natural size of its dimension.
+    """Prior of a parameter, in units of the joint's natural size of its dimension.
 
-    Normal about ``centre`` with standard deviation ``width``, or with ``log`` log-normal about the median ``centre``
+    Normal with mean ``centre`` and standard deviation ``width``; with ``log`` log-normal with median ``centre``
     with ``width`` in natural logarithm; with ``inverse`` its reciprocal is normal about ``1 / centre`` (0 for an
-    infinite centre) with deviation ``width``: a compliance, whose effect is linear where it is small. Cut off at
+    infinite centre) with deviation ``width``: a compliance, whose effect is linear while small. Truncated at
     ``lower`` and ``upper``.
     """
 
@@ -34,7 +34,7 @@ class Prior:
     inverse: bool = False
 
     def value(self, coordinate: Any) -> Any:
-        """Natural value at a whitened coordinate (0 the centre, 1 one standard deviation above), cut off."""
+        """Value for a whitened coordinate (0 the centre, 1 one standard deviation above), truncated."""
         scaled = self.width * np.asarray(coordinate, dtype=float)
         if self.inverse:
             value = 1.0 / np.maximum(1.0 / self.centre + scaled, 1.0 / self.upper)
@@ -42,19 +42,19 @@ class Prior:
             value = self.centre * np.exp(np.minimum(np.maximum(scaled, -40.0), 40.0))
         else:
             value = self.centre + scaled
-        # one call each, and only where there is a bound: np.clip takes five times as long
+        # np.clip takes five times as long
         value = value if self.lower == -np.inf else np.maximum(value, self.lower)
         return value if self.upper == np.inf else np.minimum(value, self.upper)
 
     def coordinate(self, value: Any) -> Any:
-        """The inverse of ``value``."""
+        """Whitened coordinate of ``value``."""
         value = np.asarray(value, dtype=float)
         if self.inverse:
             return (1.0 / value - 1.0 / self.centre) / self.width
         return np.log(value / self.centre) / self.width if self.log else (value - self.centre) / self.width
 
     def span(self, most: float) -> tuple[float, float]:
-        """Least and greatest whitened coordinate, at most ``most`` deviations off, between the bounds."""
+        """Lowest and highest whitened coordinate within the bounds, at most ``most`` deviations from 0."""
         ends = []
         for bound, open_end in ((self.lower, -np.inf), (self.upper, np.inf)):
             closed = np.isfinite(bound) and not ((self.log or self.inverse) and bound <= 0.0)
@@ -65,7 +65,7 @@ class Prior:
 
 
 def stiff(usual: float, upper: float) -> Prior:
-    """A stiffness that would be infinite in the nominal leg: half-normal in its reciprocal, up to ``upper``."""
+    """A stiffness that is infinite in the nominal leg: half-normal in its reciprocal, up to ``upper``."""
     return Prior(np.inf, 1.0 / usual, lower=0.5, upper=upper, inverse=True)
 
 
@@ -86,12 +86,12 @@ def positive(median: float, width: float, lower: float = 0.0, upper: float = np.
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect.
+    """One parameter of an effect.
 
-    ``default``: the value where a file gives none; None: it must. ``off``: the value with which a joint without the
-    effect is computed. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
-    unit; else in the joint's natural size (see ``diagnosis.candidates``). ``anchor`` "middle": its prior counts from
-    the middle of the joint's motion, in half its range.
+    ``default``: the value if a file gives none; None: required. ``off``: the value that represents a joint without the
+    effect. ``prior`` None: never estimated. A parameter with ``natural`` False has its prior in its own SI
+    unit, otherwise in the joint's natural size (see ``diagnosis.candidates``). ``anchor`` "middle": its prior is
+    relative to the middle of the joint's motion, in half its range.
     """
 
     name: str
@@ -106,11 +106,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Shape:
-    """One way in which the diagnosis tries an effect: the parameters that it frees, and from where it starts.
+    """One variant in which the diagnosis tries an effect: its free parameters and starting values.
 
-    ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : each name -> value; what is
-    left out starts small. Both in units of the natural size, as ``Prior.centre``. ``needs`` : what the place must have,
-    one of these, in the plant's own words; none: it fits everywhere.
+    ``free`` : names; the others keep their default, or the value in ``held``. ``starts`` : name -> values; a name
+    left out starts small. Both in units of the natural size, as ``Prior.centre``. ``needs`` : one of these
+    properties that a place must have, in the plant's own words; empty: it applies everywhere.
     """
 
     free: tuple[str, ...]
@@ -121,11 +121,11 @@ class Shape:
 
 @dataclass(frozen=True)
 class PlantEffect:
-    """An effect of some plant: what it is, and its parameters in the order of its function.
+    """An effect of a plant with its parameters in the order of its function.
 
-    ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the ways in which a diagnosis
-    tries it. ``phrase`` : what a diagnosis says of the place that has it, "lacks dry friction". ``module`` : where its
-    functions are.
+    ``strengths`` : the parameters that switch it off when all are zero. ``shapes`` : the variants that a diagnosis
+    tries. ``phrase`` : the words for a place that has it, "lacks dry friction". ``module`` : the module of its
+    functions.
     """
 
     name: str
@@ -140,7 +140,7 @@ class PlantEffect:
 
     @cached_property
     def defaults(self) -> dict[str, float]:
-        """Parameter -> value where a file gives none; what must be given counts as off."""
+        """Parameter -> default; required parameters count as off."""
         return {p.name: p.off if p.default is None else p.default for p in self.parameters}
 
     def function(self, name: str) -> Callable[..., Any]:
@@ -154,5 +154,5 @@ class PlantEffect:
         return importlib.import_module(self.module)
 
     def index(self, parameter: str) -> int:
-        """Place of a parameter."""
+        """Index of a parameter."""
         return [p.name for p in self.parameters].index(parameter)

@@ -1,1 +1,1 @@
-"""The models against closed forms, statics, conservation and another engine, for one user's leg (``synth check``)."""
+"""Checks of a leg's model by closed forms, statics, conservation and another engine (``synth check``)."""

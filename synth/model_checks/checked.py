@@ -1,4 +1,4 @@
-"""What a check of a model expects, what was found, and how far they may be apart."""
+"""A check of a model: expected value, model value, allowed difference."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ FORMAT = "synth/check/1"
 
 @dataclass(frozen=True)
 class ModelCheck:
-    """One check: ``expected`` and ``found`` in the SI unit of ``unit``; ``limit`` of their difference, likewise.
+    """One check: ``expected`` and ``found`` in SI, displayed in ``unit``; ``limit`` of their difference in SI.
 
-    ``where``: the joint or part that is looked at; ``source``: of what is expected.
+    ``where``: joint or part; ``source``: of the expected value.
     """
 
     name: str
@@ -29,12 +29,12 @@ class ModelCheck:
 
     @property
     def off(self) -> float:
-        """How far apart they are."""
+        """The absolute difference."""
         return abs(self.found - self.expected)
 
     @property
     def passed(self) -> bool:
-        """Within the limit; what is not a number is not."""
+        """Whether the difference is within the limit; a value that is not a number is not."""
         return self.off <= self.limit
 
     def as_json(self) -> dict[str, Any]:
@@ -46,7 +46,7 @@ class ModelCheck:
 
 @dataclass(frozen=True)
 class ModelChecks:
-    """All checks of one file; ``left_out``: a sentence on each that could not be done."""
+    """All checks of one file; ``left_out``: one sentence for each check that was not possible."""
 
     name: str
     kind: str  # leg or hopper
@@ -56,7 +56,7 @@ class ModelChecks:
 
     @property
     def failed(self) -> list[ModelCheck]:
-        """Those beyond their limits."""
+        """The checks beyond their limits."""
         return [check for check in self.checks if not check.passed]
 
     def as_json(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""A designed leg's predicted response against its exported model in MuJoCo: stops, friction, drawn inertias.
+"""A designed leg's predicted response against its exported model in MuJoCo, with stops, friction and inertias.
 
-The report predicts with our equations; ``leg.mjcf.xml`` holds what was drawn: whole inertias (centres beside the link's
-line too), dampers with their curves, dry friction and the stops as limits. MuJoCo moves it from each release's start.
+The report predicts with our equations; ``leg.mjcf.xml`` holds the drawn leg: full inertias (with centres of mass
+beside the link's line), dampers with their curves, dry friction and stops as limits. MuJoCo simulates each release.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ MODEL, DESIGN, BUILT = "leg.mjcf.xml", "design.json", "built.leg.yaml"
 
 @dataclass(frozen=True)
 class Predicted:
-    """One release as the report has it: times (m,) s, the built leg's rotations (m, n) rad and first rates (n,)."""
+    """One release of the report: times (m,) s, the built leg's rotations (m, n) rad and initial rates (n,)."""
 
     name: str
     time: Array
@@ -39,16 +39,16 @@ class Predicted:
 
 
 def designed_leg_checks(folder: Path) -> ModelChecks:
-    """Every joint of every release that the report predicts, moved by MuJoCo from the same start.
+    """Every joint of every predicted release, simulated by MuJoCo from the same start.
 
     Raises
     ------
-    UserError : the folder holds no result of ``synth leg``.
+    UserError : the folder is not a result of ``synth leg``.
     """
     files = [folder / name for name in (DESIGN, BUILT, MODEL)]
     missing = [path.name for path in files if not path.is_file()]
     if missing:
-        raise UserError(Problem(f"is no result of synth leg: {', '.join(missing)} is not there", str(folder)))
+        raise UserError(Problem(f"is not a result of synth leg: {', '.join(missing)} is missing", str(folder)))
     design = json.loads((folder / DESIGN).read_text(encoding="utf-8"))
     leg = read_leg(folder / BUILT, resolve_part=resolver())
     inputs = tuple((path.name, sha256_file(path)) for path in files)
@@ -58,7 +58,7 @@ def designed_leg_checks(folder: Path) -> ModelChecks:
         return ModelChecks(design["name"], "leg-design", (), (HOW,), inputs)
     model = mujoco.MjModel.from_xml_path(str(folder / MODEL))
     checks, left_out = [], _left_out(folder / MODEL)
-    source = f"MuJoCo {mujoco.__version__} with {MODEL}, where they differ most"
+    source = f"MuJoCo {mujoco.__version__} with {MODEL}, at the largest difference"
     for release in predicted(folder, design, leg):
         moved = move(mujoco, model, leg, release)
         for j, joint in enumerate(leg.joints):
@@ -70,7 +70,7 @@ def designed_leg_checks(folder: Path) -> ModelChecks:
 
 
 def predicted(folder: Path, design: dict[str, Any], leg: Leg) -> list[Predicted]:
-    """The releases of ``responses/target``: angles from the tables, first rates from the fit of the wanted motion."""
+    """The releases of ``responses/target``: angles from the tables, initial rates from the fit of the wanted motion."""
     fitted = [trial for trial in design["stages"]["target"]["trials"] if not trial["held_out"]]
     found = []
     for trial, stem in zip(fitted, stems([trial["file"] for trial in fitted]), strict=True):
@@ -88,7 +88,7 @@ def predicted(folder: Path, design: dict[str, Any], leg: Leg) -> list[Predicted]
 
 
 def move(mujoco: Any, model: Any, leg: Leg, release: Predicted) -> Array:
-    """(m, n) rad: the exported model through one release, in steps no longer than its own."""
+    """(m, n) rad: one release by the exported model, in steps no longer than its own."""
     data = mujoco.MjData(model)
     joints = [model.joint(name) for name in leg.joint_names]
     place = [int(joint.qposadr[0]) for joint in joints]
@@ -107,7 +107,7 @@ def move(mujoco: Any, model: Any, leg: Leg, release: Predicted) -> Array:
 
 
 def _left_out(path: Path) -> list[str]:
-    """What the model's own comments say that it does not hold."""
+    """The omissions that the model states in its comments."""
     text = path.read_text(encoding="utf-8")
     parts = (part.partition("-->")[0].strip() for part in text.split("<!--")[1:])
     return [part for part in parts if part.startswith("not in this model")]

@@ -1,7 +1,7 @@
 """A jumping leg's model against free fall, a pogo stick, statics, energy, its planar form and another engine.
 
-The drops are without motors. What is expected of the pogo and of the crouch are closed forms; energy is written here
-piece by piece and shares no line with the compiled equations.
+The drops are without motors. The expected values of the pogo and the crouch are closed forms; the energy is computed
+independently of the compiled equations.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ DROP = 0.05  # m, of a leg on its foot
 POGO_DROP = 0.02  # m
 # Limits, each a few times what was measured on the lab's leg with all three ways of bending (tests/hopper).
 BALLISTIC = 1e-6  # m
-DEEPEST, TOUCH = 5e-3, 1e-2  # shares of the pogo's depth and time of touch: the links are stiff, not rigid
+DEEPEST, TOUCH = 5e-3, 1e-2  # shares of the pogo's depth and contact time: the links are stiff, not rigid
 BALANCE = 2e-3  # g
 KEPT = 1e-4  # of the energy that the drop releases
 FORMS = 1e-4  # m of clearance: the planar form, and MuJoCo
 FOLLOWED = 5e-4  # m of height through a drop, MuJoCo
-STIFF, WEAK_GROUND = 1e4, 200.0  # N m/rad of joints that do not fold, and N/m of a ground that gives centimetres
+STIFF, WEAK_GROUND = 1e4, 200.0  # N m/rad of joints that do not fold, N/m of a ground that yields by centimetres
 
 
 def jumping_checks(leg: HopperLeg, motors: list[Motor], contact: Contact) -> tuple[list[ModelCheck], list[str]]:
-    """All checks at one length of upper links; jumps with the motor that jumps highest."""
+    """All checks at one length of the upper links; jumps use the motor that jumps highest."""
     motor = _strongest(leg, motors, contact)
     checks = [free_fall(leg, motor, contact), *pogo(leg, motor), crouch(leg, motor, contact), energy_kept(leg, motor)]
     checks += [upright(leg, motor, contact, name) for name in ("A", "full")]
@@ -52,7 +52,7 @@ def _strongest(leg: HopperLeg, motors: list[Motor], contact: Contact) -> Motor:
 
 
 def unpowered(leg: HopperLeg, motor: Motor, contact: Contact, above: float = 0.0) -> Array:
-    """A lane of model A with its motors gone, the foot ``above`` m over the ground."""
+    """A lane of model A without motors, the foot ``above`` m over the ground."""
     layout = layout_of(leg)
     z = lane(leg, motor, contact, MODELS["A"])
     for name in MOTOR_ROWS:
@@ -62,18 +62,18 @@ def unpowered(leg: HopperLeg, motor: Motor, contact: Contact, above: float = 0.0
 
 
 def free_fall(leg: HopperLeg, motor: Motor, contact: Contact) -> ModelCheck:
-    """The centre of mass in the air falls by g t^2/2 whatever links and springs do."""
+    """In flight the centre of mass falls by g t^2/2, whatever the links and springs do."""
     layout = layout_of(leg)
     trace = compiled_jump(leg.bending).trace(unpowered(leg, motor, contact, 0.3), duration=0.15, fall=99.0)
     time, com = trace[:, 0], trace[:, 1 + layout.row("com")]
     fallen, expected = float(com[0] - com[-1]), 0.5 * leg.gravity * float(time[-1]) ** 2
-    return ModelCheck("way that the centre of mass falls in 0.15 s", "leg", expected, fallen, BALLISTIC, "m", "g t^2/2")
+    return ModelCheck("fall of the centre of mass in 0.15 s", "leg", expected, fallen, BALLISTIC, "m", "g t^2/2")
 
 
 def pogo(leg: HopperLeg, motor: Motor) -> list[ModelCheck]:
-    """With its joints stiff the leg is a mass on the ground's spring: how deep it goes, and how long it touches.
+    """With stiff joints the leg is a mass on the ground's spring: depth and contact time.
 
-    Landing at speed v, ``x(t) = (v/w) sin wt - (g/w^2)(1 - cos wt)`` while it touches, ``w = sqrt(k/m)``.
+    Landing at speed v, ``x(t) = (v/w) sin wt - (g/w^2)(1 - cos wt)`` in contact, ``w = sqrt(k/m)``.
     """
     g, angle = leg.gravity, leg.start
     b = leg.lower_angle(angle)
@@ -89,15 +89,15 @@ def pogo(leg: HopperLeg, motor: Motor) -> list[ModelCheck]:
     time, foot = trace[:, 0], trace[:, 1 + layout.row("foot")]
     depth = g / w**2 + sqrt((g / w**2) ** 2 + (v / w) ** 2)
     down, up = _crossing(time, foot, -1), _crossing(time, foot, +1)
-    source = "a mass that lands on a spring"
+    source = "a mass landing on a spring"
     return [
-        ModelCheck("pogo: how deep the ground gives", "foot", depth, float(-foot.min()), DEEPEST * depth, "m", source),
-        ModelCheck("pogo: how long the foot touches", "foot", held, up - down, TOUCH * held, "s", source),
+        ModelCheck("pogo: compression of the ground", "foot", depth, float(-foot.min()), DEEPEST * depth, "m", source),
+        ModelCheck("pogo: contact time", "foot", held, up - down, TOUCH * held, "s", source),
     ]
 
 
 def _crossing(time: Array, height: Array, way: int) -> float:
-    """When the height first crosses 0 downwards (-1) or, after that, upwards (+1), s; nan where it does not."""
+    """When the height first crosses 0 downwards (-1) or, after that, upwards (+1), s; nan if it does not."""
     below = height < 0.0
     at = np.flatnonzero(below[1:] != below[:-1])
     wanted = at[:1] if way < 0 else at[1:2]
@@ -108,7 +108,7 @@ def _crossing(time: Array, height: Array, way: int) -> float:
 
 
 def crouch(leg: HopperLeg, motor: Motor, contact: Contact) -> ModelCheck:
-    """With the torque ``m g leverage / 2`` a motor, massless rigid links and no flexures nothing starts to move."""
+    """With motor torque ``m g leverage / 2``, massless rigid links and no flexures the leg stays at rest."""
     light = replace(leg, bending="none", laminate=replace(leg.laminate, mass_per_length=1e-9),
                     flexures=Flexures(0.0, 0.0), foot_mass=0.0)  # fmt: skip
     layout = layout_of(light)
@@ -118,19 +118,19 @@ def crouch(leg: HopperLeg, motor: Motor, contact: Contact) -> ModelCheck:
     workspace[layout.row("alive")] = 1.0
     compiled_jump("none").right_hand_side(workspace)
     found = float(workspace[layout.row("derivative") + 1 + layout.n, 0])
-    return ModelCheck("hips' acceleration in the crouch, held by statics' torque", "hips", 0.0, found,
+    return ModelCheck("hip acceleration in the crouch under static torque", "hips", 0.0, found,
                       BALANCE * leg.gravity, "m/s^2", "virtual work: m g dy = 2 T da")  # fmt: skip
 
 
 def energy_kept(leg: HopperLeg, motor: Motor) -> ModelCheck:
-    """A drop on a lossless ground and the rebound: springs, bending and ground give back all they take."""
+    """A drop on a lossless ground with rebound: springs, bending and ground return all energy."""
     free = replace(leg, flexures=replace(leg.flexures, damping=0.0), stop_dissipation=0.0)
     contact = Contact(damping=0.0)
     trace = compiled_jump(leg.bending).trace(unpowered(free, motor, contact, DROP), tolerance=1e-8, duration=0.16,
                                              fall=99.0)  # fmt: skip
     energy = energy_of(free, motor, trace, contact)
     released = free.total_mass(motor) * free.gravity * DROP
-    return ModelCheck("energy of a four-bar's drop and rebound, of that released", "leg", 1.0,
+    return ModelCheck("energy after a four-bar's drop and rebound, relative to the energy released", "leg", 1.0,
                       1.0 + float(np.ptp(energy)) / released, KEPT, "1", "conservation of energy")  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def energy_of(leg: HopperLeg, motor: Motor, trace: Array, contact: Contact) -> A
 
 
 def upright(leg: HopperLeg, motor: Motor, contact: Contact, name: str) -> ModelCheck:
-    """The jump by the planar form (multipliers on all coordinates) against one side with its loop eliminated."""
+    """The jump by the planar form (multipliers for all constraints) against one side with its loop eliminated."""
     model = MODELS[name]
     found = simulate([(leg, motor)], contact, model, tolerance=1e-6)[0].clearance
     expected = planar_jump(leg, motor, contact, model, tolerance=1e-6).outcome.clearance
@@ -177,7 +177,7 @@ def upright(leg: HopperLeg, motor: Motor, contact: Contact, name: str) -> ModelC
 
 
 def four_bar_drop(leg: HopperLeg, motor: Motor, contact: Contact) -> list[ModelCheck]:
-    """The leg falls, lands and rebounds: height of hips and foot through it all, beside MuJoCo's."""
+    """A leg that falls, lands and rebounds: height of hips and foot throughout, compared with MuJoCo."""
     layout, model = layout_of(leg), MODELS["D"]
     theirs = mujoco_jump(leg, motor, contact, model, drop=Drop(DROP, 0.2), step=2.5e-5)
     z = lane(leg, motor, contact, model)
@@ -192,22 +192,22 @@ def four_bar_drop(leg: HopperLeg, motor: Motor, contact: Contact) -> list[ModelC
         other = np.interp(times, theirs.trace[:, 0], theirs.trace[:, column])
         worst = int(np.argmax(np.abs(ours - other)))
         name, source = (
-            "height in a drop of the four-bar, where they differ most",
-            "MuJoCo, a loop that it closes itself",
+            "height in a drop of the four-bar, at the largest difference",
+            "MuJoCo with its own loop constraint",
         )
         checks.append(ModelCheck(name, where, float(other[worst]), float(ours[worst]), FOLLOWED, "m", source))
     return checks
 
 
 def same_jump(leg: HopperLeg, motor: Motor, contact: Contact) -> ModelCheck:
-    """Model A's jump beside MuJoCo's on the same ground."""
+    """Model A's jump compared with MuJoCo's on the same ground."""
     found = simulate([(leg, motor)], contact, MODELS["A"], tolerance=1e-6)[0].clearance
     expected = mujoco_jump(leg, motor, contact, MODELS["A"]).outcome.clearance
     return ModelCheck("clearance by model A", "foot", expected, found, FORMS, "m", "MuJoCo on the same ground")
 
 
 def length_checked(leg: HopperLeg, lengths: tuple[float, ...]) -> HopperLeg:
-    """The leg at the middle of the lengths that can crouch.
+    """The leg of middle length among those that can crouch.
 
     Raises
     ------
@@ -215,5 +215,5 @@ def length_checked(leg: HopperLeg, lengths: tuple[float, ...]) -> HopperLeg:
     """
     able = [length for length in lengths if not leg.with_length(length).problems()]
     if not able:
-        raise UserError("none of the lengths can be in the crouch, so there is no leg to check")
+        raise UserError("no length allows the crouch, so there is no leg to check")
     return leg.with_length(able[len(able) // 2])

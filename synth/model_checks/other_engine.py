@@ -1,4 +1,4 @@
-"""The same release by MuJoCo, an engine that shares no line with ours, where it is installed."""
+"""The same release in MuJoCo, an independent engine, if installed."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from synth.swing.leg_model import DamperCurve, Joint, Leg
 from synth.swing.mechanics import rest_pose
 
 HOW = 'the other engine: MuJoCo is not installed (pip install "limb-synth[mujoco]")'
-STEP = 1e-4  # s, of Runge and Kutta's fourth order: half of it changes the built-in leg by less than 1e-6 deg
+STEP = 1e-4  # s, fourth-order Runge-Kutta: half of it changes the built-in leg by less than 1e-6 deg
 LENGTH = 1.0  # s
-LIMIT = math.radians(0.01)  # a tenth of a good encoder's count; the damper curves' corners cost both engines a part
+LIMIT = math.radians(0.01)  # a tenth of a good encoder's count; both engines lose accuracy at corners of damper curves
 
 
 def same_release(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
-    """Every joint's angle through a release from ``AWAY`` off the rest pose, both engines; and what is left out."""
+    """Every joint's angle in a release from ``AWAY`` off the equilibrium, by both engines; and what is left out."""
     try:
         import mujoco
     except ImportError:
@@ -36,7 +36,7 @@ def same_release(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
     times = np.arange(0.0, LENGTH + 5e-3, 0.01)
     ours = simulate(plain, start, np.zeros(len(start)), times, tolerance=FINE)
     theirs = _by_mujoco(mujoco, plain, start, times)
-    source = f"MuJoCo {mujoco.__version__}, Runge-Kutta 4, {STEP:g} s a step, of {LENGTH:g} s where they differ most"
+    source = f"MuJoCo {mujoco.__version__}, Runge-Kutta 4, {STEP:g} s per step, largest difference within {LENGTH:g} s"
     checks = []
     for j, joint in enumerate(leg.joints):
         worst = int(np.argmax(np.abs(ours[:, j] - theirs[:, j])))
@@ -72,7 +72,7 @@ def _by_mujoco(mujoco: Any, leg: Leg, start: Array, times: Array) -> Array:
 
 
 def _torque(curve: DamperCurve, rate: float) -> float:
-    """Torque against ``rate``: odd, linear between points from (0, 0) on and along the last segment, N m."""
+    """Torque against ``rate``: odd, piecewise linear from (0, 0) and extrapolated along the last segment, N m."""
     speed, torque = [0.0, *curve.speed], [0.0, *curve.torque]
     value = abs(rate)
     last = len(speed) - 1

@@ -1,6 +1,6 @@
 """A swinging leg's model against pendulums, oscillators, statics, energy and another engine.
 
-What is expected is written from the leg's geometry here, link by link, and shares no line with the compiled equations.
+The expected values are computed here from the leg's geometry, link by link, independently of the compiled equations.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from synth.swing.mechanics import rest_pose
 SWING = np.radians(30.0)  # of the pendulum: the period is 1.7 % longer than for small swings, so both forms are tested
 AWAY = np.radians(10.0)  # of other releases from rest; inside most joints' travel
 FINE = 1e-9  # tolerance of these simulations: a thousand times finer than a fit's
-# Limits: a hundred times what the engine was measured to miss on the built-in examples, far below any sensor's noise.
+# Limits: a hundred times the engine's measured error on the built-in examples, far below any sensor's noise.
 PERIOD, ANGLE, SHARE = 1e-5, np.radians(1e-3), 1e-5
-PART = 0.3  # of a period: there the angle hangs on stiffness, inertia and damping alike
-PERIODS, SAMPLES = 4.2, 4000  # that are simulated, and samples over them
+PART = 0.3  # of a period: there the angle depends on stiffness, inertia and damping alike
+PERIODS, SAMPLES = 4.2, 4000  # simulated periods, and samples over them
 
 
 def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
-    """All checks of a leg but the other engine's; effects are left out: they have tests of their own."""
+    """All checks of a leg except the other engine's. Effects are left out; they have their own tests."""
     left_out = []
     names = sorted({name for joint in leg.joints for name in joint.effects} | set(leg.effects))
     if names:
@@ -48,19 +48,19 @@ def swinging_checks(leg: Leg) -> tuple[list[ModelCheck], list[str]]:
     try:
         rest_pose(plain)
     except ArithmeticError as error:
-        return checks, [*left_out, f"rest and energy: {error}"]
+        return checks, [*left_out, f"equilibrium and energy: {error}"]
     return [*checks, *rest(plain), *energy_kept(plain)], left_out
 
 
 def without_effects(leg: Leg) -> Leg:
-    """The leg with links, springs, dampers and armatures alone."""
+    """The leg with links, springs, dampers and armatures only."""
     return replace(leg, effects={}, joints=tuple(replace(joint, effects={}) for joint in leg.joints))
 
 
 def outboard(leg: Leg, j: int, pose: Array) -> tuple[float, float, float]:
-    """Inertia about joint j (kg m^2), weight moment (N m) and its angle from straight down, of all that hangs there.
+    """Inertia about joint j (kg m^2), weight moment (N m) and its angle from straight down, of everything outboard.
 
-    With all other joints held at ``pose`` (n,) rad and joint j at 0: by parallel axes from each link's place.
+    With all other joints locked at ``pose`` (n,) rad and joint j at 0: parallel axes from each link's position.
     """
     place, absolute = np.zeros(2), 0.0
     inertia, moment = leg.joints[j].armature, np.zeros(2)
@@ -76,7 +76,7 @@ def outboard(leg: Leg, j: int, pose: Array) -> tuple[float, float, float]:
 
 
 def pendulum(leg: Leg, j: int) -> ModelCheck:
-    """Joint j swings alone, neither spring nor damper: ``T = 4 sqrt(I / m g r) K(sin^2(A / 2))``."""
+    """Joint j swinging alone without spring and damper: ``T = 4 sqrt(I / m g r) K(sin^2(A / 2))``."""
     bare = replace(leg, joints=tuple(replace(joint, spring=None, damper=None) for joint in leg.joints))
     pose = np.array([joint.rest for joint in leg.joints])
     inertia, moment, hangs = outboard(leg, j, pose)
@@ -93,7 +93,7 @@ def pendulum(leg: Leg, j: int) -> ModelCheck:
 
 
 def period(times: Array, motion: Array) -> float:
-    """Mean period, s, from the times at which an oscillation about 0 crosses it; nan without two full swings.
+    """Mean period, s, from zero crossings of an oscillation about 0; nan without two full swings.
 
     Each crossing is the root of the cubic through the four samples about it.
     """
@@ -103,16 +103,16 @@ def period(times: Array, motion: Array) -> float:
         return float("nan")
     crossings = []
     for k in at:
-        # The inverse function through four samples, at 0 (Lagrange).
+        # Inverse interpolation at 0 through four samples (Lagrange).
         x, t = motion[k - 1 : k + 3], times[k - 1 : k + 3]
         crossings.append(sum(t[a] * np.prod([-x[b] / (x[a] - x[b]) for b in range(4) if b != a]) for a in range(4)))
     return float(2.0 * (crossings[-1] - crossings[0]) / (len(crossings) - 1))
 
 
 def oscillator(leg: Leg, j: int) -> ModelCheck:
-    """Joint j alone with its spring, and its damper where that is linear, without gravity: the damped oscillator.
+    """Joint j alone with its spring, and its damper if linear, without gravity: the damped oscillator.
 
-    The angle after a part of its undamped period, from ``AWAY`` and at rest.
+    The angle after a fraction of its undamped period, released from ``AWAY`` at rest.
     """
     joint = leg.joints[j]
     assert joint.spring is not None
@@ -134,7 +134,7 @@ def oscillator(leg: Leg, j: int) -> ModelCheck:
 
 
 def damped(natural: float, ratio: float, time: float) -> float:
-    """Free motion from 1 at rest, of an oscillator with this natural frequency (rad/s) and damping ratio."""
+    """Free motion from 1 at rest of an oscillator with this natural frequency (rad/s) and damping ratio."""
     root = np.sqrt(complex(ratio**2 - 1.0))
     slow, fast = natural * (-ratio + root), natural * (-ratio - root)
     if abs(slow - fast) < 1e-9 * natural:
@@ -156,7 +156,7 @@ def potential(leg: Leg, rotation: Array) -> float:
 
 
 def kinetic(leg: Leg, rotation: Array, rate: Array) -> float:
-    """Energy of motion of one state, J, link by link."""
+    """Kinetic energy of one state, J, link by link."""
     absolute, spin, velocity, total = leg.tilt, 0.0, np.zeros(2), 0.0
     for joint, angle, turning in zip(leg.joints, rotation, rate, strict=True):
         absolute, spin = absolute + float(angle), spin + float(turning)
@@ -169,7 +169,7 @@ def kinetic(leg: Leg, rotation: Array, rate: Array) -> float:
 
 
 def rest(leg: Leg) -> list[ModelCheck]:
-    """Put where the potential energy is least, and let go without dampers, the leg stays there for a second."""
+    """At the minimum of potential energy, without dampers, the leg stays at rest for a second."""
     start = rest_pose(leg)
     scale = max(1e-9, potential(leg, start + AWAY) - potential(leg, start))
 
@@ -178,12 +178,12 @@ def rest(leg: Leg) -> list[ModelCheck]:
 
     least = minimize(height, start + AWAY / 2, method="BFGS", options={"gtol": 1e-9}).x
     motion = simulate(_undamped(leg), least, np.zeros(len(least)), np.linspace(0.0, 1.0, 201), tolerance=FINE)
-    source = "least potential energy of gravity and springs, by BFGS; the model's angle where it is farthest off"
+    source = "least potential energy of gravity and springs, by BFGS; the model's angle at the largest difference"
     checks = []
     for j, joint in enumerate(leg.joints):
         expected = float(leg.to_measured(least)[j])
         found = float(leg.to_measured(motion[int(np.argmax(np.abs(motion[:, j] - least[j])))])[j])
-        checks.append(ModelCheck("angle at rest", joint.name, expected, found, ANGLE, "deg", source))
+        checks.append(ModelCheck("angle at equilibrium", joint.name, expected, found, ANGLE, "deg", source))
     return checks
 
 
@@ -192,7 +192,7 @@ def _undamped(leg: Leg) -> Leg:
 
 
 def _slowest(leg: Leg, pose: Array) -> float:
-    """The slowest natural frequency of a joint about the pose, all others held, rad/s."""
+    """The lowest natural frequency of a joint about the pose, all others locked, rad/s."""
     found = []
     for j, joint in enumerate(leg.joints):
         inertia, moment, _ = outboard(leg, j, pose)
@@ -201,18 +201,18 @@ def _slowest(leg: Leg, pose: Array) -> float:
 
 
 def energy_kept(leg: Leg) -> list[ModelCheck]:
-    """Without dampers energy stays; with linear ones it falls by ``sum b dq^2`` over time."""
+    """Without dampers energy is constant; with linear ones it falls by the integral of ``sum b dq^2``."""
     pose = rest_pose(leg)
     start = pose + AWAY
     times = np.linspace(0.0, min(2.0, 3 * 2 * pi / _slowest(leg, pose)), 4001)
     released = potential(leg, start) - potential(leg, pose)
     if released <= 0:
-        raise UserError(f"{leg.name}: the pose of rest is not one of least energy")
+        raise UserError(f"{leg.name}: the equilibrium pose is not a minimum of energy")
     n, checks = len(pose), []
     motion = simulate(_undamped(leg), start, np.zeros(n), times, tolerance=FINE, rates=True)
     end = potential(leg, motion[-1, :n]) + kinetic(leg, motion[-1, :n], motion[-1, n:])
     kept = 1.0 + (end - potential(leg, start)) / released
-    name = "energy without dampers, of that released"
+    name = "energy without dampers, relative to the energy released"
     checks.append(ModelCheck(name, "leg", 1.0, kept, SHARE, "1", "conservation of energy"))
     rates = np.array([joint.damper.rate if joint.damper and joint.damper.rate else 0.0 for joint in leg.joints])
     if not rates.any():
@@ -226,6 +226,6 @@ def energy_kept(leg: Leg) -> list[ModelCheck]:
     lost = float(step / 3 * (power[0] + power[-1] + 4 * power[1:-1:2].sum() + 2 * power[2:-2:2].sum()))  # Simpson
     end = potential(leg, motion[-1, :n]) + kinetic(leg, motion[-1, :n], motion[-1, n:])
     taken = (potential(leg, start) - end) / released
-    name = "energy that the dampers take, of that released"
+    name = "energy lost in the dampers, relative to the energy released"
     checks.append(ModelCheck(name, "leg", lost / released, taken, 10 * SHARE, "1", "the work of b dq/dt"))
     return checks

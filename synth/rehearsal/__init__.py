@@ -1,1 +1,1 @@
-"""Rehearsal: causes planted in a user's own leg and trials, and diagnosed by processes that cannot know them."""
+"""Rehearsal: causes planted in a user's own leg and trials, diagnosed by processes that cannot read the answers."""

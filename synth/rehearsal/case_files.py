@@ -1,4 +1,4 @@
-"""A planted case as a user's own project: the same leg, tolerances and trials, other readings; nothing tells more."""
+"""A planted case as a user's project: the same leg, tolerances and trials, with simulated readings."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEPT_KEYS = ("tolerance", "accuracy", "noise", "seed")  # of the user's project,
 
 
 def write_case(project: GapProject, rig: Rig, planted: Planted, folder: Path) -> Path:
-    """Write ``gap.yaml``, the leg and the recordings into ``folder``, which exists; the project's path."""
+    """Write ``gap.yaml``, the leg and the recordings into the existing ``folder``; return the project's path."""
     import yaml
 
     from synth.files.yaml_lines import load
@@ -60,7 +60,7 @@ def _tip(mass: float, inertia: float, at: float | None) -> Any:
 
 
 def _write_trial(path: Path, rig: Rig, number: int, reading: Array) -> None:
-    """Angles in degrees to 1e-7, and the known torques: beside the angles, or in rows of their own where denser."""
+    """Angles in degrees to 1e-7, and the known torques, in separate rows if sampled more densely."""
     leg, trial = rig.nominal, rig.trials[number]
     time = rig.times[number]
     heads = ["time [s]", *(f"{name} [deg]" for name in leg.names)]
@@ -75,7 +75,7 @@ def _write_trial(path: Path, rig: Rig, number: int, reading: Array) -> None:
 
 
 def _with_torques(rows: list[Row], moments: Array, torques: Array, n: int) -> list[Row]:
-    """Rows of both, in order of time; a moment that is an angle's too shares its row."""
+    """Rows of both in order of time; equal times share a row."""
     merged: dict[float, Row] = {}
     empty = [""] * torques.shape[1]
     for t, angles, _ in rows:

@@ -1,4 +1,4 @@
-"""Which size of each cause to plant next: up and down the ladder between what was missed and what was named."""
+"""The next size of each cause to plant: a bisection between sizes that were missed and sizes that were found."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from synth.rehearsal.plants import RUNGS, PlantingTask
 
 
 def next_rung(outcomes: Sequence[CaseOutcome]) -> tuple[int, int]:
-    """Rung and draw of the next case of one cause, given its cases so far in the order in which they were made.
+    """Rung and draw of the next case of one cause, given its earlier cases in order.
 
-    A search by halves for the least rung at which it is named; when that is found, anew with the next draw of the leg
-    and the forms, from the second rung again.
+    Bisection for the lowest rung at which it is found; then again with the next draw of leg
+    and forms, starting from the second rung.
     """
     draw, low, high = 0, -1, len(RUNGS)
     for outcome in outcomes:
@@ -28,10 +28,10 @@ def next_rung(outcomes: Sequence[CaseOutcome]) -> tuple[int, int]:
 
 
 def visible_from(outcomes: Sequence[CaseOutcome]) -> int | None:
-    """The least rung from which on a cause is named in at least half of its cases; None where in none.
+    """The lowest rung from which a cause is found in at least half of its cases; None if there is none.
 
-    Shares are made to rise with the rung by pooling neighbours that fall (the pool-adjacent-violators algorithm, Ayer
-    et al., Ann. Math. Stat. 26 (1955) 641): one lucky small case does not make a size visible.
+    Shares are made monotonic in the rung by the pool-adjacent-violators algorithm (Ayer
+    et al., Ann. Math. Stat. 26 (1955) 641), so that one lucky small case does not count as a detectable size.
     """
     counted = [o for o in outcomes if o.counts]
     blocks: list[list[float]] = []  # named, cases, first rung
@@ -47,7 +47,7 @@ def visible_from(outcomes: Sequence[CaseOutcome]) -> int | None:
 def round_of(
     wanted: Sequence[tuple[str, int]], done: dict[tuple[str, int], list[CaseOutcome]], room: int
 ) -> list[PlantingTask]:
-    """The next case of each cause, at most ``room``, those with the fewest cases first."""
+    """The next case of each cause, at most ``room``, causes with the fewest cases first."""
     order = sorted(wanted, key=lambda key: len(done.get(key, ())))
     made = []
     for effect, joint in order[:room]:

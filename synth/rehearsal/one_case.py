@@ -1,4 +1,4 @@
-"""One case from end to end in a process of its own: planted here, diagnosed by another that cannot open the answer."""
+"""One case in a separate process: planted here, diagnosed by another process that cannot read the answer."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
 PACKAGE = Path(synth.__file__).resolve().parent
-LONGEST = 900.0  # s, of one diagnosis; longer is a failure
-SHOWN = 400  # letters of what a diagnosis that broke off said
+LONGEST = 900.0  # s per diagnosis; a longer one counts as failed
+SHOWN = 400  # characters of a failed diagnosis' message
 
 
 @dataclass(frozen=True)
 class Call:
-    """A task on the project of a file; ``kept`` : the folder with finished answers, closed to the diagnosis."""
+    """A task on a project file; ``kept`` : the folder of finished answers, closed to the diagnosis."""
 
     project: str
     kept: str
     seed: int
     task: PlantingTask
-    effects: tuple[str, ...] = ()  # files of the user's own effects, which take part as in any diagnosis
+    effects: tuple[str, ...] = ()  # files of the user's own effects, which the diagnosis includes
 
 
 def perform(call: Call) -> dict[str, Any]:
@@ -85,7 +85,7 @@ def _planted(call: Call) -> Planted | None:
 def diagnosed(
     case: Path, out: Path, closed: list[Path], effects: Sequence[str] = ()
 ) -> tuple[dict[str, Any] | None, str]:
-    """``gap.json`` of a case by a process that can open neither these folders nor the generator; None and why not."""
+    """``gap.json`` of a case from a process that cannot read these folders or the generator; or None and the reason."""
     folders = [*closed, PACKAGE / "planting", PACKAGE / "rehearsal"]
     command = [sys.executable, str(PACKAGE / "commands" / "watched.py")]
     command += [os.pathsep.join(os.path.realpath(folder) for folder in folders), "--"]

@@ -1,4 +1,4 @@
-"""What came of one planted case: what was planted, what the diagnosis said, and whether that was it."""
+"""The outcome of one planted case: what was planted, the diagnosis, and whether it was right."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any
 from synth.rehearsal.plants import LIBRARY, PlantingTask
 
 Key = tuple[str, str]  # effect and joint
-CANNOT, FAILED = "cannot", "failed"  # the joint cannot have such a cause; the diagnosis broke off
+CANNOT, FAILED = "cannot", "failed"  # the joint cannot have such a cause; the diagnosis failed
 
 
 @dataclass(frozen=True)
 class CaseOutcome:
     """One case.
 
-    ``planted`` : the main cause, None where nothing or where it could not be; ``gap`` rad and ``size`` (SI, see
-    ``sizes.MEANING``) of it; ``small`` : causes beside it. ``verdict`` : of the diagnosis, ``cannot`` or ``failed``;
-    ``named`` : causes that it accuses, the first first; ``probability`` of the first; ``shrink`` : by how much it says
-    the gap falls with the first.
+    ``planted`` : the main cause, None if there was none or it was not possible; ``gap`` rad and ``size`` (SI, see
+    ``sizes.MEANING``) of it; ``small`` : additional causes. ``verdict`` : of the diagnosis, ``cannot`` or ``failed``;
+    ``named`` : its causes, the most probable first; ``probability`` of the first; ``shrink`` : the reduction of the
+    gap that it states for the first.
     """
 
     task: PlantingTask
@@ -48,7 +48,7 @@ class CaseOutcome:
 
     @property
     def right(self) -> bool:
-        """The main cause is accused; of a stranger the verdict is unknown; of nothing, nothing that is not there is."""
+        """Right if the main cause is named; for a stranger if unknown; for nothing if no absent cause is named."""
         if self.kind == "cause":
             return self.planted in self.named
         if self.kind == "stranger":
@@ -57,7 +57,7 @@ class CaseOutcome:
 
     @property
     def taken_for(self) -> str:
-        """What the diagnosis says it is, in words: ``coulomb_friction (knee)``, ``none``, ``unknown``."""
+        """The diagnosis in words: ``coulomb_friction (knee)``, ``none``, ``unknown``."""
         if not self.counts:
             return self.verdict
         if self.planted is not None and self.planted in self.named:
@@ -65,7 +65,7 @@ class CaseOutcome:
         return _words(self.named[0]) if self.named else self.verdict
 
     def as_json(self) -> dict[str, Any]:
-        """One of ``plants`` in the result; the same is kept of an interrupted run."""
+        """One entry of ``plants`` in the result; also stored for an interrupted run."""
         return {
             "effect": self.task.effect,
             "joint": self.task.joint,
@@ -104,7 +104,7 @@ class CaseOutcome:
 
 
 def accused(document: Mapping[str, Any]) -> tuple[Key, ...]:
-    """Causes that a ``gap.json`` names: the likeliest of the explanation first, then those that are tied with it."""
+    """Causes named by a ``gap.json``: those of the explanation first, the most probable first, then tied ones."""
     if document["verdict"] not in ("effect", "tie"):
         return ()
     order = [(c["effect"], c["joint"]) for c in document["ranked"]]

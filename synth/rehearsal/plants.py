@@ -1,4 +1,4 @@
-"""One planted case of a user's rig: a main cause of a wanted gap or none, small causes beside it, its recordings."""
+"""One planted case of a user's rig: a main cause of a given gap or none, small additional causes, recordings."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from synth.rehearsal.sizes import size_of
 from synth.rehearsal.users_rig import Rig
 
 LIBRARY: dict[str, Maker] = {k: v for k, v in {**EFFECTS, **WRONG_NUMBERS}.items() if k != "encoder_quantisation"}
-# Gap of a main cause over what stays unexplained beside it (noise and small causes): in steps of about three, which is
-# as near as a size can be told from a few draws.
+# Gap of a main cause relative to the unexplained background (noise and small causes), in steps of about three, the
+# best resolution of a few draws.
 RUNGS = (1.0, 3.0, 10.0, 30.0)
-SMALL = 3  # causes beside the main one, of the share of the background each that adds up to it in squares
-POOL = 9  # of those, from which each case draws
-NEAR = 0.12  # share by which a gap may miss the rung's, well below a step
-ATTEMPTS = 4  # draws of a form, before a joint is said not to show it
-UNSEEN = ("joint_stop", "base_compliance", "dropped_samples")  # no small causes: they take the whole motion with them
+SMALL = 3  # additional causes; each has the share of the background that adds up to it in squares
+POOL = 9  # pool of additional causes from which each case draws
+NEAR = 0.12  # relative tolerance of a gap around its rung, well below a step
+ATTEMPTS = 4  # draws of a form before a joint counts as unable to show it
+UNSEEN = ("joint_stop", "base_compliance", "dropped_samples")  # never as small causes: they change the whole motion
 
 
 @dataclass(frozen=True)
 class PlantingTask:
-    """What to plant: an effect ("" for none) at a joint (-1 the base) with the gap of a rung; ``draw`` of the leg."""
+    """A cause to plant: effect ("" for none), joint (-1 the base), rung of the gap; ``draw`` of the leg."""
 
     effect: str
     joint: int
@@ -42,13 +42,13 @@ class PlantingTask:
 
     @property
     def name(self) -> str:
-        """As a file's name."""
+        """As a file name."""
         return f"{self.effect or 'nothing'}-{self.joint}-{self.rung}-{self.draw}"
 
 
 @dataclass(frozen=True)
 class Planted:
-    """Readings (m, n) rad a trial, nan where missing, and the answer, which no diagnosis sees."""
+    """Readings (m, n) rad per trial, nan where missing, and the answer, hidden from the diagnosis."""
 
     readings: tuple[Array, ...]
     answer: Mapping[str, Any]
@@ -56,7 +56,7 @@ class Planted:
 
 @dataclass
 class Field:
-    """The user's rig with one leg drawn within its tolerances, and the small causes found for it."""
+    """The user's rig with one leg drawn within its tolerances, and its small causes."""
 
     rig: Rig
     ground: PlainMotion
@@ -77,12 +77,12 @@ class Field:
 
     @property
     def unexplained(self) -> float:
-        """Rad RMS that noise and small causes leave."""
+        """Rad RMS left by noise and small causes."""
         return math.hypot(self.ground.floor, self.rig.background)
 
     def _sow(self, rng: np.random.Generator) -> None:
         each = self.rig.background / math.sqrt(SMALL) / self.ground.floor
-        if each < 1.0:  # the noise hides them
+        if each < 1.0:  # hidden by the noise
             return
         names = [name for name in (*LIBRARY, *OUTSIDERS) if name not in UNSEEN and name not in OF_TORQUE]
         for name in rng.permutation(sorted(names)).tolist():
@@ -95,7 +95,7 @@ class Field:
     def _cause(
         self, rng: np.random.Generator, effect: str, joint: int, strength: float, near: float
     ) -> PlantedCause | None:
-        """The cause with that gap in floors; None where the joint cannot have it."""
+        """The cause with that gap in noise floors; None if the joint cannot have it."""
         maker = OUTSIDERS.get(effect) or LIBRARY[effect]
         place = -1 if effect in AT_BASE else -2 if effect in EVERYWHERE else joint
         for _ in range(ATTEMPTS):
@@ -107,7 +107,7 @@ class Field:
         return None
 
     def plant(self, rng: np.random.Generator, task: PlantingTask) -> Planted | None:
-        """The case; None where the joint cannot have such a cause."""
+        """The case; None if the joint cannot have such a cause."""
         ground, main = self.ground, []
         if task.effect:
             strength = RUNGS[task.rung] * self.unexplained / ground.floor
@@ -127,7 +127,7 @@ class Field:
         return Planted(tuple(readings), self._answer(main, beside))
 
     def _lost(self, number: int) -> Mask:
-        """(m, n) True where the user's own recording has no sample; a locked joint always has one."""
+        """(m, n) True where the user's recording has no sample; a locked joint always has one."""
         lost = self.rig.missing[number].copy()
         lost[:, list(self.rig.trials[number].locked)] = False
         return lost
@@ -151,21 +151,21 @@ class Field:
 
 
 def places(rig: Rig, seed: int) -> list[tuple[str, int]]:
-    """Every cause of the library at every joint that some trial to learn from leaves free, in random order."""
+    """Every cause of the library at every joint that is free in some scored trial, in random order."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     driven = [j for j in free if any(trial.strongest(j) > 0.0 for trial in rig.trials)]
     found = []
     for effect in LIBRARY:
         joints = [-1] if effect in AT_BASE else driven if effect in OF_TORQUE else free
         if effect == "latency" and len(free) < 2:
-            continue  # late against nothing
+            continue  # a delay needs a second joint to be relative to
         found += [(effect, j) for j in joints]
     order = np.random.default_rng([seed, 0x91A]).permutation(len(found))
     return [found[i] for i in order]
 
 
 def strangers(rig: Rig, rng: np.random.Generator, count: int) -> list[tuple[str, int]]:
-    """So many causes that no library has, each at a joint drawn."""
+    """``count`` causes outside every library, each at a random joint."""
     free = sorted({j for t in rig.trials if not t.held_out for j in range(rig.nominal.n) if j not in t.locked})
     names = [name for name in OUTSIDERS if rig.nominal.n > 1 or name not in ("cable_coupling", "cross_talk")]
     return [(str(rng.choice(names)), int(rng.choice(free))) for _ in range(count)]

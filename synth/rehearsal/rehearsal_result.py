@@ -1,4 +1,4 @@
-"""What a rehearsal tells: which cause is named how often, what it is taken for, and the smallest that shows."""
+"""The result of a rehearsal: how often each cause is found, what it is confused with, its smallest detectable size."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from synth.rehearsal.users_rig import BACKGROUND, Rig
 from synth.units import quantity
 
 FORMAT = "synth/rehearsal/1"
-LARGE = 2  # rung from which on a cause is large: what is named there counts in the sentence and the picture
+LARGE = 2  # rung from which a cause counts as large, for the sentence and the picture
 
 
 @dataclass(frozen=True)
 class CauseSummary:
-    """One cause at one joint over its cases: the least rung at which it is named, with sizes and gaps there."""
+    """One cause at one joint over its cases: lowest rung at which it is found, with sizes and gaps there."""
 
     key: Key
     outcomes: tuple[CaseOutcome, ...]
 
     @property
     def rung(self) -> int | None:
-        """Least rung from which on it is named; None where in none."""
+        """Lowest rung from which it is found; None if there is none."""
         return visible_from(self.outcomes)
 
     @property
@@ -39,7 +39,7 @@ class CauseSummary:
         return max(planted) if planted else None
 
     def size(self) -> dict[str, Any] | None:
-        """Median size at that rung, in the figure by which people speak of it."""
+        """Median size at that rung, in its usual unit."""
         rung, meaning = self.rung, MEANING.get(self.key[0])
         sizes = [o.size for o in self.outcomes if o.task.rung == rung and o.size is not None and o.counts]
         if rung is None or meaning is None or not sizes:
@@ -47,12 +47,12 @@ class CauseSummary:
         return {"of": meaning[0], **quantity(float(np.median(sizes)), meaning[1])}
 
     def taken_for(self) -> dict[str, int]:
-        """What it was taken for where it is large and was not named, most often first."""
+        """Its confusions where it was large and not found, most frequent first."""
         wrong = [o.taken_for for o in self.outcomes if o.counts and not o.right and o.task.rung >= LARGE]
         return dict(Counter(wrong).most_common())
 
     def as_json(self) -> dict[str, Any]:
-        """One of ``causes``."""
+        """One entry of ``causes``."""
         counted = [o for o in self.outcomes if o.counts]
         large = [o for o in counted if o.task.rung >= LARGE]
         rung = self.rung
@@ -74,7 +74,7 @@ class CauseSummary:
 
 @dataclass(frozen=True)
 class RehearsalResult:
-    """All cases of a rehearsal, and what they rest on."""
+    """All cases of a rehearsal, and their input."""
 
     name: str
     rig: Rig
@@ -103,13 +103,17 @@ class RehearsalResult:
         nothing, strange = self.of_kind("nothing"), self.of_kind("stranger")
         seen = sum(shown.rung is not None for shown in self.shown)
         count = _of(sum(o.right for o in large), len(large))
-        said = f"On these trials a cause whose gap is {RUNGS[LARGE]:g} times what stays unexplained or more is named "
-        said += f"in {count}; {seen} of {len(self.shown)} causes were named at some size."
+        said = (
+            f"In these trials a cause with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder is found "
+        )
+        said += f"in {count}; {seen} of {len(self.shown)} causes were found at some size."
         if nothing:
-            said += " With nothing but small causes planted, something that is not there is accused in "
+            said += " With small causes only, an absent cause is named in "
             said += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
         if strange:
-            said += f" What is in no list is called unknown in {_of(sum(o.right for o in strange), len(strange))}."
+            said += (
+                f" Causes outside the library are called unknown in {_of(sum(o.right for o in strange), len(strange))}."
+            )
         return said
 
     def as_json(self) -> dict[str, Any]:
@@ -136,13 +140,13 @@ class RehearsalResult:
         }
 
     def _tally(self, kind: str) -> dict[str, Any]:
-        """How many were right, and what the others were taken for."""
+        """Number of correct cases, and the confusions of the others."""
         found = self.of_kind(kind)
         wrong = Counter(o.taken_for for o in found if not o.right)
         return {"cases": len(found), "right": sum(o.right for o in found), "taken_for": dict(wrong.most_common())}
 
     def _confusion(self, names: Sequence[Key]) -> list[dict[str, Any]]:
-        """A row a cause: how often its large cases were said to be what."""
+        """One row per cause: diagnoses of its large cases."""
         rows = []
         for shown in self.shown:
             large = [o for o in shown.outcomes if o.counts and o.task.rung >= LARGE]

@@ -1,4 +1,4 @@
-"""A rehearsal: round by round of planted cases on all cores, each kept when it is done."""
+"""A rehearsal: rounds of planted cases on all cores, each stored when finished."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from synth.rehearsal.outcome import FAILED, CaseOutcome
 from synth.rehearsal.plants import RUNGS, PlantingTask, places, strangers
 from synth.rehearsal.users_rig import Rig
 
-# A case with nothing planted and one that no library holds for so many causes: false alarms and missed strangers are
-# then told to a tenth or two by a default rehearsal.
+# Cases without a main cause, and with a cause outside the library, per number of causes: a default rehearsal then
+# estimates the rates of false alarms and of missed strangers to a tenth or two.
 OTHERS = 8
-CASES_A_CAUSE = 2  # by default: the least that finds a rung by halves
-STRANGE_RUNG = 2  # of causes that no library holds: large enough to matter
+CASES_A_CAUSE = 2  # default; the least that bisects for a rung
+STRANGE_RUNG = 2  # rung of causes outside the library: large enough to matter
 FEWEST = 1  # cases, and
-MOST = 20_000  # no user waits for more
+MOST = 20_000  # beyond any practical waiting time
 FILE = "outcome.json"
-WORDS = "finished cases of an interrupted `synth gap --rehearse`; the same command goes on from here\n"
+WORDS = "finished cases of an interrupted `synth gap --rehearse`; repeat the command to resume\n"
 
 
 @dataclass
 class Rehearsal:
-    """What is rehearsed: the project's file, its rig and seed, ``count`` cases by ``workers``, on what it rests."""
+    """The rehearsal's input: project file, rig, seed, ``count`` cases on ``workers`` processes, input hashes."""
 
     project: Path
     rig: Rig
@@ -44,11 +44,11 @@ class Rehearsal:
     outcomes: list[CaseOutcome] = field(default_factory=list)
 
     def run(self, kept: Kept, earlier: Mapping[str, CaseOutcome], tell: Callable[[str], None]) -> None:
-        """All cases, those that are kept or known from ``earlier`` taken as they are.
+        """All cases; stored ones and those of ``earlier`` are reused.
 
         Raises
         ------
-        UserError : every case of the first round broke off.
+        UserError : every case of the first round failed.
         """
         wanted = places(self.rig, self.seed)
         clock = _TimeBudget(self.count)
@@ -73,10 +73,10 @@ class Rehearsal:
                 self._note(task, ended[name], clock, tell, counted=False)
             self.outcomes += [made[t] if t in made else ended[t.name] for t in tasks]
             if all(outcome.verdict == FAILED for outcome in self.outcomes):
-                raise UserError(f"every case breaks off: {self.outcomes[0].said.strip() or 'without a word'}")
+                raise UserError(f"every case failed: {self.outcomes[0].said.strip() or 'no message'}")
 
     def _round(self, wanted: Sequence[tuple[str, int]]) -> list[PlantingTask]:
-        """The next round: a case of each cause, and of what is not in the library, and of nothing."""
+        """The next round: a case of each cause, of a cause outside the library, and without a cause."""
         done: dict[tuple[str, int], list[CaseOutcome]] = {}
         for outcome in self.outcomes:
             done.setdefault((outcome.task.effect, outcome.task.joint), []).append(outcome)
@@ -116,14 +116,14 @@ class Rehearsal:
             clock.made += 1
         name = task.effect.replace("_", " ") or "nothing"
         where = f" ({outcome.planted[1]})" if outcome.planted else ""
-        times = f", {RUNGS[task.rung]:g} times what stays unexplained" if task.effect else ""
+        times = f", {RUNGS[task.rung]:g} times the remainder" if task.effect else ""
         word = "named" if outcome.right and outcome.kind == "cause" else outcome.taken_for.replace("_", " ")
         tell(f"  {clock.done}/{self.count} {name}{where}{times}: {word}{'' if counted is True else clock.left()}")
 
 
 @dataclass
 class _TimeBudget:
-    """Cases done, those of them made in this run, and how long the rest will take at that pace."""
+    """Finished cases, how many are of this run, and the remaining time at that pace."""
 
     count: int
     done: int = 0
@@ -139,5 +139,5 @@ class _TimeBudget:
 
 
 def default_count(rig: Rig, seed: int) -> int:
-    """Cases of a rehearsal of which nothing is said."""
+    """A rehearsal without output."""
     return CASES_A_CAUSE * (len(places(rig, seed)) + 2 * (len(places(rig, seed)) // OTHERS))

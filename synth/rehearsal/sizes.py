@@ -1,4 +1,4 @@
-"""How large a planted cause is, in the figure by which people speak of it."""
+"""The size of a planted cause in its usual unit."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ MEANING = {
     "coulomb_friction": ("friction torque", "N*m"),
     "stribeck_friction": ("break-away torque", "N*m"),
     "load_friction": ("friction torque at its load", "N*m"),
-    "shear_thinning_damping": ("share of the damper's torque lost at the fastest", "%"),
-    "quadratic_damping": ("drag torque at the fastest", "N*m"),
-    "hardening_spring": ("share of the spring's torque more or less at the widest", "%"),
-    "one_sided_spring": ("rate that differs on one side", "%"),
-    "spring_hysteresis": ("stiffness of the loop, of the spring's rate", "%"),
+    "shear_thinning_damping": ("loss of the damper's torque at top speed", "%"),
+    "quadratic_damping": ("drag torque at top speed", "N*m"),
+    "hardening_spring": ("change of the spring's torque at full deflection", "%"),
+    "one_sided_spring": ("difference of rate on one side", "%"),
+    "spring_hysteresis": ("stiffness of the loop relative to the spring's rate", "%"),
     "backlash": ("whole play", "deg"),
     "spring_preload": ("shift of the free angle", "deg"),
-    "link_mass": ("share of the mass", "%"),
-    "link_inertia": ("share of centre of mass or inertia, the larger", "%"),
+    "link_mass": ("change of mass", "%"),
+    "link_inertia": ("change of centre of mass or inertia, the larger", "%"),
     "encoder_offset": ("shift of the reading", "deg"),
     "encoder_scale": ("scale error", "%"),
     "latency": ("delay or lag", "ms"),
-    "joint_stop": ("how far it reaches into the motion", "deg"),
+    "joint_stop": ("overlap with the motion", "deg"),
     "base_compliance": ("natural frequency of the mount", "Hz"),
     "base_tilt": ("tilt", "deg"),
     "link_flexibility": ("stiffness of the softest bend", "N*m/rad"),
-    "spring_rate": ("share of the rate", "%"),
-    "viscous_damping": ("rate more or less", "N*m*s/rad"),
+    "spring_rate": ("change of rate", "%"),
+    "viscous_damping": ("change of rate", "N*m*s/rad"),
     "armature": ("inertia", "kg*m^2"),
-    "torque_offset": ("torque more or less", "N*m"),
-    "torque_gain": ("share of the torque", "%"),
+    "torque_offset": ("change of torque", "N*m"),
+    "torque_gain": ("change of torque", "%"),
     "torque_delay": ("delay", "ms"),
 }
 
 
 def size_of(cause: PlantedCause, setup: Setup, scale: Scale) -> float | None:
-    """SI value of what ``MEANING`` names; None for what has no such figure."""
+    """SI value of the quantity in ``MEANING``; None if the cause has none."""
     told = cause.form.tell(cause.size)
     known = _BY_EFFECT.get(cause.effect)
     return None if known is None else abs(float(known(told, cause, setup, scale)))
@@ -55,7 +55,7 @@ def _first(name: str) -> Callable[..., float]:
 
 
 def _ratio(*names: str) -> Callable[..., float]:
-    """The largest departure from 1 of those that are told."""
+    """The largest relative change among those given."""
     return lambda told, cause, setup, scale: max(abs(float(told[n]) - 1.0) for n in names if n in told)
 
 
@@ -67,7 +67,7 @@ def _at_load(told: Told, cause: PlantedCause, setup: Setup, scale: Scale) -> flo
 
 
 def _law_torque(cause: PlantedCause, q: float, w: float) -> float:
-    """N m that a planted law without memory gives at a rotation and rate."""
+    """N m of a planted memoryless law at a rotation and rate."""
     law = cause.form.build(cause.size)[0].laws[0]
     par = np.array([*law.par, *(8 - len(law.par)) * [0.0]])
     return float(torque_laws.torque(law.law, par, np.zeros((1, 2)), 0.0, q, w, q, w, 0.0, 0.0)[0])

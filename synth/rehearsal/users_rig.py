@@ -1,4 +1,4 @@
-"""A user's project as the generator's own leg, trials and sensors; what the generator cannot take is said."""
+"""A user's project as the generator's leg, trials and sensors; unsupported features are reported."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ from synth.swing.leg_model import Leg as OurLeg
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-keep_code_of(bodies, torque_laws, engine)  # before anything of them is called
+keep_code_of(bodies, torque_laws, engine)  # before any of their functions is called
 
-# Share of each joint's motion (RMS) that small causes leave beside a main one; the same as ``gap --check`` takes.
+# Share of each joint's motion (RMS) that small causes leave beside a main one; equal to that of ``gap --check``.
 BACKGROUND = 0.01
-LEAST_COUNT = 0.1  # of the noise: a smaller step of the readings is the file's last digit
-TYPICAL_SPEED = 0.5  # of the fastest, at which a measured damper's rate is taken
+LEAST_COUNT = 0.1  # of the noise: a smaller step is the file's last digit
+TYPICAL_SPEED = 0.5  # of the largest speed, at which a measured damper's rate is taken
 
 
 @dataclass(frozen=True)
 class Rig:
     """A user's rig for the generator.
 
-    ``nominal`` : the leg as designed; ``widths`` (7, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) a turn
-    (infinite: none shows); ``background`` rad RMS of what small causes leave; ``names`` and ``times`` of the trials,
-    ``missing`` (m, n) True where a sample is; ``left_out`` trials that could not be taken, each with its reason.
+    ``nominal`` : the designed leg; ``widths`` (7, n) tolerances; ``noise`` (n,) rad and ``counts`` (n,) per turn
+    (infinite: not visible); ``background`` rad RMS of small causes; ``names`` and ``times`` of the trials,
+    ``missing`` (m, n) True where a sample is missing; ``left_out`` trials with their reasons.
     """
 
     nominal: PlantedLeg
@@ -53,7 +53,7 @@ class Rig:
     left_out: tuple[str, ...]
 
     def built(self, rng: np.random.Generator) -> Setup:
-        """The rig with a leg that is off within the tolerances."""
+        """The rig with a leg drawn within the tolerances."""
         true = as_built(rng, self.nominal, self.widths)
         quick = max(fastest(Truth(true), trial) for trial in self.trials)
         sampling = float(np.median([(len(t) - 1) / t[-1] for t in self.times]))
@@ -81,14 +81,14 @@ def users_rig(project: GapProject) -> Rig:
 
     Raises
     ------
-    UserError : the leg holds what the generator's engine has no equations of, or no trial to learn from is left.
+    UserError : the generator's engine has no equations for the leg, or there is no trial to score.
     """
     leg = project.leg
     _refuse(leg)
     kept = [trial for trial in project.trials if trial.leg is None]
-    left_out = [f"{t.name}: was made with a leg of its own, not for a rehearsal" for t in project.trials if t.leg]
+    left_out = [f"{t.name}: has its own leg, which a rehearsal does not support" for t in project.trials if t.leg]
     if all(trial.held_out for trial in kept):
-        raise UserError("no trial to learn from is left for a rehearsal: all have a leg of their own or are held out")
+        raise UserError("no trial remains for a rehearsal: all have their own leg or are held out")
     made = recordings(leg, kept, ())
     found = sensor([r for r, t in zip(made, kept, strict=True) if not t.held_out])
     fastest_seen = np.max([np.abs(r.smoothed.rate).max(axis=0) for r in made], axis=0)
@@ -112,22 +112,20 @@ def users_rig(project: GapProject) -> Rig:
 
 
 def _refuse(leg: OurLeg) -> None:
-    text = (
-        "the leg file gives it effects ({}); a rehearsal plants causes in the leg as designed, with an engine of its "
-    )
-    text += "own that does not have these. Take them out for the rehearsal"
+    text = "the leg file gives it effects ({}); a rehearsal plants causes in the designed leg with a separate engine "
+    text += "that does not support them. Remove them for the rehearsal"
     found = [(joint.name, joint.effects) for joint in leg.joints] + [("base", leg.effects)]
     problems = [Problem(text.format(", ".join(effects)), key=name) for name, effects in found if effects]
     for joint in leg.joints:
         if isinstance(joint.drive, Servo):
-            text = "is driven by a servo, of which the engine of rehearsals has no equations; it has known torques only"
+            text = "is driven by a servo, which the rehearsal's engine does not support; it supports known torques only"
             problems.append(Problem(text, key=joint.name))
     if problems:
         raise UserError(problems)
 
 
 def _nominal(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
-    """The generator's leg, its rows in the order of ``planting.model.PARAMETERS``."""
+    """The generator's leg, with rows in the order of ``planting.model.PARAMETERS``."""
     rates, curves = [], []
     for j, joint in enumerate(leg.joints):
         rate, curve = _damper(joint, TYPICAL_SPEED * float(fastest_seen[j]))
@@ -150,7 +148,7 @@ def _nominal(leg: OurLeg, fastest_seen: Array) -> PlantedLeg:
 
 
 def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
-    """N m s/rad, and the curve where there is one: rows of speed and torque from (0, 0) on."""
+    """N m s/rad, and the curve if there is one: rows of speed and torque from (0, 0)."""
     damper = joint.damper
     if damper is None:
         return 0.0, None
@@ -162,7 +160,7 @@ def _damper(joint: Joint, speed: float) -> tuple[float, Array | None]:
 
 
 def _trial(recording: Recording, held_out: bool) -> PlantedTrial:
-    """One trial: from the pose and speed at its start."""
+    """One trial from the pose and speed at its start."""
     smoothed, conditions = recording.smoothed, recording.conditions
     known = recording.known_torque
     return PlantedTrial(

@@ -46,7 +46,7 @@ def test_neither_a_killed_worker_nor_a_killed_scheduler_loses_a_fit_or_changes_a
         made.scheduler.kill()
         said = running.communicate(timeout=120)[1]
     assert running.returncode == 2
-    assert said.startswith(f"synth: {made.address}: the scheduler is gone. What is done is kept")
+    assert said.startswith(f"synth: {made.address}: the scheduler is gone. Finished results are kept")
     assert said.count("\n") == 1
     before = finished()
     assert 2 <= at_the_kill < len(before) < 9
@@ -102,4 +102,4 @@ def test_a_folder_only_goes_to_a_cluster(tmp_path: Path, capsys: pytest.CaptureF
     assert main(["-q", "fit", str(project), "--out", str(tmp_path / "out"), "--scheduler", "tcp://a:1"]) == 2
     assert "--scheduler: is for a folder of projects" in capsys.readouterr().err
     assert main(["-q", "fit", str(legs), "--out", str(tmp_path / "o"), "--scheduler", "a", "--workers", "2"]) == 2
-    assert "--workers: belongs to this machine" in capsys.readouterr().err
+    assert "--workers: applies to this machine" in capsys.readouterr().err

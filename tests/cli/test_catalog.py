@@ -92,7 +92,7 @@ def test_a_mistake_is_told(words: list[str], message: str, capsys: pytest.Captur
 
 
 def test_check_of_a_clean_table(capsys: pytest.CaptureFixture[str], mine: Path) -> None:
-    assert shown(capsys, "check", str(mine)) == ["1 checked, nothing wrong"]
+    assert shown(capsys, "check", str(mine)) == ["1 checked, no mistakes"]
     assert shown(capsys, "check", str(mine), "-q") == []
 
 
@@ -113,6 +113,6 @@ def test_check_tells_every_mistake(capsys: pytest.CaptureFixture[str], tmp_path:
 
 def test_check_of_the_built_in_tables_lists_what_is_flagged(capsys: pytest.CaptureFixture[str]) -> None:
     lines = shown(capsys, "check")
-    assert lines[-1] == "the built-in catalogues hold no other fault"
+    assert lines[-1] == "the built-in catalogues have no other mistakes"
     assert any("9271K272" in line for line in lines)
-    assert all(line.startswith("flagged, never chosen: ") for line in lines[:-1])
+    assert all(line.startswith("flagged, not used: ") for line in lines[:-1])

@@ -71,9 +71,9 @@ def test_no_command_shows_the_help_and_is_a_mistake(capsys: pytest.CaptureFixtur
         (["leg", "a.yaml", "--out", "x", "--nocad"], r'synth: unknown option "--nocad"; did you mean --no-cad\?'),
         (["fit", "a.yaml"], r"synth: the following arguments are required: --out"),
         (["leg"], r"synth: the following arguments are required: file, --out"),
-        (["warmup", "3"], r'synth: "3" is one argument too many'),
-        (["warmup", "--links", "7"], r'synth: --links: "7" is no whole number from 1 to 6'),
-        (["warmup", "--links", "٣"], r"synth: --links: .* is no whole number"),
+        (["warmup", "3"], r'synth: "3" is an unexpected argument'),
+        (["warmup", "--links", "7"], r'synth: --links: "7" is not a whole number from 1 to 6'),
+        (["warmup", "--links", "٣"], r"synth: --links: .* is not a whole number"),
         (["init", "lag", "x"], r'synth: .*"lag" is not one of leg, fit, .*; did you mean leg\?'),
         (["fit", "none.yaml", "--out", "x"], r"synth: none.yaml: does not exist"),
     ],
@@ -145,7 +145,7 @@ def test_warmup_compiles_once(tmp_path: Path) -> None:
     environment = {**os.environ, "SYNTH_CACHE": str(tmp_path)}
     first, second = (synth_run("warmup", "--links", "1", env=environment) for _ in range(2))
     assert (first.returncode, second.returncode) == (0, 0)
-    said = "compiling the equations of motion for 1 link (effects and all, once on this machine, 8 to 15 s; "
+    said = "compiling the equations of motion for 1 link (with effects, once on this machine, 8 to 15 s; "
     assert f"{said}kept in {tmp_path}" in first.stderr
     assert first.stdout.startswith("1 of 1 compiled now")
     assert second.stderr.startswith("loading the equations of motion for 1 link ...")

@@ -39,7 +39,7 @@ def test_a_log_replaces_no_other_file(tmp_path: Path, capsys: pytest.CaptureFixt
     other = tmp_path / "trial.csv"
     other.write_text("time [s],hip [deg]\n")
     assert main([*SPRING, "--log", str(other)]) == 2
-    assert "is no log of synth" in capsys.readouterr().err
+    assert "is not a log of synth" in capsys.readouterr().err
     assert other.read_text() == "time [s],hip [deg]\n"
 
 

@@ -159,7 +159,7 @@ def test_mistakes_of_the_project(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["import.yaml", "--leg", LEG], r"--leg: belongs to a recording named on its own; import.yaml is a project"),
+        (["import.yaml", "--leg", LEG], r"--leg: applies to a single recording; import.yaml is a project"),
         (["videos/a.csv"], r"videos/a.csv: name the leg whose joints were recorded: --leg LEG.leg.yaml"),
         (["videos/a.csv", "--leg", LEG, "--plane", "x"], r'--plane: "x": write two axes, such as x,z'),
         (["videos/a.csv", "--leg", LEG, "--frame-rate", "200"], r'--frame-rate: "200" has no unit'),

@@ -148,7 +148,7 @@ def test_an_earlier_run_of_the_same_input_is_copied(
 ) -> None:
     assert main(["leg", str(project / "leg-design.yaml"), "--out", str(tmp_path / "again")]) == 0
     said = capsys.readouterr()
-    assert "nothing changed since an earlier run" in said.out + said.err
+    assert "the input is unchanged" in said.out + said.err
     assert "fitting" not in said.out + said.err
     assert hashes(tmp_path / "again") == hashes(result)
 

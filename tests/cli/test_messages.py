@@ -49,7 +49,7 @@ def test_lines_end_as_they_do_on_any_machine(tmp_path: Path, end: str) -> None:
 )
 def test_a_plain_number_is_asked_for_as_one(option: str, example: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = said([*SPRING, option, "many"], capsys)
-    assert f'{option}: "many" is no number above 0; write it like {example}' in text
+    assert f'{option}: "many" is not a number above 0; write it like {example}' in text
     assert "%" not in text
 
 

@@ -95,7 +95,7 @@ def test_one_line_answers_and_no_file_is_written(capsys: pytest.CaptureFixture[s
     assert float(found[1]) == pytest.approx(value(made["body_coils"], "1"), abs=1e-3)
     assert float(found[2]) == pytest.approx(value(made["wire_diameter"], "mm"), rel=1e-3)
     share = value(made["stress"], "MPa") / value(made["allowed_stress"], "MPa")
-    assert found[4] == f"1.7 N*m/rad over 40 deg, stressed to {share:.0%} of what is allowed"
+    assert found[4] == f"1.7 N*m/rad over 40 deg, at {share:.0%} of the allowed stress"
 
 
 def test_units_of_the_answer_are_those_of_the_question(capsys: pytest.CaptureFixture[str]) -> None:
@@ -144,7 +144,9 @@ def test_a_given_spring_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     assert content["make"] is None  # the stress is too high and it grips the arbor
     assert [text.split()[0] for text in content["binding"]] == ["stress", "inside"]
     assert all(text in shown for text in content["binding"])
-    assert "the rate given is +121% from that of these sizes" in shown  # 196.5 GPa, 4.25 + 0.265 coils: 0.544
+    assert (
+        "the given rate differs by +121% from the rate of these sizes" in shown
+    )  # 196.5 GPa, 4.25 + 0.265 coils: 0.544
     assert spring(*sizes[:-1], "20 deg")["make"] is not None
 
 
@@ -213,9 +215,9 @@ def test_every_mistake_at_once(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--rate", "1 N*m/rad"], "--travel: it is needed"),
-        (["--travel", "45 deg"], "--rate: it is needed"),
-        (["--travel", "45 deg", "--wire-diameter", "2 mm", "--mean-diameter", "9 mm"], "--coils: a spring is checked"),
+        (["--rate", "1 N*m/rad"], "--travel: is required"),
+        (["--travel", "45 deg"], "--rate: is required"),
+        (["--travel", "45 deg", "--wire-diameter", "2 mm", "--mean-diameter", "9 mm"], "--coils: checking needs"),
         ([*WISH, "--material", "musik"], 'no wire material "musik"; did you mean music?'),
         ([*WISH, "--system", "metrik"], "did you mean metric?"),
         ([*WISH, "--json", "nowhere/spring.json"], "nowhere/spring.json: cannot be written: No such file"),
@@ -296,7 +298,7 @@ def test_hand_and_sense_that_contradict_each_other(capsys: pytest.CaptureFixture
     ("words", "message"),
     [
         (["--cycles", "1e8"], "--cycles: fatigue is known up to 1e6 cycles"),
-        (["--fatigue-safety", "1.2"], "--fatigue-safety: is for a number of cycles: give --cycles too"),
+        (["--fatigue-safety", "1.2"], "--fatigue-safety: needs --cycles as well"),
         (["--bend-radius", "3"], "--bend-radius"),
         (["--bend-radius", "-3 mm"], "--bend-radius"),
     ],

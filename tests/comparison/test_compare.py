@@ -210,9 +210,9 @@ def test_time_scales_of_a_project_are_a_family(tmp_path: Path) -> None:
     ("arguments", "told"),
     [
         (["nowhere", "nowhere2"], "does not exist"),
-        (["{fit}#built", "{leg}"], '"built" is no view of a fit'),
+        (["{fit}#built", "{leg}"], '"built" is not a view of a fit'),
         (["{leg}", "{leg}"], 'two sides are called "truth"'),
-        (["{leg}"], "1 sides are asked for"),
+        (["{leg}"], "1 sides given"),
         (["a={leg}", "b={other}"], "only legs with the same joints"),
         (["a={leg}", "b={leg}", "--stretch", "c=2"], '"c" is no side'),
         (["a={leg}", "b={leg}", "--stretch", "a=x"], "SIDE=FACTOR"),

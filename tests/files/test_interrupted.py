@@ -293,7 +293,7 @@ def test_standard_output_may_be_full_or_closed(name: str, tmp_path: Path) -> Non
     assert "Traceback" not in done.stderr
     assert json.loads(target.read_text())["format"].startswith("synth/spring/")
     if name == "full":
-        said = "synth: standard output: cannot be written: No space left on device; what was asked for is done\n"
+        said = "synth: standard output: cannot be written: No space left on device; the command itself is complete\n"
         assert done.stderr.endswith(said)
 
 

@@ -52,5 +52,5 @@ def test_only_a_sweep_goes_to_a_cluster(
     monkeypatch.chdir(tmp_path)
     Path("motor.yaml").write_text("kind: hopper-motor\n")
     assert main(["-q", "hopper", *words, "--scheduler", "tcp://127.0.0.1:1", "--out", "out"]) == 2
-    assert "--scheduler: is for the sweep of a hopper-design" in capsys.readouterr().err
+    assert "--scheduler: applies to the sweep of a hopper-design" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["motor.yaml"]

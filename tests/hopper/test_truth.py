@@ -78,4 +78,4 @@ def test_the_page_is_one_file_with_its_figures(folder: Path) -> None:
 def test_truth_takes_no_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["-q", "hopper", "a.yaml", "--truth", "--out", str(tmp_path / "o")]) == 2
     assert main(["-q", "hopper", "--out", str(tmp_path / "o")]) == 2
-    assert capsys.readouterr().err.count("--truth and none") == 2
+    assert capsys.readouterr().err.count("a project file or --truth") == 2

@@ -295,7 +295,7 @@ def test_a_leg_with_effects_is_refused() -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--count", "3"], "--count belongs to --rehearse"),
+        (["--count", "3"], "--count applies to --rehearse only"),
         (["--rehearse", "--check"], "exclude each other"),
         (["--rehearse", "--count", "0"], "0"),
         (["--rehearse"], "--out is missing"),
@@ -325,6 +325,6 @@ def test_one_case_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "The smallest that was named" in (tmp_path / "out" / "report.html").read_text()
     capsys.readouterr()
     assert main([*words, "--count", "1"]) == 0  # nothing is left to do, and nothing is done
-    assert "going on with what is done already" in capsys.readouterr().out
+    assert "reusing finished cases of the same input files" in capsys.readouterr().out
     assert json.loads((tmp_path / "out" / "rehearsal.json").read_text())["plants"] == first["plants"]
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
