@@ -1,1 +1,1 @@
-"""Why the built leg moves differently from the simulated one: where, which effect, how far it shrinks, what next."""
+"""Why the built leg moves differently from the simulated one: where, which effect, its size, what to record next."""

@@ -1,9 +1,9 @@
-"""How causes are fitted to trials of angles, as ``synth.diagnosis.search`` asks for them.
+"""Search of causes on trials of angles, called by ``synth.diagnosis.search``.
 
-Thousands of starts share one linearisation and a few thinned trials; those that promise most go on to all trials. A
-cause that shows only once another is in the model (dry friction of a tenth of the torque beside a shifted encoder) does
-badly alone. So every candidate is tried again beside the best single causes, and the tolerances, the initial states and
-the other cause's unknowns are free to follow.
+Thousands of starts share one linearisation and a few thinned trials; the most promising continue with all trials. A
+cause that only shows together with another one (dry friction of a tenth of the torque beside a shifted encoder) fits
+badly alone. Every candidate is therefore tried again beside the best single causes, with the tolerances, the initial
+states and the unknowns of the other cause free.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.swing.chain import Conditions
 
 BASE_ROUNDS = 5  # steps of the nominal leg, from which all candidates start
-SCREEN_ROUNDS = (2, 2, 2)  # steps of all starts, of each candidate's best shapes, of those that promise something
-SIFTED, SIFTED_SAMPLES = 4, 300  # trials that the first sifting uses, and samples of each
-SIFTING_TOLERANCE = 1e-5  # of the integrator, while candidates are only ranked
-FRAMES, CONVERGED = 8, 1.0  # times that derivatives are taken anew, until the cost falls by less
+SCREEN_ROUNDS = (2, 2, 2)  # iterations of all starts, of each candidate's best shapes, of the promising ones
+SIFTED, SIFTED_SAMPLES = 4, 300  # trials used in the first screening, and samples of each
+SIFTING_TOLERANCE = 1e-5  # relative tolerance of the integrator while candidates are only ranked
+FRAMES, CONVERGED = 8, 1.0  # most renewals of the derivatives, which stop when the cost falls by less
 TRIED_STARTS = 3  # of each candidate
-LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # cost that a start must promise to take away, and number tried in any case
-KEPT_SHAPES = 3  # shapes of each candidate that go on
-KEPT_STARTS = 2  # of each cause, that go from the first sifting to all trials
-CLOSER = 16  # of those, that are fitted there before the best are refined
-PROMISING, LEAST_KEPT = 0.1, 16  # share of the best's gain after the first steps, and number, that go on
-REFINED = 6  # single causes that get derivatives of their own
-REFINED_FURTHER = 2  # sets of several causes that get derivatives of their own
+LEAST_PROMISE, LEAST_TRIED = 0.5, 40  # least predicted cost reduction of a start, and number tried in any case
+KEPT_SHAPES = 3  # shapes of each candidate that continue
+KEPT_STARTS = 2  # starts of each cause that continue from the screening to all trials
+CLOSER = 16  # of those, number fitted before the best are refined
+PROMISING, LEAST_KEPT = 0.1, 16  # share of the best gain after the first steps, and number, that continue
+REFINED = 6  # single causes that get their own derivatives
+REFINED_FURTHER = 2  # sets of several causes that get their own derivatives
 # A second and a third cause
-WORTH = 3.0  # cost that a further cause must promise to take away
-SECANTS = (1.0, 12.0)  # times a start's strengths, at which the change that a cause makes is looked at
-LOOKED_AT, STRENGTHS_TRIED = 16, 4  # causes that promise most by secants; of each, starts
-AROUND = (0.4, 1.0)  # times the strength that the secant asks for
-FURTHER_TRIED = 10  # further causes that are fitted to some of the trials, of those that promise most
-FURTHER_KEPT = 5  # of those, that are fitted to all
-FURTHER_ROUNDS = (2, 3)  # steps of the fit on some trials, and on all
+WORTH = 3.0  # least predicted cost reduction of a further cause
+SECANTS = (1.0, 12.0)  # factors on a start's strengths at which the secant of a cause is evaluated
+LOOKED_AT, STRENGTHS_TRIED = 16, 4  # most promising causes by secants; starts of each
+AROUND = (0.4, 1.0)  # factors on the strength that the secant predicts
+FURTHER_TRIED = 10  # most promising further causes, fitted to a subset of the trials
+FURTHER_KEPT = 5  # of those, number fitted to all trials
+FURTHER_ROUNDS = (2, 3)  # iterations of the fit on the subset, and on all trials
 PLAN = SearchPlan(
     anchors=4,
     anchor_pairs=1,
@@ -58,7 +58,7 @@ PLAN = SearchPlan(
 
 
 def as_designed(bench: Workbench) -> EvaluatedHypothesis:
-    """The nominal leg to the letter, each trial's initial state estimated; with its derivatives."""
+    """The nominal leg unchanged, with each trial's initial state estimated; with derivatives."""
     fit = EvaluatedHypothesis((), np.zeros(bench.n_tolerance), ())
     states = tuple(state for _, state in score(bench, fit, bench.trials))
     fit = bench.evaluate([replace(fit, states=states)])[0]
@@ -66,7 +66,7 @@ def as_designed(bench: Workbench) -> EvaluatedHypothesis:
 
 
 def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
-    """The nominal leg at its best within the tolerances."""
+    """The nominal leg's best fit within the tolerances."""
     fit = designed
     for _ in range(BASE_ROUNDS):
         before = fit.cost
@@ -80,7 +80,7 @@ def fit_nominal(bench: Workbench, designed: EvaluatedHypothesis) -> EvaluatedHyp
 def search(
     bench: Workbench, candidates: Sequence[ShapedEffect], progress: Callable[[str], None] | None = None
 ) -> Hypotheses[EvaluatedHypothesis]:
-    """Find how well each cause, and each promising set of several, explains the trials."""
+    """Find how well each cause, and each promising combination, explains the trials."""
     explorer = AngleExplorer(bench, candidates)
     return CauseSearch(explorer, progress or (lambda text: None)).run(len({c.key for c in candidates}))
 
@@ -106,17 +106,17 @@ class AngleExplorer:
         return Sifting.of(self.bench)
 
     def none(self) -> EvaluatedHypothesis:
-        """The nominal leg at its best within the tolerances."""
+        """The nominal leg's best fit within the tolerances."""
         return self._nominal
 
     def singles(self) -> list[EvaluatedHypothesis]:
-        """Each cause alone: sifted on some of the trials, then fitted to all; the best get their own linearisation."""
+        """Each cause alone: screened on a few trials, then fitted to all; the best get their own linearisation."""
         bench, designed, some, few = self.bench, self._designed, self._sifting.bench, self._sifting.few
         there = EvaluatedHypothesis((), self._nominal.unknowns, tuple(self._nominal.states[i] for i in few))
         screened = _screen(some, self.candidates, as_designed(some), some.evaluate([there])[0].cost)
         spread = bench.evaluate([_spread(fit, few, designed) for fit in screened])
         closer = bench.solve([fresh(fit) for fit in spread[:CLOSER]], designed.frame, 2)
-        # Once more from the nominal leg at its best, by secants: a fixed start overshoots what a fine sensor sees.
+        # Again from the nominal leg's best fit, by secants: a fixed start overshoots at a fine sensor's resolution.
         again = further(bench, self._sifting, [self._nominal], self.candidates)
         found = best_of_each([*closer, *spread[CLOSER:], *again])
         return [*_refine(bench, found[:REFINED]), *found[REFINED:]]
@@ -124,7 +124,7 @@ class AngleExplorer:
     def beside(
         self, anchors: Sequence[Assessed[EvaluatedHypothesis]], singles: Sequence[Assessed[EvaluatedHypothesis]]
     ) -> list[EvaluatedHypothesis]:
-        """One cause more beside each of the anchors; the best get their own linearisation."""
+        """One further cause beside each of the anchors; the best get their own linearisation."""
         fits = [anchor.fit for anchor in anchors if anchor.fit.frame is not None]
         found = further(self.bench, self._sifting, fits, self.candidates)
         return [*_refine(self.bench, found[:REFINED_FURTHER]), *found[REFINED_FURTHER:]]
@@ -135,7 +135,7 @@ class AngleExplorer:
 
 
 def few_trials(bench: Workbench) -> list[int]:
-    """Trials that the first sifting uses: one of each kind, then those that move most."""
+    """Trials for the first screening: one of each kind, then those with the largest motion."""
     order = sorted(range(len(bench.trials)), key=lambda i: -float(np.ptp(bench.trials[i].measured, axis=0).max()))
     kinds: dict[Conditions, int] = {}
     for i in order:
@@ -145,7 +145,7 @@ def few_trials(bench: Workbench) -> list[int]:
 
 
 def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHypothesis) -> EvaluatedHypothesis:
-    """A fit to some of the trials with the other trials' states from the leg as designed."""
+    """A fit to a subset of the trials, with the other trials' states from the designed leg."""
     states = list(designed.states)
     for place, i in enumerate(few):
         states[i] = fit.states[place]
@@ -155,10 +155,10 @@ def _spread(fit: EvaluatedHypothesis, few: Sequence[int], designed: EvaluatedHyp
 def _screen(
     bench: Workbench, candidates: Sequence[ShapedEffect], designed: EvaluatedHypothesis, still: float
 ) -> list[EvaluatedHypothesis]:
-    """Every candidate from every start; of each cause its best shapes, in order of cost.
+    """Every candidate from every start; the best shapes of each cause, in order of cost.
 
-    ``still`` : cost of the nominal leg at its best there. From the leg as designed, not from its best fit: where a
-    cause is missing the best fit lies many tolerances off, and from there the way to cause and true leg is long.
+    ``still`` : cost of the nominal leg's best fit. The search starts from the designed leg, not from that fit: if a
+    cause is missing, the best fit lies many tolerances away, far from the true leg and cause.
     """
     starts = [
         EvaluatedHypothesis((candidate,), np.concatenate([designed.unknowns, start]), designed.states)
@@ -187,7 +187,7 @@ def _screen(
 def _gaining(
     fits: Sequence[EvaluatedHypothesis], still: float, share: float, least: int
 ) -> tuple[list[EvaluatedHypothesis], list[EvaluatedHypothesis]]:
-    """Fits that have gained at least a share of what the best has, ``least`` in any case; and the rest."""
+    """Fits that have gained at least a share of the best gain, ``least`` in any case; and the others."""
     order = sorted(fits, key=lambda fit: fit.cost)
     wanted = share * (still - order[0].cost) if order else 0.0
     cut = max(least, sum(still - fit.cost > wanted for fit in order))
@@ -197,9 +197,9 @@ def _gaining(
 def _promising(
     bench: Workbench, starts: Sequence[EvaluatedHypothesis], designed: EvaluatedHypothesis
 ) -> list[EvaluatedHypothesis]:
-    """Of each candidate's starts, and for each the strength of a ladder, those that promise to leave least.
+    """The starts of each candidate, at several strengths, with the lowest predicted cost.
 
-    A strong cause changes a swing too much for a search that begins with hardly any of it: the phase is lost.
+    A strong cause changes a swing too much for a search from a small strength: the phase is lost.
     """
     p = bench.n_tolerance
     ladders = [rungs(start, p) for start in starts]
@@ -218,7 +218,7 @@ def _promising(
 
 
 def _refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-    """Fits with derivatives of their own, gone on with from where they are until they gain no more."""
+    """Fits with their own derivatives, iterated until they gain no more."""
     current, going = [bench.awake(fit) for fit in fits], list(range(len(fits)))
     for _ in range(FRAMES):
         framed = [replace(fresh(current[i]), frame=bench.frame(current[i])) for i in going]
@@ -235,7 +235,7 @@ def _refine(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[Evalu
 
 
 def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
-    """RMS of a fit over the noise floor, all samples alike."""
+    """RMS of a fit over the noise floor, all samples weighted equally."""
     total, count = 0.0, 0
     for trial, residual in zip(bench.trials, fit.residuals, strict=True):
         scale: Array = np.broadcast_to(bench.tempering(trial), trial.counts.shape)[trial.counts]
@@ -246,20 +246,20 @@ def ratio(bench: Workbench, fit: EvaluatedHypothesis) -> float:
 
 @dataclass(frozen=True)
 class Sifting:
-    """Some of the trials at fewer samples, to see what promises: ``few`` their places among all."""
+    """A subset of the trials with fewer samples, to rank candidates; ``few`` : indices among all."""
 
     bench: Workbench
     few: Sequence[int]
 
     @classmethod
     def of(cls, bench: Workbench) -> Sifting:
-        """Of some of the bench's trials, with a coarser integration."""
+        """A subset of the bench's trials, with a coarser integration."""
         few = few_trials(bench)
         trials = tuple(bench.trials[i].thinner(SIFTED_SAMPLES) for i in few)
         return cls(replace(bench, predictor=bench.predictor.coarser(SIFTING_TOLERANCE), trials=trials), few)
 
     def beside(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-        """A fit to all trials as one to these, with its derivatives."""
+        """A fit to all trials as a fit to this subset, with its derivatives."""
         here = EvaluatedHypothesis(fit.hypothesis, fit.unknowns, tuple(fit.states[i] for i in self.few))
         here = self.bench.evaluate([here])[0]
         return replace(here, frame=self.bench.frame(here))
@@ -268,7 +268,7 @@ class Sifting:
 def further(
     bench: Workbench, sifting: Sifting, anchors: Sequence[EvaluatedHypothesis], candidates: Sequence[ShapedEffect]
 ) -> list[EvaluatedHypothesis]:
-    """Hypotheses of an anchor and one cause more, those that promise most, fitted to all trials; best first."""
+    """Hypotheses with an anchor and one further cause, the most promising fitted to all trials; best first."""
     promising: dict[frozenset[tuple[str, str]], tuple[float, EvaluatedHypothesis, EvaluatedHypothesis]] = {}
     for anchor in anchors:
         here = sifting.beside(anchor)
@@ -288,9 +288,9 @@ def further(
 def _beside(
     bench: Workbench, here: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
 ) -> list[tuple[float, EvaluatedHypothesis]]:
-    """Each further cause's best start beside a fit: cost that it promises, and the start.
+    """The best start of each further cause beside a fit: predicted cost reduction, and the start.
 
-    First by secants, a lane or two a start; then those that promise most, at the strengths that the secants ask for.
+    First by secants, one or two lanes per start; then the most promising at the strengths that the secants predict.
     """
     first = len(here.unknowns)
     starts = []
@@ -316,7 +316,7 @@ def _beside(
 
 
 def _spread_from(fit: EvaluatedHypothesis, anchor: EvaluatedHypothesis, few: Sequence[int]) -> EvaluatedHypothesis:
-    """A fit to some of the trials with the other trials' states and the derivatives from its anchor."""
+    """A fit to a subset of the trials, with the other trials' states and the derivatives of its anchor."""
     states = list(anchor.states)
     for place, i in enumerate(few):
         states[i] = fit.states[place]

@@ -1,4 +1,4 @@
-"""Trials as the diagnosis wants them: copies struck out, the noise floor estimated, samples thinned."""
+"""Preparation of trials for the diagnosis: remove copies, estimate the noise floor, thin samples."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
 from synth.swing.time_unit import time_unit
 
-SAMPLES = 700  # a trial: enough for the fastest joint, few enough to be fast
-ORDER = 6  # of the differences that leave noise alone: a sixth difference of a smooth motion is next to nothing
-LATER = 40  # samples after another's start at which a copy may begin
-SAME = 0.2  # joints whose noise differs by less than this share are taken to have the same sensor
+SAMPLES = 700  # per trial: enough for the fastest joint, few enough to be fast
+ORDER = 6  # order of differences that isolate noise: the sixth difference of a smooth motion is almost zero
+LATER = 40  # largest offset, in samples, at which a copy may begin
+SAME = 0.2  # joints whose noise differs by a smaller share are assumed to have the same sensor
 
 
 @dataclass(frozen=True)
 class AngleTrial:
     """One trial, thinned: ``time`` (m,) s from 0, ``measured`` (m, n) rad in the sense of q, ``counts`` (m, n).
 
-    ``relative`` (m, n): error of a sample over its channel's noise; None where all are alike.
+    ``relative`` (m, n): standard deviation of a sample relative to its channel's noise; None if all are equal.
     """
 
     recording: Recording
@@ -42,7 +42,7 @@ class AngleTrial:
 
     @cached_property
     def time_unit(self) -> float:
-        """The unit (s) in which it is simulated, by its own pace."""
+        """Time scale of the simulation, s, from the trial's own motion."""
         return time_unit(self.recording.smoothed.pace)
 
     @cached_property
@@ -51,7 +51,7 @@ class AngleTrial:
         return np.asarray(self.counts.sum(axis=0), dtype=float)
 
     def thinner(self, samples: int) -> AngleTrial:
-        """At most about ``samples`` of the samples, evenly taken."""
+        """About ``samples`` of the samples, evenly spaced."""
         every = max(1, round(len(self.time) / samples))
         relative = None if self.relative is None else self.relative[::every]
         return replace(
@@ -65,9 +65,9 @@ class AngleTrial:
 
 @dataclass(frozen=True)
 class Whitener:
-    """What turns a trial's predictions into whitened residuals of the samples that count, a row a lane.
+    """Converts a trial's predictions into whitened residuals of the samples that count, one row per lane.
 
-    ``index`` places of these samples in a flat (m n,) array; ``measured`` and ``scale`` (count,) theirs.
+    ``index`` : indices of these samples in a flat (m n,) array; ``measured`` and ``scale`` (count,) theirs.
     """
 
     index: NDArray[np.intp] | slice
@@ -96,7 +96,7 @@ class Whitener:
 
 
 def angle_trial(recording: Recording, held_out: bool) -> AngleTrial:
-    """Thin a recording, evenly in its samples."""
+    """Thin a recording to evenly spaced samples."""
     thin = recording.thinned(SAMPLES)
     return AngleTrial(recording, thin.time, thin.rotation, thin.counts, held_out)
 
@@ -122,10 +122,10 @@ def spread(trials: Sequence[AngleTrial], most: int) -> tuple[list[AngleTrial], l
 
 
 def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tuple[int, int]]:
-    """Pairs (copy, original) of recordings that hold the same samples: they are one measurement.
+    """Pairs (copy, original) of recordings that hold the same samples and count as one measurement.
 
-    Also where one is cut short, begins a few samples later, or is saved with fewer digits: the shared samples agree to
-    1e-3 of their range. The copy is the later one, or the one that is held out: what was learnt from cannot score.
+    Includes recordings cut short, starting a few samples later, or saved with fewer digits: the shared samples agree to
+    1e-3 of their range. The copy is the later one, or the held-out one: a fitted recording cannot be used for scoring.
     """
     found = []
     order = sorted(range(len(recordings)), key=lambda k: (held_out[k], k))
@@ -139,9 +139,10 @@ def copies(recordings: Sequence[Recording], held_out: Sequence[bool]) -> list[tu
 
 
 def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
-    """Of each recording the places of those that may hold the same samples: one's first is among the other's first.
+    """For each recording the indices of possible copies, where the first sample of one is near the start of the other.
 
-    A look at all pairs in one array operation a recording; ``_same`` at each would take minutes for a thousand.
+    Compares all pairs by one array operation per recording; calling ``_same`` for each would take minutes for a
+    thousand.
     """
     count, n = len(recordings), recordings[0].rotation.shape[1]
     heads = np.full((count, LATER, n), np.inf)
@@ -157,7 +158,7 @@ def _alike(recordings: Sequence[Recording]) -> list[list[int]]:
 
 
 def _same(a: Recording, b: Recording) -> bool:
-    """Whether one recording's samples are the other's, from up to ``LATER`` samples after its start on."""
+    """Whether one recording's samples are the other's, starting up to ``LATER`` samples later."""
     if a.rotation.shape[1] != b.rotation.shape[1] or a.conditions != b.conditions or a.leg is not b.leg:
         return False
     reach = max(float(np.ptp(b.rotation, axis=0).max()), 1e-9)
@@ -175,20 +176,21 @@ def _same(a: Recording, b: Recording) -> bool:
 
 @dataclass(frozen=True)
 class AngleSensor:
-    """``noise`` (n,) rad RMS of a reading about the truth; ``step`` (n,) rad one count, 0 where none shows."""
+    """``noise`` (n,) rad RMS of a reading about the true angle; ``step`` (n,) rad of one count, 0 if not visible."""
 
     noise: Array
     step: Array
 
 
 def sensor(recordings: Sequence[Recording]) -> AngleSensor:
-    """Noise and counts of each joint's channel, from the samples alone.
+    """Noise and counts of each joint's channel, from the samples only.
 
     Noise by sixth differences (Tukey, *Exploratory Data Analysis* 1977; von Neumann et al., Ann. Math. Stat. 12 (1941)
     153, for the first): white noise of deviation s gives them the deviation ``s sqrt(sum binom(6, k)^2)``. Differences
-    beyond three robust deviations are left out. Joints that differ by less than ``SAME`` are pooled. A count that is
-    coarse against the noise makes steps that no difference shows while the joint rests; then its ``step/sqrt(12)``
-    counts (Widrow & Kollar, *Quantization Noise*, 2008, ch. 1).
+    beyond three robust deviations are left out. Joints that differ by less than ``SAME`` are pooled. A coarse count
+    makes
+    steps that no difference shows while the joint rests; its ``step/sqrt(12)``
+    is then used as noise (Widrow & Kollar, *Quantization Noise*, 2008, ch. 1).
     """
     n = recordings[0].rotation.shape[1]
     norm = float(np.sqrt(sum(comb(ORDER, k) ** 2 for k in range(ORDER + 1))))
@@ -203,13 +205,13 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
                 continue
             robust = 1.4826 * float(np.median(np.abs(difference))) + 1e-12
             kept = difference[np.abs(difference) < 3.0 * robust]
-            squares[j].append(float(np.mean(kept**2)) / norm**2 / 0.9733)  # variance of a normal cut off at 3
+            squares[j].append(float(np.mean(kept**2)) / norm**2 / 0.9733)  # variance of a normal truncated at 3
             gaps = np.diff(np.unique(np.round(value[good], 12)))
             step[j] = min(step[j], float(gaps[gaps > 1e-7].min(initial=np.inf)))
-    # The median over trials: a trial that knocks or rests is not the sensor.
+    # The median over trials, so that a trial with impacts or at rest does not dominate.
     white = np.array([np.sqrt(np.median(s)) if s else np.nan for s in squares])
     known = white[np.isfinite(white)]
-    if not len(known):  # too few samples for differences: the scatter about the smoothed motion
+    if not len(known):  # too few samples for differences: use the scatter about the smoothed motion
         known = np.concatenate([recording.smoothed.noise[recording.free] for recording in recordings])
     white = np.where(np.isfinite(white), white, np.median(known))
     step = np.where(np.isfinite(step) & _on_grid(recordings, step), step, 0.0)
@@ -222,7 +224,7 @@ def sensor(recordings: Sequence[Recording]) -> AngleSensor:
 
 
 def _on_grid(recordings: Sequence[Recording], step: Array) -> Mask:
-    """(n,) True where nearly all readings lie on whole multiples of the step from one another."""
+    """(n,) True where nearly all readings differ from one another by multiples of the step."""
     found = np.zeros(len(step), dtype=bool)
     for j, width in enumerate(step):
         if not np.isfinite(width) or width <= 0.0:

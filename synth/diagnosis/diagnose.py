@@ -1,4 +1,4 @@
-"""The diagnosis of any plant from its hypotheses on: verdict, causes, how far they shrink the gap, what next."""
+"""The diagnosis of any plant from its hypotheses: verdict, causes, reduction of the gap, next experiment."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from synth.diagnosis.sentences import sentence, what_is_open
 from synth.diagnosis.verdict import Judged, judge, of_no_account, open_explanations
 from synth.estimation.intervals import NORMAL90, Estimate
 
-RANKED = 8  # single causes that are listed: more are never read, and each costs a prediction of every scored trial
-SHOWN_ALONE = 4  # single causes whose predictions are kept, the likeliest first, for the page to show beside the trial
-SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # units that people read better
+RANKED = 8  # listed single causes; each costs a prediction of every scored trial
+SHOWN_ALONE = 4  # single causes whose predictions are stored for the page, the most probable first
+SHOWN = {"rad": "deg", "rad/s": "deg/s", "H": "mH"}  # display units
 
 
 @dataclass(frozen=True)
 class Findings(Generic[F, S]):
-    """What is said of any plant; the adapter adds what only its plant has."""
+    """The plant-independent part of a result; the adapter adds the rest."""
 
     found: Hypotheses[F]
     judged: Judged[F]
@@ -43,11 +43,11 @@ class Findings(Generic[F, S]):
 
     @property
     def best(self) -> F:
-        """The accepted hypothesis where one explains the trials, else the nominal leg at its best."""
+        """The accepted hypothesis if one explains the trials, else the nominal leg's best fit."""
         return (self.judged.accepted if self.explained else self.found.none).fit
 
     def said(self) -> dict[str, Any]:
-        """The fields of ``result.Diagnosis`` but ``where``."""
+        """The fields of ``result.Diagnosis`` except ``where``."""
         return {
             "verdict": self.judged.verdict,
             "sentence": self.sentence,
@@ -63,12 +63,12 @@ class Findings(Generic[F, S]):
 
 
 def diagnose(plant: Plant[F, T, S], say: Callable[[str], None]) -> Findings[F, S]:
-    """Say what the built leg does that the nominal one does not; ``say`` is told what is being done."""
+    """Find what distinguishes the built leg from the nominal one; ``say`` receives the current stage."""
     found = plant.search(say)
     weighed = judge(found, plant.calibration, free=plant.freely(found))
     doubts = plant.doubts(found, weighed)
     judged = plant.with_direct_causes(weighed)
-    say("how far it shrinks")
+    say("reduction of the gap")
     before = _unseen(plant, found.none.fit)
     if plant.accuracy > 0.0 and _rms(plant, before) <= plant.accuracy:
         judged = of_no_account(judged, found.none)
@@ -105,7 +105,7 @@ def _rms(plant: Plant[F, T, S], predicted: tuple[S, ...]) -> float:
 def _stages(
     plant: Plant[F, T, S], before: tuple[S, ...], found: Hypotheses[F], judged: Judged[F]
 ) -> StagePredictions[F, S]:
-    """Predict the scored trials as designed and with each single cause that is listed; ``before`` is there already."""
+    """Predict the scored trials as designed and with each listed single cause; ``before`` is given."""
     as_designed = plant.predict(plant.designed(), plant.scored)
     after = plant.as_read(before if judged.accepted is found.none else _unseen(plant, judged.accepted.fit))
     squares = {
@@ -125,7 +125,7 @@ def _stages(
 
 
 def _unseen(plant: Plant[F, T, S], fit: F) -> tuple[S, ...]:
-    """Predictions of trials that took no part, or else of each trial by a fit without it."""
+    """Predictions of held-out trials, or else of each trial by a fit without it."""
     if plant.held_out or len(plant.scored) == 1:
         return plant.predict(fit, plant.scored)
     normal, (low, high) = plant.normal(fit), plant.bounds(fit)
@@ -137,10 +137,10 @@ def _unseen(plant: Plant[F, T, S], fit: F) -> tuple[S, ...]:
 
 
 def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
-    """The causes of a hypothesis with their parameters and what the trials leave open of each.
+    """The causes of a hypothesis with their parameters and intervals.
 
-    By the curvature of the cost, or by how far the parameters move when one fold of trials after the other is left
-    out, whichever is more.
+    The interval is the larger of two: from the curvature of the cost, and from the spread of the estimates
+    when one fold of trials after the other is left out.
     """
     fit = item.fit
     if not fit.hypothesis:
@@ -157,7 +157,7 @@ def causes_of(plant: Plant[F, T, S], item: Assessed[F]) -> tuple[Cause, ...]:
 
 
 def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
-    """With 90 % intervals: each parameter's values as its unknowns go from end to end of theirs."""
+    """With 90 % intervals: each parameter's range over the interval of its unknowns."""
     values = candidate.named(x)
     reach = {name: [value] for name, value in values.items()}
     low, high = candidate.bounds()
@@ -178,19 +178,19 @@ def _cause(candidate: ShapedEffect, x: Array, deviation: Array) -> Cause:
 
 
 def _ranked(plant: Plant[F, T, S], judged: Judged[F], errors: PredictionErrors) -> tuple[Ranked, ...]:
-    """Single causes with their probabilities and what each alone would do, likeliest first."""
+    """Single causes with their probabilities and the effect of each alone, most probable first."""
 
     def alone(item: Assessed[F], probability: float) -> Ranked:
         return Ranked(causes_of(plant, item)[0], probability, errors.shrink(label(item.keys)))
 
     made = [alone(item, probability) for item, probability in judged.singles[:RANKED]]
     made += [Ranked(cause, judged.counts, errors.shrink()) for cause in plant.direct_causes]
-    # A cause that no fit found alone may still be one of several that are accepted.
+    # A cause that was not found alone may be one of several accepted ones.
     listed = {item.keys[0] for item, _ in judged.singles[:RANKED]}
     for cause, key in zip(causes_of(plant, judged.accepted), judged.accepted.keys, strict=True):
         if key not in listed:
             made.append(Ranked(cause, judged.share(key), errors.shrink()))
-    # Of several accepted causes each is as probable as their set; the one that does most alone is told first.
+    # Each of several accepted causes has the probability of the set; the most effective one comes first.
     cost = {item.keys[0]: item.cost for item, _ in judged.singles}
     together = {*judged.accepted.keys} if len(judged.accepted.keys) > 1 else set()
     highest = max((e.probability for e in made if (e.cause.effect, e.cause.joint) in together), default=0.0)

@@ -1,4 +1,4 @@
-"""What a diagnosis found, and how it writes itself."""
+"""The result of a diagnosis, and its JSON."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Cause:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A single cause as a candidate: its probability and by how much it alone shrinks the gap on scored trials."""
+    """A single candidate cause: its probability, and its reduction of the gap on scored trials when alone."""
 
     cause: Cause
     probability: float
@@ -67,7 +67,7 @@ class Where:
 
 
 def shares(labels: Sequence[str], total: Array) -> dict[str, float]:
-    """Label -> its share of what is positive; even shares where nothing is."""
+    """Label -> its share of the positive values; equal shares if there are none."""
     positive = np.maximum(total, 0.0)
     if positive.sum() <= 0.0:
         return dict.fromkeys(labels, 1.0 / len(labels))
@@ -79,12 +79,13 @@ COMMAND_FILE = "next_command.csv"  # in the output folder
 
 @dataclass(frozen=True)
 class Experiment:
-    """The trial that would best separate what is open: why, as a ``trials:`` entry, and the release to use.
+    """The trial that would best separate the remaining explanations: reason, ``trials:`` entry, and release.
 
-    ``trial`` : keys of a ``trials:`` entry beside ``file``; ``release`` joint name -> measured angle, rad;
-    ``information`` : expected information in bits; ``menu`` : the trials considered and theirs; ``ramp`` : joint, final
-    torque (N m, in the measured angle's positive sense) and rise time (s) where a torque is to rise slowly;
-    ``command`` : times (m,) s and, joint -> measured angle (m,) rad, where servos are to follow a command.
+    ``trial`` : keys of a ``trials:`` entry in addition to ``file``; ``release`` joint name -> measured angle, rad;
+    ``information`` : expected information in bits; ``menu`` : all considered trials with theirs; ``ramp`` : joint,
+    final
+    torque (N m, in the measured angle's positive sense) and rise time (s) of a slowly rising torque;
+    ``command`` : times (m,) s and, joint -> measured angle (m,) rad, a command for servos.
     """
 
     why: str
@@ -111,10 +112,10 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What is said of a built leg, whether it swings or jumps.
+    """The diagnosis of a built leg, swinging or jumping.
 
-    ``explanation`` : the causes accepted, or those that come nearest where nothing known explains the trials;
-    ``tied`` : the other sets of causes that explain the trials as well. ``remainder`` : what stays unexplained.
+    ``explanation`` : the accepted causes, or the nearest ones if no known cause explains the trials;
+    ``tied`` : other sets of causes that explain the trials equally well. ``remainder`` : the unexplained part.
     """
 
     verdict: Verdict
@@ -130,7 +131,7 @@ class Diagnosis:
     warnings: tuple[str, ...]
 
     def said_as_json(self, name: str) -> dict[str, Any]:
-        """The entries of ``gap.json`` down to ``where``; ``name`` of the leg."""
+        """The entries of ``gap.json`` up to ``where``; ``name`` of the leg."""
         return {
             "format": FORMAT,
             "name": name,

@@ -1,4 +1,4 @@
-"""An effect in one of its shapes: a candidate cause, for any plant."""
+"""An effect in one of its shapes, as a candidate cause for any plant."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.parameters import Parameter, PlantEffect, Prior, Shape
 
-SMALL = 0.05  # of its prior's width: where a strength starts
-STRONGEST, FARTHEST = 40.0, 6.0  # deviations from its prior's centre that a strength, a shape may go
+SMALL = 0.05  # of its prior's width: initial strength
+STRONGEST, FARTHEST = 40.0, 6.0  # bounds of a strength and of a shape parameter, in deviations from the prior's centre
 
 
 @dataclass(frozen=True)
@@ -25,25 +25,25 @@ class ShapedEffect(ABC):
 
     @abstractmethod
     def natural_size(self, parameter: Parameter) -> float:
-        """What a parameter's natural value is multiplied by to be in SI; 1 where it has none."""
+        """The SI size of a parameter's natural unit; 1 if it has none."""
 
     @property
     def links(self) -> int:
-        """How many links it adds to the leg."""
+        """Number of links that it adds to the leg."""
         return 0
 
     @property
     def nearly_linear(self) -> bool:
-        """Whether its unknowns enter all but linearly, as a shifted reading's or a mass's do."""
+        """Whether its unknowns enter almost linearly, like a shifted reading or a mass."""
         return False
 
     @property
     def is_compliance(self) -> bool:
-        """Whether its strength is a compliance: the stiffer, the dearer to simulate."""
+        """Whether its strength is a compliance: the stiffer, the more expensive to simulate."""
         return False
 
     def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
-        """Whether it may be a cause together with the others: no cause is counted twice."""
+        """Whether it may be combined with the others: no cause is counted twice."""
         return all(other.key != self.key for other in others)
 
     @property
@@ -66,7 +66,7 @@ class ShapedEffect(ABC):
         return made
 
     def bounds(self) -> tuple[Array, Array]:
-        """Whitened least and greatest values (size,); strengths may not change sign where their prior has one."""
+        """Whitened bounds (size,); a strength keeps its sign if its prior has one."""
         low, high = np.empty(self.size), np.empty(self.size)
         for k, (name, prior) in enumerate(zip(self.shape.free, self.priors, strict=True)):
             strength = name in self.effect.strengths and not prior.log
@@ -74,7 +74,7 @@ class ShapedEffect(ABC):
         return low, high
 
     def values(self, x: Array) -> Array:
-        """(n_parameter, n_lane) all parameters in SI and the files' sense from whitened unknowns (size, n_lane)."""
+        """(n_parameter, n_lane) all parameters in SI and the files' sign convention, from unknowns (size, n_lane)."""
         found = np.empty((len(self.effect.parameters), x.shape[1]))
         for p, parameter in enumerate(self.effect.parameters):
             if parameter.name in self.shape.free:
@@ -87,7 +87,7 @@ class ShapedEffect(ABC):
         return found
 
     def named(self, x: Array) -> dict[str, float]:
-        """Parameters that say something, by name, in SI from whitened unknowns (size,)."""
+        """Parameters to report, by name, in SI, from whitened unknowns (size,)."""
         values = self.values(x[:, None])[:, 0].tolist()
         freed = {*self.shape.free, *self.shape.held}
         return {
@@ -99,7 +99,7 @@ class ShapedEffect(ABC):
     @property
     @abstractmethod
     def key(self) -> Key:
-        """Effect and place, as the files name them."""
+        """Effect and place, as named in files."""
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
         """Natural values (n_lane,) of a free parameter in SI."""
@@ -107,6 +107,6 @@ class ShapedEffect(ABC):
 
 
 def _prior(parameter: Parameter) -> Prior:
-    """Every parameter that a shape frees has one."""
+    """Raise if a free parameter of a shape has no prior."""
     assert parameter.prior is not None
     return parameter.prior

@@ -1,4 +1,4 @@
-"""Channels with coarse counts: they show in the readings themselves, and no motion is needed to tell them."""
+"""Channels with coarse counts, found from the readings alone without a model of the motion."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleSensor, AngleTrial
 
-COARSER = 2.5  # times the other channels' counts, or noise, from which on a count is a cause of its own
-ALONE = np.radians(0.36)  # rad: a leg of one joint has no other channel to compare with; 1000 counts a turn
+COARSER = 2.5  # times the other channels' counts, or noise, from which a count is a cause
+ALONE = np.radians(0.36)  # rad, 1000 counts per turn: for a leg of one joint, without another channel
 
 
 @dataclass(frozen=True)
 class Coarse:
-    """A joint whose readings go in steps of ``step`` rad, coarser than the rest of the leg's."""
+    """A joint whose readings change in steps of ``step`` rad, coarser than those of the other joints."""
 
     joint: int
     step: float
 
 
 def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
-    """Joints whose count is ``COARSER`` times the others' median count and makes more error than their noise does."""
+    """Joints whose count is ``COARSER`` times the others' median and causes more error than their noise."""
     found = []
     for j, step in enumerate(sensor.step):
         others = [k for k in range(len(sensor.step)) if k != j]
@@ -38,7 +38,7 @@ def coarse_counts(sensor: AngleSensor) -> tuple[Coarse, ...]:
 
 
 def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
-    """(n,) rad, each channel's noise as it would be without its coarse counts: that of the other channels."""
+    """(n,) rad, each channel's noise without its coarse counts: that of the other channels."""
     noise = sensor.noise.copy()
     rough = [item.joint for item in coarse]
     fine = [j for j in range(len(noise)) if j not in rough]
@@ -48,9 +48,9 @@ def usual_noise(sensor: AngleSensor, coarse: Sequence[Coarse]) -> Array:
 
 
 def rounded(trial: AngleTrial, prediction: Array, coarse: Sequence[Coarse]) -> Array:
-    """A prediction (m, n) rad in the sense of q as channels with coarse counts would tell it.
+    """A prediction (m, n) rad in the sense of q, rounded like channels with coarse counts.
 
-    Counts begin where the recording's do: at any of its readings.
+    The counts are aligned with the recording's.
     """
     told = prediction.copy()
     for item in coarse:

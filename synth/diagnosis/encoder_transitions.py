@@ -1,8 +1,8 @@
-"""What coarse counts tell: little while a reading stays, but nearly all when it changes.
+"""Information in coarse counts: little while a reading is constant, almost all at a transition.
 
-Where a reading goes from one count to the next, the joint stands on the edge between them: known to what it turns in a
-sample, however wide the count. Event time-stamping of encoders rests on this (Merry, van de Molengraft & Steinbuch,
-Mechatronics 20 (2010) 20). Between its edges a reading says no more than that the joint is within the count.
+At a transition the joint is at the edge between two counts, known to within the motion of one
+sample, however wide the count. This is event time-stamping of encoders (Merry, van de Molengraft & Steinbuch,
+Mechatronics 20 (2010) 20). Between transitions a reading only says that the joint is within the count.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from synth.arrays import Array
 from synth.diagnosis.angle_trials import AngleTrial
 from synth.diagnosis.encoder_counts import Coarse
 
-UNIFORM = 1.0 / np.sqrt(12.0)  # deviation of what is anywhere within a width of 1
-REST, MOST = 4, 12  # samples that a reading must stay for one of them to be taken, and most that are taken
+UNIFORM = 1.0 / np.sqrt(12.0)  # standard deviation of a uniform distribution of width 1
+REST, MOST = 4, 12  # least samples of a constant reading for one to be used, and most that are used
 
 
 def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> AngleTrial:
-    """The trial with each coarse channel's samples at what its edges say, the others of that channel not counted.
+    """The trial with each coarse channel's samples at transitions replaced by their edges, others not counted.
 
-    ``usual`` (n,) rad: each channel's noise without coarse counts; ``relative`` of the trial made is in units of it.
-    Beside an edge a sample is half a sample's turn before it or after it, that turn uncertain by its own length; one
-    between two edges is at the mean of both. Readings that skip counts are what they are, within half a count, and so
-    is one that stays: the few samples that are taken of it count together as one.
+    ``usual`` (n,) rad: each channel's noise without coarse counts, the unit of ``relative`` of the new trial.
+    A sample beside an edge lies half a step's motion before or after it, with that motion as uncertainty; one
+    between two edges lies at their mean. Readings that skip counts keep their value within half a count; so
+    does a constant reading, whose few samples count together as one.
     """
-    # A leg without a finer channel does not show what its noise would be without counts.
+    # A leg without a finer channel does not show its noise without counts.
     concerned = [c for c in coarse if c.joint in trial.free and usual[c.joint] < UNIFORM * c.step]
     if not concerned:
         return trial
@@ -47,7 +47,7 @@ def at_edges(trial: AngleTrial, coarse: Sequence[Coarse], usual: Array) -> Angle
 
 
 def _channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
-    """Angle (m,) rad at each sample and its deviation (m,) from the counts; inf where the sample tells nothing."""
+    """Angle (m,) rad at each sample and its deviation (m,) from the counts; inf for a sample without information."""
     jump = np.diff(reading) / step
     count = np.round(jump)
     turn = np.minimum(_turn(time, reading, count, step), step)
@@ -58,7 +58,7 @@ def _channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
     for place, value in ((slice(None, -1), edge - half), (slice(1, None), edge + half)):
         total[place] += np.where(single, value, 0.0)
         number[place] += single
-        # Both samples of an edge are off alike: together they count as one.
+        # Both samples of an edge have the same error: together they count as one.
         squared[place] += np.where(single, 2.0 * (UNIFORM * turn) ** 2, 0.0)
     skipped = np.zeros(len(reading), dtype=bool)
     skipped[:-1] |= np.abs(count) > 1.0
@@ -76,12 +76,12 @@ def _channel(time: Array, reading: Array, step: float) -> tuple[Array, Array]:
 
 
 def _turn(time: Array, reading: Array, count: Array, step: float) -> Array:
-    """(m - 1,) rad that the joint turns from each sample to the next, from the edges about it."""
+    """(m - 1,) rad, motion of the joint between samples, from the neighbouring edges."""
     edges = np.flatnonzero(count != 0.0)
     if len(edges) < 2:
         return np.full(len(count), step)
     when = 0.5 * (time[edges] + time[edges + 1])
-    far = np.abs(np.diff(reading[edges] + reading[edges + 1])) / 2.0  # from edge to edge; none where it turns back
+    far = np.abs(np.diff(reading[edges] + reading[edges + 1])) / 2.0  # from edge to edge; zero if the motion reverses
     speed = np.maximum(far, 0.25 * step) / np.diff(when)
     before, after = np.concatenate([speed[:1], speed]), np.concatenate([speed, speed[-1:]])
     found = np.zeros(len(count))
@@ -90,7 +90,7 @@ def _turn(time: Array, reading: Array, count: Array, step: float) -> Array:
 
 
 def _stays(count: Array) -> list[tuple[int, int]]:
-    """First and last sample of each run of the same reading."""
+    """First and last index of each run of equal readings."""
     ends = np.flatnonzero(count != 0.0)
     starts = np.concatenate([[0], ends + 1])
     return [(int(a), int(b)) for a, b in zip(starts, np.concatenate([ends, [len(count)]]), strict=True)]

@@ -1,4 +1,4 @@
-"""Hypotheses at their best, whichever kind of leg they are about: all that odds and a verdict are made of."""
+"""Fitted hypotheses of any plant, the input of odds and verdict."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from synth.arrays import Array
 
-Key = tuple[str, str]  # effect and place, as the files name them
+Key = tuple[str, str]  # effect and place, as named in files
 
 
 class HypothesisCause(Protocol):
@@ -18,7 +18,7 @@ class HypothesisCause(Protocol):
 
     @property
     def key(self) -> Key:
-        """Effect and place, as the files name them."""
+        """Effect and place, as named in files."""
 
     @property
     def size(self) -> int:
@@ -30,7 +30,7 @@ class FittedHypothesis(Protocol):
 
     @property
     def hypothesis(self) -> Sequence[HypothesisCause]:
-        """Its causes; none for the nominal leg."""
+        """Its causes; empty for the nominal leg."""
 
 
 F = TypeVar("F", bound=FittedHypothesis)
@@ -38,12 +38,12 @@ F = TypeVar("F", bound=FittedHypothesis)
 
 @dataclass(frozen=True)
 class HeldOutError:
-    """What a hypothesis leaves on trials that it was not fitted to.
+    """The error of a hypothesis on trials that it was not fitted to.
 
-    ``squares`` (n_trial, n_block) mean squared error of the samples that count, in squared noise floors; ``counts``
-    (n_trial, n_block) how many these are; ``independent`` (n_trial,) how many of a trial's errors are independent.
-    ``spread`` : standard deviation of the unknowns by leaving out one fold after the other (jackknife), empty where it
-    was not taken.
+    ``squares`` (n_trial, n_block) mean squared error of the counted samples, in squared noise floors; ``counts``
+    (n_trial, n_block) their number; ``independent`` (n_trial,) number of independent errors of a trial.
+    ``spread`` : standard deviation of the unknowns over leaving out one fold after the other (jackknife), empty if not
+    computed.
     """
 
     squares: Array
@@ -65,18 +65,18 @@ class HeldOutError:
 
     @property
     def above(self) -> float:
-        """RMS above the noise, in floors: quadratically subtracted."""
+        """RMS above the noise, in floors, by quadratic subtraction."""
         return float(np.sqrt(max(self.ratio**2 - 1.0, 0.0)))
 
     def taken_of(self, before: HeldOutError) -> float:
-        """Share of another's RMS above the noise that this one takes away; 0 where that is none."""
+        """Share by which another's RMS above the noise is reduced; 0 if that is zero."""
         return 1.0 - self.above / before.above if before.above > 0.0 else 0.0
 
     @property
     def typical(self) -> float:
-        """Geometric mean over the trials of their RMS over the noise floor.
+        """Geometric mean over the trials of RMS over the noise floor.
 
-        One trial that a hypothesis sends astray (a pendulum that turns over once more) does not decide.
+        A single badly predicted trial (a pendulum with one more revolution) then does not dominate.
         """
         return float(np.exp(0.5 * np.mean(np.log(np.maximum(self.by_trial, 1e-9)))))
 
@@ -88,9 +88,9 @@ class HeldOutError:
 
 @dataclass(frozen=True)
 class Assessed(Generic[F]):
-    """A hypothesis at its best: ``cost`` of the trials it was fitted to, ``ratio`` their RMS over the noise floor.
+    """A fitted hypothesis: ``cost`` of its trials, ``ratio`` of their RMS to the noise floor.
 
-    ``unseen`` : what it leaves on trials left out of its fit; None where that was not taken.
+    ``unseen`` : its error on held-out trials; None if not computed.
     """
 
     fit: F
@@ -105,13 +105,13 @@ class Assessed(Generic[F]):
 
     @property
     def n_unknown(self) -> int:
-        """Unknowns of all its causes."""
+        """Number of unknowns of all its causes."""
         return sum(cause.size for cause in self.fit.hypothesis)
 
 
 @dataclass(frozen=True)
 class Hypotheses(Generic[F]):
-    """All that a search brought to their best: ``none``, ``singles``, and ``several`` of two causes or three.
+    """All fitted hypotheses of a search: ``none``, ``singles``, and ``several`` with two or three causes.
 
     Each in order of cost.
     """

@@ -1,8 +1,8 @@
-"""Whether the verdict hangs on one recording: it is judged again without each.
+"""Whether the verdict depends on a single recording: it is evaluated again without each.
 
-First by one step from the common fits, in closed form; where that turns the verdict, by fits without the recording.
-A fit goes over all other recordings, so only the few that count for most are looked at so: the work grows with the
-number of recordings, not with its square.
+First by one step from the common fits, in closed form; if that changes the verdict, by fits without the recording.
+A fit uses all other recordings, so only the few most influential ones are refitted: the cost grows linearly with
+the number of recordings, not quadratically.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 
 T = TypeVar("T")
-LEAST_TRIALS = 3  # with fewer, that a verdict hangs on each is no news
-HEAVIEST = 4  # hypotheses that are weighed again
-ROUNDS = 3  # of new derivatives in a fit without a recording
-SETTLED = 0.01  # of the cost, that new derivatives take away at least, or there are no more
-MOST_REFITTED = 6  # recordings without which fits are made; the closed form alone turns a sure verdict seldom
-SURE = 0.8  # weight that the other explanation must have without the recording
+LEAST_TRIALS = 3  # with fewer, the verdict depends on each anyway
+HEAVIEST = 4  # hypotheses that are evaluated again
+ROUNDS = 3  # renewals of the derivatives in a fit without a recording
+SETTLED = 0.01  # least reduction of the cost, relative, for another renewal
+MOST_REFITTED = 6  # refits without a recording; the closed form alone rarely changes a clear verdict
+SURE = 0.8  # weight that the other explanation needs without the recording
 ODD = 1 / 3  # of the misfit, below which it must fall without one recording for that one to be named as odd
 ODD_FROM = 3.0  # noise floors of misfit, from which an odd recording is looked for: below, white noise scatters as much
 
 
 @dataclass(frozen=True)
 class Hangs:
-    """What a verdict hangs on.
+    """The recordings that the verdict depends on.
 
-    ``turned`` : (name, what would be said without it) of each recording that turns the verdict. ``open`` : names of
-    those that may turn it by the closed form, and were not fitted without. ``odd`` : (name, misfit of the others without
+    ``turned`` : (name, the verdict without it) of each recording that changes the verdict. ``open`` : names of
+    those that may change it by the closed form and were not refitted. ``odd`` : (name, misfit of the others without
     it, misfit of all, both in noise floors) of a recording that most of the misfit comes from.
     """
 
@@ -46,15 +46,15 @@ class Hangs:
     def warnings(self) -> tuple[str, ...]:
         """In sentences."""
         said = [
-            f"the verdict hangs on {name}: without it {other}. Look at that recording first (its start, its rest, what "
-            "was different that day), or repeat it"
+            f"the verdict depends on {name}: without it {other}. Check it first (its start, its rest position, what "
+            "was different in this trial), or repeat it"
             for name, other in self.turned
         ]
         if self.open:
             names = ", ".join(self.open[:5]) + (f" and {len(self.open) - 5} more" if len(self.open) > 5 else "")
             said.append(
-                f"the verdict may hang on each of {names} too: a first look says so, and only the recordings that "
-                "count for most were left out in turn. With so many the explanations are nearly tied"
+                f"the verdict may also depend on {names}: this is a first-order estimate, since only the most ~"
+                "influential recordings were left out one by one. So many indicate nearly tied explanations"
             )
         said += [
             f"{name} does not go with the others: without it they are left {left:.2g} times the noise off, with it all are "
@@ -72,14 +72,14 @@ def hangs_on(
     calibration: Calibration = CALIBRATED,
     free: HeldOutError | None = None,
 ) -> Hangs:
-    """The recordings on which the verdict hangs.
+    """The recordings that the verdict depends on.
 
-    A cause that fewer recordings cannot tell from another is no turn; another cause, none or an unknown one is.
+    A cause that fewer recordings cannot separate from another is no change; another cause, none or unknown is.
     """
     if len(bench.trials) < LEAST_TRIALS:
         return Hangs()
     chosen = {id(item): item for item, _ in judged.weighed[:HEAVIEST]}
-    chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # what several causes are held against
+    chosen |= {id(item): item for item in (found.none, *found.singles[:1])}  # reference for several causes
     steps = {key: _without_each(bench, item) for key, item in chosen.items()}
     doubtful: list[tuple[float, int]] = []
     for i in range(len(bench.trials)):
@@ -117,7 +117,7 @@ def _odd(
 
 
 def _weight(judged: Judged[EvaluatedHypothesis], again: Judged[EvaluatedHypothesis]) -> float:
-    """How probable what is said of all recordings still is without one."""
+    """The probability of the common verdict without one recording."""
     if judged.verdict == "unknown":
         return again.unknown
     if judged.verdict == "none":
@@ -133,7 +133,7 @@ def _again(
     calibration: Calibration,
     free: HeldOutError | None,
 ) -> Judged[EvaluatedHypothesis]:
-    """Judged by the hypotheses that there are, under the identity of those they stand for."""
+    """Odds of the given hypotheses under the keys of those they stand for."""
     singles = tuple(here[id(item)] for item in found.singles if id(item) in here)
     several = tuple(here[id(item)] for item in found.several if id(item) in here)
     return judge(Hypotheses(here[id(found.none)], singles, several), calibration, len(found.singles), free)
@@ -142,7 +142,7 @@ def _again(
 def _refitted(
     bench: Workbench, found: Sequence[Assessed[EvaluatedHypothesis]], out: int
 ) -> list[Assessed[EvaluatedHypothesis]]:
-    """Hypotheses at their best for all trials but one."""
+    """Hypotheses fitted to all trials but one."""
 
     def but(values: Sequence[T]) -> tuple[T, ...]:
         return (*values[:out], *values[out + 1 :])
@@ -162,7 +162,7 @@ def _refitted(
 
 
 def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> list[Assessed[EvaluatedHypothesis]]:
-    """A hypothesis as all trials but one would have it, for each one."""
+    """A hypothesis refitted to all trials but one, for each trial."""
     fit = found.fit
     normal = bench.normal(fit)
     low, high = bench.bounds(fit.hypothesis)
@@ -179,11 +179,11 @@ def _without_each(bench: Workbench, found: Assessed[EvaluatedHypothesis]) -> lis
 
 
 def _said(judged: Judged[EvaluatedHypothesis]) -> str:
-    """What would be said, where it would be said with some certainty."""
+    """The verdict, if it is sufficiently certain."""
     if judged.verdict == "unknown":
-        return "what is missing would be unknown" if judged.unknown > SURE else ""
+        return "the missing effect would be unknown" if judged.unknown > SURE else ""
     if judged.verdict == "none":
-        return "nothing would be missing" if judged.none > SURE else ""
+        return "no effect would be missing" if judged.none > SURE else ""
     names = " and ".join(f"{effect} ({place})" for effect, place in judged.accepted.keys)
     return f"it would be {names}" if judged.weighed[0][1] > SURE and judged.unknown < 1.0 - SURE else ""
 

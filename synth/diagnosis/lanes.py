@@ -1,7 +1,7 @@
-"""What a simulator offers to the search over hypotheses: legs that differ little, predicted together.
+"""The simulator interface of the search: similar legs predicted together.
 
 The adapter of a plant implements ``LanePredictor`` on its own simulator (``plants.swinging_chain.chain_predictor``);
-fits, screening and search know no more of the plant than this.
+fits, screening and search use nothing else of the plant.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ Hypothesis = tuple[ShapedEffect, ...]
 
 @dataclass(frozen=True)
 class Block:
-    """Legs, at most as many as step together, that differ little from the first and so share its steps.
+    """Legs that differ little from the first and share its integration steps, at most as many as the lanes.
 
-    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then each candidate's; ``state`` (2 n + 2 m,
-    n_lane): rotations and rates at the trial's start, true ones, not as read; below them, two a link that the
-    candidates add, how far and how fast it is from where it would start if held, in whitened units. Links of which
-    nothing is said start as if held.
+    ``unknowns`` (n_tolerance + n_effect, n_lane): whitened tolerances, then the candidates' unknowns; ``state`` (2
+    n + 2 m,
+    n_lane): true (not measured) rotations and rates at the trial's start; below them, two per link that the
+    candidates add, its deflection and rate relative to the state when held, whitened. Links without
+    an entry start as if held.
     """
 
     hypothesis: Hypothesis
@@ -33,7 +34,7 @@ class Block:
 
 
 class LanePredictor(Protocol):
-    """Predicts readings of one leg's trials, many legs side by side."""
+    """Predicts readings of one leg's trials, many legs in parallel."""
 
     @property
     def n_tolerance(self) -> int:
@@ -41,20 +42,20 @@ class LanePredictor(Protocol):
 
     @property
     def open_tolerances(self) -> Sequence[int]:
-        """Those of them that are not held at their nominal value."""
+        """Number of tolerance unknowns that are not fixed."""
 
     @property
     def n_lane(self) -> int:
-        """How many legs step together."""
+        """Number of legs that step together."""
 
     def coarser(self, tolerance: float) -> Self:
         """The same, integrated to another relative tolerance."""
 
     def groups(self, hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
-        """Places of the blocks of so many legs that can step together."""
+        """Indices of blocks with so many legs that can step together."""
 
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged."""
+        """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged."""
 
     def together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """As ``predict``, for one of the ``groups``."""
+        """Like ``predict``, for one of the ``groups``."""

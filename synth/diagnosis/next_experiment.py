@@ -1,4 +1,4 @@
-"""What next: the trial of a plant's menu that would best separate the explanations that are still open."""
+"""The next trial: the one of a plant's menu that best separates the remaining explanations."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from synth.threads import in_parallel
 
 
 def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], why: str) -> Experiment | None:
-    """The trial with the largest expected information on which of the rivals holds; None with fewer than two.
+    """The trial with the largest expected information on which rival is true; None with fewer than two.
 
-    ``rivals`` : fits with their weights. ``why`` : a sentence. A prediction is uncertain by the noise, by what belongs
-    to each trial, and by what the trials so far leave open of the leg.
+    ``rivals`` : fits with their weights. ``why`` : a sentence. The uncertainty of a prediction combines noise, per-
+    trial
+    unknowns, and the uncertainty of the leg after the existing trials.
     """
     menu = plant.menu() if len(rivals) > 1 else ()
     if not menu:
@@ -34,7 +35,7 @@ def next_experiment(plant: Plant[F, T, S], rivals: Sequence[tuple[F, float]], wh
     order = sorted(range(len(menu)), key=lambda i: -bits[i])
     best = menu[order[0]]
     return Experiment(
-        f"{why} {best.what[0].upper()}{best.what[1:]} would tell most: {bits[order[0]]:.2g} bit.",
+        f"{why} {best.what[0].upper()}{best.what[1:]} would give most information: {bits[order[0]]:.2g} bit.",
         dict(best.keys),
         dict(best.release),
         bits[order[0]],

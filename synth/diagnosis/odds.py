@@ -1,12 +1,12 @@
-"""Odds of hypotheses: by what they leave of the trials they were fitted to, and of trials that they were not.
+"""Odds of hypotheses, from the fitted trials and from trials that were left out.
 
-Where the best explanation reaches the sensor's noise, its residuals are white and the fits themselves tell most: the
-evidence is the cost with the tolerances' priors (200 simulated cases with a cause of known form: top-1 100 against 85 %
-by trials left out). Where it stays far above the noise, what is left is the model's own remainder: it is correlated, it
-differs from trial to trial, and its size is not known. There the trials left out decide. A trial with errors of mean
+If the best explanation reaches the sensor's noise, its residuals are white and the fits themselves tell most: the
+evidence is the cost with the tolerances' priors (200 simulated cases with a cause of known form: top-1 100 % against
+85 % by trials left out). If it stays far above the noise, the rest is the model's own remainder: correlated,
+different from trial to trial, and of unknown size. Then the left-out trials decide. A trial with errors of mean
 square ``s`` counts ``m/2 log(1 + s)``, the log-likelihood of ``m`` independent errors of unknown size; the trials are
-weighed anew by a Bayesian bootstrap (pseudo-BMA+: Yao, Vehtari, Simpson & Gelman, Bayesian Analysis 13 (2018) 917), so
-that a difference that hangs on one trial is no certainty.
+reweighted by a Bayesian bootstrap (pseudo-BMA+: Yao, Vehtari, Simpson & Gelman, Bayesian Analysis 13 (2018) 917), so
+that a difference due to a single trial is not taken as certain.
 """
 
 from __future__ import annotations
@@ -20,35 +20,38 @@ import numpy as np
 from synth.arrays import Array
 from synth.diagnosis.hypotheses import Assessed, F, HeldOutError
 
-# RMS over the noise floor that the best explanation leaves on unseen trials: below the first it is at the floor, from
-# the second on it is a remainder. Explanations of another form than the truth leave up to 3 on clean simulated cases.
+# RMS over the noise floor of the best explanation on unseen trials: below the first it is at the floor, above
+# the second it is a remainder. Explanations of another form than the truth leave up to 3 on clean simulated cases.
 AT_FLOOR, FAR = 3.0, 9.0
-# Errors of a trial that count as independent at most: what a model of this kind misses is shared by neighbouring
-# swings, and causes that do nearly the same (a reading shifted or scaled, a shifted torque) are tied, not told apart.
+# Largest number of independent errors per trial: model errors are shared by neighbouring
+# swings, and nearly equal causes (a reading shifted or scaled, a shifted torque) are tied, not separated.
 MOST_INDEPENDENT = 8.0
 DRAWS = 400  # of the bootstrap: a probability of 0.05 is known to 0.01
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """What turns costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001 and 2000).
+    """Constants that convert costs into probabilities; tuned on simulated cases (``tests/blind``, seeds 1000, 1001,
+    2000).
 
-    ``temperature`` : of the softmax over costs, for forms that do not get their cause quite right. ``per_parameter`` :
-    what an unknown more must earn. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that nothing, one
-    cause, two or three are missing, shared evenly among their hypotheses. ``left`` : share of the squared gap that the
-    best explanation may leave for an unknown cause to be as likely as not, ``left_by_several`` that of several causes,
-    ``misfit`` how fast that probability grows with its logarithm, ``doubt`` its least where something is missing: now
-    and then what is in no list does the same as what is in it; ``doubt_of_several`` where it takes several causes to do
-    the same, of which one may be any other's; ``clean`` : RMS over the noise floor up to which nothing is taken to be
-    left; ``far`` : RMS over the floor beyond which less may be left, by the root of it: what is right leaves little
-    that a good sensor still sees far above its noise. ``tie_odds`` : odds below which explanations are said to be tied.
-    ``pays`` : share of what fewer causes leave of the squared gap that one more must take away; form errors of a cause
-    that is right are taken up by others by a tenth.
+    ``temperature`` : of the softmax over costs, for effects whose form is not exact. ``per_parameter`` :
+    penalty per unknown. ``none``, ``single``, ``pair``, ``triple`` : prior probabilities that no, one,
+    two or three causes are missing, divided evenly among their hypotheses. ``left`` : share of the squared gap left
+    by the
+    best explanation at which an unknown cause is as probable as not, ``left_by_several`` the same for several causes,
+    ``misfit`` : slope of that probability over its logarithm. ``doubt`` : least probability of an unknown cause if
+    an effect is missing, because an unknown cause sometimes acts exactly like a known one; ``doubt_of_several`` :
+    the same
+    for several causes, which imitate others more easily. ``clean`` : RMS over the noise floor up to which
+    no effect is missing; ``far`` : RMS over the floor above which less may be left, by its square root: a correct
+    cause leaves little even for a good sensor. ``tie_odds`` : odds below which explanations are tied.
+    ``pays`` : least share of the remaining squared gap that a further cause must remove; form errors of a correct cause
+    let other causes remove about a tenth.
 
-    For a remainder far above the noise, by unseen trials: ``most`` : share of the gap's RMS that the best explanation
-    must take for an unknown cause to be less likely than not; ``steep`` : how fast that probability falls with the
-    share; ``free_leads`` : share that a free torque may take more than it; ``doubt_far`` : the least doubt there: of
-    twelve dirty rigs of seed 4100 with one main cause ten got it first.
+    For a remainder far above the noise, from unseen trials: ``most`` : share of the gap's RMS that the best explanation
+    must remove for an unknown cause to be less probable than not; ``steep`` : slope of that probability over the
+    share; ``free_leads`` : advantage allowed to a free torque; ``doubt_far`` : least doubt there. Of
+    twelve dirty rigs of seed 4100 with one main cause, ten ranked it first.
     """
 
     temperature: float = 3.0
@@ -76,7 +79,7 @@ CALIBRATED = Calibration()
 
 
 def far_share(hypotheses: Sequence[Assessed[F]]) -> float:
-    """How far the best explanation is from the noise: 0 at the floor, 1 where its remainder is the model's own."""
+    """Distance of the best explanation from the noise: 0 at the floor, 1 if its remainder is the model's own."""
     known = [h.unseen.typical for h in hypotheses if h.unseen is not None]
     if not known:
         return 0.0
@@ -85,10 +88,10 @@ def far_share(hypotheses: Sequence[Assessed[F]]) -> float:
 
 
 def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: int = 0) -> Array:
-    """(n,) posterior weights: prior times exp(-cost / temperature), costs with what their unknowns must earn.
+    """(n,) posterior weights: prior times exp(-cost / temperature), with a penalty for each unknown.
 
-    Far from the noise by unseen trials instead, see above; between the two by both in proportion.
-    ``singles`` : how many single causes there are, where they are not all among the hypotheses.
+    Far from the noise from unseen trials instead, see above; in between a mixture of both.
+    ``singles`` : number of single causes, if not all are among the hypotheses.
     """
     counts = np.array([len(h.keys) for h in hypotheses])
     unknowns = np.array([h.n_unknown for h in hypotheses])
@@ -104,9 +107,9 @@ def weigh(hypotheses: Sequence[Assessed[F]], calibration: Calibration, singles: 
 
 
 def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
-    """(n, DRAWS) negative log-likelihood of unseen trials, these weighed anew in each draw.
+    """(n, DRAWS) negative log-likelihood of unseen trials, reweighted in each draw.
 
-    A hypothesis without unseen errors has the nominal leg's, less what it gained on the trials that it was fitted to.
+    A hypothesis without unseen errors gets the nominal leg's, minus its gain on the fitted trials.
     """
     best = min((h.unseen for h in hypotheses if h.unseen is not None), key=lambda unseen: unseen.typical)
     independent = np.minimum(best.independent, MOST_INDEPENDENT)
@@ -123,7 +126,7 @@ def _drawn(hypotheses: Sequence[Assessed[F]]) -> Array:
 
 
 def taken(item: Assessed[F], none: Assessed[F]) -> float:
-    """Share of the gap's RMS that a hypothesis takes: on unseen trials where they are known."""
+    """Share of the gap's RMS that a hypothesis removes, on unseen trials if available."""
     if item.unseen is None or none.unseen is None:
         left, gap = (np.sqrt(max(each.ratio**2 - 1.0, 0.0)) for each in (item, none))
         return float(1.0 - left / gap) if gap > 0.0 else 0.0
@@ -131,6 +134,6 @@ def taken(item: Assessed[F], none: Assessed[F]) -> float:
 
 
 def taken_of(left: HeldOutError, before: HeldOutError) -> float:
-    """Share of the RMS above the noise that is taken in a typical trial."""
+    """Share of the RMS above the noise that is removed in a typical trial."""
     above = [float(np.sqrt(max(each.typical**2 - 1.0, 0.0))) for each in (left, before)]
     return 1.0 - above[0] / above[1] if above[1] > 0.0 else 0.0

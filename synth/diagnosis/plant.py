@@ -1,7 +1,7 @@
-"""What a diagnosis needs of a plant: a swinging chain, a jumping leg, or another one by another adapter.
+"""The interface of a plant to the diagnosis: a swinging chain, a jumping leg, or another adapter.
 
-The plant's adapter knows its trials, its candidates and how they are searched; everything that is said of the
-hypotheses, once they are at their best, is the same for all plants (``synth.diagnosis.diagnose``).
+The adapter defines trials, candidates and their search. Everything derived from the fitted hypotheses
+is the same for all plants (``synth.diagnosis.diagnose``).
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from synth.estimation.normal_equations import ReducedNormal
 
 
 class HypothesisFit(Protocol):
-    """A hypothesis fitted to trials: its causes and the whitened unknowns, tolerances first."""
+    """A fitted hypothesis: causes and whitened unknowns, tolerances first."""
 
     @property
     def hypothesis(self) -> Sequence[ShapedEffect]:
-        """Its causes; none for the nominal leg."""
+        """Its causes; empty for the nominal leg."""
 
     @property
     def unknowns(self) -> Array:
         """(n_tolerance + n_effect,) whitened."""
 
     def at(self, unknowns: Array) -> Self:
-        """The hypothesis with other unknowns, to predict with."""
+        """The hypothesis with other unknowns, for predictions."""
 
 
 F = TypeVar("F", bound=HypothesisFit)
@@ -52,12 +52,12 @@ class NamedTrial(Protocol):
 
 @dataclass(frozen=True)
 class MenuItem(Generic[T]):
-    """A trial that could be made next.
+    """A possible next trial.
 
-    ``what`` : in words. ``keys`` : of a ``trials:`` entry, ``file`` among them. ``trial`` : as imagined, without
+    ``what`` : in words. ``keys`` : of a ``trials:`` entry, including ``file``. ``trial`` : the imagined trial, without
     readings. ``release`` : joint -> measured angle, rad. ``ramp`` : joint, final torque (N m, in the measured angle's
-    positive sense) and rise time (s) where a torque is to rise slowly. ``command`` : times (m,) s and, joint ->
-    measured angle (m,) rad, where servos are to follow a command.
+    positive sense) and rise time (s) of a slowly rising torque. ``command`` : times (m,) s and, joint ->
+    measured angle (m,) rad, a command for servos.
     """
 
     what: str
@@ -70,10 +70,10 @@ class MenuItem(Generic[T]):
 
 @dataclass(frozen=True)
 class StagePredictions(Generic[F, S]):
-    """Scored trials predicted by the nominal leg to the letter, at its best, and with the explanation in.
+    """Scored trials predicted by the unchanged nominal leg, by its best fit, and with the explanation.
 
-    ``fits`` : of these three, to all trials to learn from. ``alone`` : label of a single cause -> as predicted with
-    just that cause, of the likeliest.
+    ``fits`` : these three, fitted to all training trials. ``alone`` : label of a single cause -> prediction with
+    only that cause, for the most probable ones.
     """
 
     fits: tuple[F, F, F]
@@ -87,8 +87,8 @@ class StagePredictions(Generic[F, S]):
 class Plant(ABC, Generic[F, T, S]):
     """One plant with its trials.
 
-    ``scored`` : the trials that errors are taken on, those ``held_out`` or else all; ``seed`` of the resampling;
-    ``warnings`` : of the trials themselves; ``n_tolerance`` : unknowns of the leg itself.
+    ``scored`` : the trials used for scoring, those ``held_out`` or else all; ``seed`` of the resampling;
+    ``warnings`` about the trials; ``n_tolerance`` : number of the leg's own unknowns.
     """
 
     scored: tuple[T, ...]
@@ -97,16 +97,16 @@ class Plant(ABC, Generic[F, T, S]):
     warnings: tuple[str, ...]
     n_tolerance: int
     calibration: Calibration = CALIBRATED
-    accuracy: float = 0.0  # rad: a gap below it does not matter to the user
-    direct_causes: tuple[Cause, ...] = ()  # seen in the readings themselves, without any fit
+    accuracy: float = 0.0  # rad: a smaller gap does not matter to the user
+    direct_causes: tuple[Cause, ...] = ()  # found directly in the readings, without a fit
 
     @abstractmethod
     def search(self, say: Callable[[str], None]) -> Hypotheses[F]:
-        """All hypotheses brought to their best."""
+        """All hypotheses, fitted."""
 
     @abstractmethod
     def designed(self) -> F:
-        """The nominal leg to the letter."""
+        """The unchanged nominal leg."""
 
     @abstractmethod
     def normal(self, fit: F) -> ReducedNormal:
@@ -114,14 +114,14 @@ class Plant(ABC, Generic[F, T, S]):
 
     @abstractmethod
     def bounds(self, fit: F) -> tuple[Array, Array]:
-        """Least and greatest unknowns."""
+        """Bounds of the unknowns."""
 
     @abstractmethod
     def predict(self, fit: F, trials: Sequence[T]) -> tuple[S, ...]:
-        """Predictions of trials by a hypothesis held fixed; only what belongs to each trial is estimated."""
+        """Predictions of trials by a fixed hypothesis; only per-trial unknowns are estimated."""
 
     def as_read(self, predicted: tuple[S, ...]) -> tuple[S, ...]:
-        """Predictions of the scored trials with the direct causes in; the same where there are none."""
+        """Predictions of the scored trials with the direct causes applied; unchanged if there are none."""
         return predicted
 
     @abstractmethod
@@ -130,31 +130,31 @@ class Plant(ABC, Generic[F, T, S]):
 
     @abstractmethod
     def samples(self) -> tuple[Array, Array]:
-        """(n_trial, BLOCKS) number of samples, and what the noise alone would sum to, rad^2."""
+        """(n_trial, BLOCKS) number of samples, and the sum expected from noise alone, rad^2."""
 
     @abstractmethod
     def left_where(self, predicted: Sequence[S]) -> tuple[Mapping[str, float], Mapping[str, float]]:
-        """Shares of the joints, and of the phases, in what predictions of the scored trials leave above the noise."""
+        """Shares of the joints and of the phases in the errors of the scored trials above the noise."""
 
     def freely(self, found: Hypotheses[F]) -> HeldOutError | None:
-        """What a torque of free shape leaves on unseen trials; None where none was fitted."""
+        """The error of a free-form torque on unseen trials; None if none was fitted."""
         return None
 
     def with_direct_causes(self, judged: Judged[F]) -> Judged[F]:
-        """The verdict with the direct causes in."""
+        """The verdict with the direct causes included."""
         return judged
 
     def remarks(self, stages: StagePredictions[F, S]) -> tuple[str, ...]:
-        """Warnings on scored trials, whatever the verdict."""
+        """Warnings on scored trials, independent of the verdict."""
         return ()
 
     def doubts(self, found: Hypotheses[F], judged: Judged[F]) -> tuple[str, ...]:
-        """Warnings of what the verdict hangs on."""
+        """Warnings about recordings that the verdict depends on."""
         return ()
 
     @abstractmethod
     def wording(self, errors: PredictionErrors) -> ErrorWording:
-        """How the sentence speaks of the errors."""
+        """The words of the sentence for the errors."""
 
     @abstractmethod
     def cause_text(self, cause: Cause) -> str:
@@ -166,16 +166,16 @@ class Plant(ABC, Generic[F, T, S]):
 
     @abstractmethod
     def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
-        """A warning where the explanation predicts scored trials no better than the nominal leg does."""
+        """A warning if the explanation predicts scored trials no better than the nominal leg."""
 
     @abstractmethod
     def menu(self) -> Sequence[MenuItem[T]]:
-        """Trials that could be made next."""
+        """Possible next trials."""
 
     @abstractmethod
     def forecast(self, fit: F, trial: T, covariance: Array) -> TrialForecast | None:
-        """What a hypothesis predicts of an imagined trial; ``covariance`` of its unknowns. None where it diverges."""
+        """The prediction of a hypothesis for an imagined trial; ``covariance`` of its unknowns. None if it diverges."""
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[F, S]) -> str:
-        """What is added to the sentence."""
+        """Text appended to the sentence."""
         return ""

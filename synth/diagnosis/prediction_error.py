@@ -1,4 +1,4 @@
-"""What predictions miss, summed in pieces: RMS errors with intervals, and the shrink, of swings and jumps alike."""
+"""Prediction errors summed in blocks: RMS errors with intervals, and the shrink, for swings and jumps."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from synth.arrays import Array
 from synth.diagnosis.hypotheses import Key
 from synth.estimation.intervals import Estimate
 
-BLOCKS = 4  # a trial's errors are resampled in so many pieces of time
-RESAMPLES = 500  # a 5 % quantile rests on 25 of them
+BLOCKS = 4  # blocks of time per trial for resampling
+RESAMPLES = 500  # a 5 % quantile then rests on 25 of them
 Picks = NDArray[np.int64]
 
 
@@ -21,9 +21,10 @@ Picks = NDArray[np.int64]
 class PredictionErrors:
     """Of scored trials.
 
-    ``squares`` : label -> (n_trial, BLOCKS) summed squared misses in rad^2, under "as_designed", "before", "after" and
-    each single cause's ``label``; ``counts`` (n_trial, BLOCKS) samples; ``noise`` (n_trial, BLOCKS) what the noise
-    alone would sum to. ``seed`` : of the resampling.
+    ``squares`` : label -> (n_trial, BLOCKS) summed squared errors in rad^2, under "as_designed", "before", "after" and
+    each single cause's ``label``; ``counts`` (n_trial, BLOCKS) samples; ``noise`` (n_trial, BLOCKS) sum expected
+    from noise
+    alone. ``seed`` : of the resampling.
     """
 
     squares: Mapping[str, Array]
@@ -33,7 +34,7 @@ class PredictionErrors:
 
     @property
     def explanations(self) -> tuple[str, ...]:
-        """Labels of all that was tried: nothing, the accepted causes, and the others."""
+        """Labels of all hypotheses: none, the accepted causes, and the others."""
         return tuple(name for name in self.squares if name != "as_designed")
 
     def figure(self, label: str) -> Estimate:
@@ -51,7 +52,7 @@ class PredictionErrors:
 
     @property
     def best_possible(self) -> Estimate:
-        """RMS that the best explanation reaches, however unlikely it is."""
+        """RMS of the best explanation, regardless of its probability."""
         return min((self.figure(name) for name in self.explanations), key=lambda estimate: estimate.value)
 
     @property
@@ -60,7 +61,7 @@ class PredictionErrors:
         return Estimate(float(_rms(self.noise, self.counts, None)), "deg")
 
     def shrink(self, label: str = "after") -> Estimate:
-        """1 - after/before of the RMS above the noise floor, quadratically subtracted; 0 where there is no gap."""
+        """1 - after/before of the RMS above the noise floor, subtracted quadratically; 0 without a gap."""
         return self._estimate(lambda pick: self._shrink(label, pick), "1")
 
     def _shrink(self, label: str, pick: Picks | None) -> Array:
@@ -80,7 +81,7 @@ class PredictionErrors:
 
 
 def _rms(squares: Array, counts: Array, pick: Picks | None) -> Array:
-    """RMS of the cells, or of each row (n_resample,) of those picked (n_resample, n_cell)."""
+    """RMS of the cells, or (n_resample,) of each row of picked cells (n_resample, n_cell)."""
     total, number = squares.ravel(), counts.ravel()
     if pick is not None:
         total, number = total[pick], number[pick]
@@ -93,7 +94,7 @@ def label(keys: Sequence[Key]) -> str:
 
 
 def shrink_of_best(before: float, after: float, best: float, floor: float) -> float | None:
-    """The shrink as a share of the best that any effects of the library reach; None where these reach nothing.
+    """The shrink as a share of the best possible with the library's effects; None if these achieve nothing.
 
     All RMS errors in one unit; the noise floor is subtracted quadratically.
     """

@@ -1,7 +1,7 @@
-"""What stays unexplained: what the explanation, or else the nominal model, leaves beyond the sensor's noise, and where.
+"""The remainder: the error of the explanation, or of the nominal model, beyond the sensor's noise, and its location.
 
-How near a model of this kind comes is told by the trials, not by the sensor: a rig that reads to a hundredth of a
-degree is seldom followed nearer than a tenth.
+The accuracy of a model is limited by the rig, not by the sensor: a rig that reads to a hundredth of a
+degree is seldom modelled to better than a tenth.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import Any
 from synth.diagnosis.prediction_error import PredictionErrors
 from synth.estimation.intervals import Estimate
 
-MOSTLY = 0.5  # share of the remainder from which on a sentence says where it is
+MOSTLY = 0.5  # least share of the remainder for a place to be named in the sentence
 
 
 @dataclass(frozen=True)
 class Remainder:
     """On the scored trials.
 
-    ``rms`` rad above the noise; ``share`` of the gap before, which is taken above the noise too; ``times_noise`` : over
+    ``rms`` rad above the noise; ``share`` of the initial gap above the noise; ``times_noise`` : over
     the noise floor. ``joint``, ``phase`` : name -> share of its squares.
     """
 
@@ -34,13 +34,13 @@ class Remainder:
     def of(
         cls, errors: PredictionErrors, label: str, joint: Mapping[str, float], phase: Mapping[str, float]
     ) -> Remainder:
-        """What is left under a ``label`` of the errors."""
+        """The remainder under a ``label`` of the errors."""
         rms, before = errors.above_noise(label), errors.above_noise("before")
         share = min(rms.value / before.value, 1.0) if before.value > 0.0 else 0.0
         return cls(rms, share, rms.value / errors.floor.value if errors.floor.value > 0.0 else 0.0, joint, phase)
 
     def place(self) -> str:
-        """In words, where most of it is; empty where it is everywhere."""
+        """The place with most of it, in words; empty if it is spread out."""
         found = []
         for shares, words in ((self.joint, "at the {}"), (self.phase, PHASE_WORDS)):
             first = max(shares, key=lambda name: shares[name], default=None)

@@ -1,4 +1,4 @@
-"""How far a hypothesis misses trials that took no part: only each trial's own initial state is estimated there."""
+"""The error of a hypothesis on trials that were left out; only each trial's initial state is estimated."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench, state_rows
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 from synth.threads import in_parallel
 
-ROUNDS = 8  # Gauss-Newton steps for the initial state, which is all that is estimated
-LEAST_GAIN = 0.05  # of the cost, in units of log-likelihood: what changes no figure that is printed
+ROUNDS = 8  # Gauss-Newton iterations for the initial state, the only unknowns
+LEAST_GAIN = 0.05  # of the cost, in units of log-likelihood: less changes no printed figure
 
 
 def first_state(trial: AngleTrial) -> Array:
@@ -24,12 +24,12 @@ def first_state(trial: AngleTrial) -> Array:
 
 
 def score(bench: Workbench, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> list[tuple[Array, Array]]:
-    """Prediction (m, n) rad in the sense of q of each trial by a hypothesis held fixed, and its initial state."""
+    """Prediction (m, n) rad in the sense of q of each trial by a fixed hypothesis, and its initial state."""
     return in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials))
 
 
 def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple[Array, Array]:
-    """With the initial state that fits best."""
+    """With the best-fitting initial state."""
     links = sum(candidate.links for candidate in fit.hypothesis)
     begun = np.concatenate([first_state(trial), np.zeros(2 * links)])
     rows = state_rows(trial, begun)
@@ -45,9 +45,9 @@ def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple
         prediction, slopes = bench.slopes(trial, fit, state, ())
         residual = bench.residual(trial, prediction, state)
         matrix = np.concatenate([slopes, below])
-        with np.errstate(invalid="ignore", over="ignore"):  # where a motion diverges nothing is finite, and all ends
+        with np.errstate(invalid="ignore", over="ignore"):  # a diverging motion is not finite, which ends the search
             normal, gradient = matrix.T @ matrix, matrix.T @ residual
-        normal += 1e-12 * np.diag(np.diag(normal))  # a locked neighbour leaves a state next to no derivative
+        normal += 1e-12 * np.diag(np.diag(normal))  # a locked neighbour leaves a state almost no derivative
         return LocalProblem(prediction, 0.5 * float(residual @ residual), normal, gradient)
 
     prediction, free = gauss_newton(assess, begun[rows], rounds=ROUNDS, least_gain=LEAST_GAIN)
@@ -55,5 +55,5 @@ def _one(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial) -> tuple
 
 
 def fresh(fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
-    """The fit to go on from where it is, as if never stopped."""
+    """The fit, ready to continue from its current point."""
     return replace(fit, damping=1e-3, done=False)

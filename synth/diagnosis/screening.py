@@ -1,7 +1,7 @@
-"""Screening before any fit: the sizes at which a cause is tried, and the cost predicted for it.
+"""Screening before any fit: trial sizes of a cause, and the cost predicted for each.
 
-A strong cause changes a swing too much for a search that begins with hardly any of it. A trial size costs one lane;
-everything else follows by derivatives that are there already.
+A strong cause changes a swing too much for a search from a small strength. A trial size costs one lane;
+everything else uses existing derivatives.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from synth.arrays import Array
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.threads import in_parallel
 
-DIVERGED = 1e6  # whitened residual of a motion that diverged
-WEIGHINGS = 3  # less left weighs more: times that the weight is taken anew
+DIVERGED = 1e6  # whitened residual of a diverged motion
+WEIGHINGS = 3  # renewals of the weight, which grows as the remainder falls
 
-LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # times a start's strengths
-STIFF_LADDER = (0.5, 2.0, 8.0)  # its like where a strength is a compliance: the stiffer, the dearer
+LADDER = (0.1, 1.0, -1.0, 4.0, -4.0, 12.0, 30.0, 70.0)  # factors on a start's strengths
+STIFF_LADDER = (0.5, 2.0, 8.0)  # the same for compliances: the stiffer, the more expensive
 
 
 @dataclass(frozen=True)
 class ScreeningFrame:
-    """What fits have in common: a fit with its frame; its unknowns' derivatives, the states' taken out.
+    """The shared data of fits: a linearised fit; derivatives by its unknowns with the states projected out.
 
-    ``slopes`` a trial (M, p); ``matrix`` (p, p) their products summed.
+    ``slopes`` (M, p) per trial; ``matrix`` (p, p) sum of their products.
     """
 
     bench: Workbench
@@ -36,7 +36,7 @@ class ScreeningFrame:
 
     @classmethod
     def of(cls, bench: Workbench, at: EvaluatedHypothesis) -> ScreeningFrame:
-        """At a fit that has been evaluated and has a frame of its own."""
+        """At an evaluated fit with its own linearisation."""
         assert at.frame is not None
         slopes = [trial.projected for trial in at.frame.trials]
         if at.hypothesis:
@@ -46,22 +46,22 @@ class ScreeningFrame:
         return cls(bench, at, tuple(slopes), sum((s.T @ s for s in slopes), np.zeros((p, p))))
 
     def project(self, trial: int, residual: Array) -> Array:
-        """A trial's residual (M,), or several (n_fit, M), less what its initial state can explain."""
+        """A trial's residual (M,), or several (n_fit, M), without the part that its initial state can explain."""
         assert self.at.frame is not None
         return self.at.frame.trials[trial].project(residual)
 
     def left(self, trial: int, residuals: Sequence[Array]) -> Array:
-        """(n_fit, M) projected residuals of fits whose states are those of the ground."""
+        """(n_fit, M) projected residuals of fits with the states of this frame."""
         found = np.array(residuals)
         found[~np.isfinite(found.sum(axis=1))] = DIVERGED
         return self.project(trial, found)
 
 
 def prospects(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis) -> list[float]:
-    """Cost that each fit would have after one undamped step of all but its last candidate, by the frame of ``at``.
+    """Cost of each fit after one undamped step of all unknowns except its last candidate's, linearised at ``at``.
 
-    ``at`` holds what the fits have in common: tolerances, states and its own candidates, whose unknowns come first in
-    the fits' too.
+    ``at`` has the common part of the fits: tolerances, states and candidates, whose unknowns come first in
+    each fit too.
     """
     ground = ScreeningFrame.of(bench, at)
 
@@ -86,9 +86,9 @@ def prospects(bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: Evaluat
 def leverage(
     bench: Workbench, fits: Sequence[EvaluatedHypothesis], at: EvaluatedHypothesis
 ) -> list[tuple[float, float]]:
-    """Cost that each fit's last cause promises at the best multiple of its strength, and that multiple.
+    """Predicted cost reduction of each fit's last cause at the best multiple of its strength, and that multiple.
 
-    By the secant: the change that the cause makes at the strength given, taken to grow in proportion to it.
+    By the secant: the change at the given strength, extrapolated in proportion to the strength.
     """
     ground = ScreeningFrame.of(bench, at)
     p = len(at.unknowns)
@@ -126,7 +126,7 @@ def _squares(rows: Array) -> Array:
 
 
 def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, at: Array) -> tuple[Array, Array]:
-    """Squares left after one undamped step of each fit, and the steps; an unknown beyond the prior's has none.
+    """Sum of squares after one undamped step of each fit, and the steps; an unknown outside the prior's range has none.
 
     ``matrix`` (p, p) or (n_fit, p, p), ``gradient`` and ``at`` (n_fit, p), ``squares`` (n_fit,).
     """
@@ -143,9 +143,9 @@ def _stepped(bench: Workbench, matrix: Array, gradient: Array, squares: Array, a
 
 
 def rungs(fit: EvaluatedHypothesis, first: int) -> list[EvaluatedHypothesis]:
-    """The start with the strengths of its last candidate multiplied by ``LADDER``, those that its bounds allow.
+    """The start with the strengths of its last candidate multiplied by ``LADDER``, as far as its bounds allow.
 
-    ``first`` : place of that candidate's unknowns.
+    ``first`` : index of that candidate's unknowns.
     """
     made, seen = [], set()
     for factor in LADDER if not fit.hypothesis[-1].is_compliance else STIFF_LADDER:

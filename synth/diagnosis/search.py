@@ -1,7 +1,7 @@
-"""The search over causes, the same for all plants: none, each alone, then two or three where fewer leave something.
+"""The search for causes of any plant: none, each alone, then two or three if fewer leave a remainder.
 
-How a plant finds the best fit of a cause is its own affair (``Explorer``): a swing's residuals are all but linear in
-what is sought, so thousands of starts share a linearisation; a jump's are not, so each fit has its own.
+The fit of a cause is plant-specific (``Explorer``): the residuals of a swing are almost linear in
+the unknowns, so thousands of starts share a linearisation; those of a jump are not, so each fit has its own.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ class ExploredFit(Protocol):
 
     @property
     def hypothesis(self) -> Sequence[HypothesisCause]:
-        """Its causes; none for the nominal leg."""
+        """Its causes; empty for the nominal leg."""
 
     @property
     def cost(self) -> float:
-        """Of the trials it was fitted to, with the priors; infinite where the motion diverged."""
+        """Of the fitted trials, with the priors; infinite if the motion diverged."""
 
     @property
     def keys(self) -> tuple[Key, ...]:
@@ -34,13 +34,13 @@ F = TypeVar("F", bound=ExploredFit)
 
 @dataclass(frozen=True)
 class SearchPlan:
-    """When and beside what further causes are sought.
+    """Conditions for searching further causes.
 
-    ``anchors`` : single causes that pairs are built on; ``anchor_pairs`` : pairs that a third cause is sought beside.
-    ``worth`` : cost that the best single cause must take away. ``satisfied``, ``well`` : RMS over the noise floor, and
-    ``least_left`` : share of the squared gap, see ``leaves``. ``pays`` : share of what one cause leaves that a second
-    must take away before a third is sought. ``per_parameter`` : cost that an unknown more must earn for a cause to come
-    before a simpler one that leaves as much.
+    ``anchors`` : single causes used in pairs; ``anchor_pairs`` : pairs that are extended by a third cause.
+    ``worth`` : least cost reduction of the best single cause. ``satisfied``, ``well`` : RMS over the noise floor, and
+    ``least_left`` : share of the squared gap, see ``leaves``. ``pays`` : share of the remainder that a second cause
+    must remove before a third is tried. ``per_parameter`` : penalty per unknown when ranking a cause against
+    a simpler one.
     """
 
     anchors: int
@@ -53,46 +53,46 @@ class SearchPlan:
     per_parameter: float = 0.0
 
     def first(self, singles: Sequence[Assessed[F]]) -> list[Assessed[F]]:
-        """Single causes that pairs are built on."""
+        """Single causes used in pairs."""
         return sorted(singles, key=lambda single: single.cost + self.per_parameter * single.n_unknown)[: self.anchors]
 
     def leaves(self, found: Assessed[F], none: Assessed[F]) -> bool:
-        """Whether a hypothesis leaves enough for a further cause: more than similar effects differ by."""
+        """Whether a hypothesis leaves enough for a further cause: more than the difference between similar effects."""
         gap, left = none.ratio**2 - 1.0, found.ratio**2 - 1.0
         return found.ratio > self.well or (found.ratio > self.satisfied and left > self.least_left * gap > 0.0)
 
     def paid(self, found: Assessed[F], fewer: Assessed[F]) -> bool:
-        """Whether one cause more takes away so much that yet another may, too."""
+        """Whether one further cause removes so much that yet another may help."""
         return found.ratio**2 - 1.0 < (1.0 - self.pays) * (fewer.ratio**2 - 1.0)
 
 
 class Explorer(Protocol[F]):
-    """One plant's fits, as the search asks for them."""
+    """The fits of one plant, as used by the search."""
 
     plan: SearchPlan
 
     def none(self) -> F:
-        """The nominal leg at its best within the tolerances."""
+        """The nominal leg's best fit within the tolerances."""
 
     def singles(self) -> Sequence[F]:
         """The best fit of each cause alone; called after ``none``."""
 
     def beside(self, anchors: Sequence[Assessed[F]], singles: Sequence[Assessed[F]]) -> Sequence[F]:
-        """Fits of one cause more beside each of the anchors; ``singles`` in order of cost."""
+        """Fits of one further cause with each of the anchors; ``singles`` in order of cost."""
 
     def ratio(self, fit: F) -> float:
-        """RMS of a fit's residuals over the noise floor, all samples alike."""
+        """RMS of a fit's residuals over the noise floor, all samples weighted equally."""
 
 
 @dataclass(frozen=True)
 class CauseSearch(Generic[F]):
-    """One search: a plant's fits in the order in which they build on each other."""
+    """One search: a plant's fits in the order of their dependence."""
 
     explorer: Explorer[F]
     say: Callable[[str], None]
 
     def run(self, n_cause: int) -> Hypotheses[F]:
-        """Find how well each of ``n_cause`` causes, and each promising set of several, explains the trials."""
+        """Find how well each of ``n_cause`` causes, and each promising combination, explains the trials."""
         plan = self.explorer.plan
         self.say("the nominal leg within its tolerances")
         none = self._assessed([self.explorer.none()])[0]
@@ -114,7 +114,7 @@ class CauseSearch(Generic[F]):
 
 
 def best_of_each(fits: Sequence[F]) -> list[F]:
-    """The best fit of each set of causes, in order of cost; those that diverged are left out."""
+    """The best fit of each set of causes, in order of cost, without diverged ones."""
     best: dict[frozenset[Key], F] = {}
     for fit in fits:
         keys = frozenset(fit.keys)

@@ -1,4 +1,4 @@
-"""The diagnosis in a sentence; what differs between a swinging and a jumping leg is given."""
+"""The diagnosis in a sentence; the plant-specific words are given."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from synth.diagnosis.diagnosis_result import Cause, Verdict
 from synth.diagnosis.remainder import Remainder
 from synth.estimation.intervals import Estimate
 
-SEEN = 0.5  # noise floors that are left from which on it is said: less is what a form misses
-LEADING, LEAST_TOLD = 3, 0.05  # causes that are told where nothing explains the gap, and what each must take
-BETTER = {"*": "·", "deg": "°", "percent": "%"}  # as units are printed
+SEEN = 0.5  # noise floors; a smaller remainder is a form error and is not mentioned
+LEADING, LEAST_TOLD = 3, 0.05  # causes named if nothing explains the gap, and least share of each
+BETTER = {"*": "·", "deg": "°", "percent": "%"}  # typographic units
 
 
 @dataclass(frozen=True)
 class ErrorWording:
-    """What the sentence says of the errors.
+    """The words of the sentence for the errors.
 
-    ``nominal`` : what is compared with the trials, "the nominal leg"; ``error`` : "the error"; ``on`` : where it is
-    taken, see ``scored_on``; ``falls_from`` : the error that a cause makes smaller, "2.1°". ``takes`` : share of the
-    gap that the explanation takes there; ``left`` : what stays unexplained; ``accuracy`` rad, below which a gap does
-    not matter, 0 where the user gave none; ``leading`` : single causes in a few words, with the share that each takes.
+    ``nominal`` : the compared model, "the nominal leg"; ``error`` : "the error"; ``on`` : the
+    trials, see ``scored_on``; ``falls_from`` : the error that a cause reduces, "2.1°". ``takes`` : share of the
+    gap that the explanation removes there; ``left`` : the remainder; ``accuracy`` rad, below which a gap does
+    not matter, 0 if not given; ``leading`` : single causes in a few words, with the share that each removes.
     """
 
     nominal: str
@@ -71,14 +71,14 @@ def sentence(
         return _nothing(told, error, floor) + rest
     if verdict == "unknown":
         return (
-            f"Something is missing that no effect in the library explains: {error} is {angle(told.before)}, "
+            f"No effect in the library explains the gap: {error} is {angle(told.before)}, "
             f"{_nearest(told)}, the noise is {floor}.{rest}"
         )
     text = " and ".join(causes)
     if verdict == "tie":
         ways = " or ".join(" and ".join(option) for option in tied[:2])
         return (
-            f"Either {text}, or {ways}: these trials cannot tell them apart. With any of them {error} falls from "
+            f"Either {text}, or {ways}: these trials cannot distinguish them. With any of them {error} falls from "
             f"{told.falls_from} to about {after}, noise {floor}.{rest}"
         )
     them = {1: "it takes", 2: "both take"}.get(len(causes), "together they take")
@@ -89,53 +89,53 @@ def sentence(
 
 
 def _nothing(told: ErrorWording, error: str, floor: str) -> str:
-    """Where nothing is missing: within the accuracy asked for, within the noise, or as near as the library comes."""
+    """If nothing is missing: within the required accuracy, within the noise, or as near as the library comes."""
     if 0.0 < told.before.value <= told.accuracy:
         return (
             f"The gap does not matter: {error} is {angle(told.before)}, less than the accuracy of "
-            f"{math.degrees(told.accuracy):.2g}° that was asked for."
+            f"{math.degrees(told.accuracy):.2g}° required."
         )
     if told.left is not None and told.left.times_noise > SEEN:
         return (
-            f"Nothing in the library helps on trials that took no part: within its tolerances {told.nominal} is "
-            f"{angle(told.before)} off on {told.on.rstrip(',')}, the readings' noise being {floor}."
+            f"No effect in the library improves the prediction: within tolerances {told.nominal} has an error of "
+            f"{angle(told.before)} on {told.on.rstrip(',')}; the noise is {floor}."
         )
     return (
-        f"Nothing is missing that these trials would show: within its tolerances {told.nominal} is "
-        f"{angle(told.before)} off on {told.on.rstrip(',')}, the readings' noise being {floor}."
+        f"These trials show no missing effect: within tolerances {told.nominal} has an error of "
+        f"{angle(told.before)} on {told.on.rstrip(',')}; the noise is {floor}."
     )
 
 
 def _nearest(told: ErrorWording) -> str:
-    """What comes nearest where nothing explains the gap: the leading causes, each with what it takes."""
+    """The nearest explanation if none explains the gap: the leading causes, each with its share."""
     helps = [(text, share) for text, share in told.leading if share > LEAST_TOLD]
     best = sorted(helps, key=lambda item: -item[1])[:LEADING]
     listed = ", ".join(f"{text} {100 * share:.0f} %" for text, share in best)
     if told.after.value < told.before.value:
         nearest = f"the best explanation leaves {angle(told.after)}"
         return f"{nearest} (alone {listed})" if listed else nearest
-    return f"of the causes alone {listed} help" if listed else "no explanation helps there"
+    return f"single causes remove {listed}" if listed else "no explanation helps"
 
 
 def _unexplained(verdict: Verdict, told: ErrorWording) -> str:
-    """What is left beyond the noise, and where most of it is; empty where next to nothing is."""
+    """The remainder beyond the noise, and its main place; empty if negligible."""
     if told.left is None or told.left.times_noise < SEEN or 0.0 < told.before.value <= told.accuracy:
         return ""
     place = told.left.place()
     mostly = f", mostly {place}" if place else ""
-    within = " (within the accuracy asked for)" if told.left.rms.value <= told.accuracy else ""
+    within = " (within the required accuracy)" if told.left.rms.value <= told.accuracy else ""
     left = angle(told.left.rms)
     if verdict in ("effect", "tie"):
-        return f" The remaining {left} is explained by nothing in the library{mostly}{within}."
-    return f" {left} stays unexplained{mostly}{within}."
+        return f" No effect in the library explains the remaining {left}{mostly}{within}."
+    return f" {left} remains unexplained{mostly}{within}."
 
 
 def what_is_open(verdict: Verdict, explanations: Sequence[str]) -> str:
-    """Why another trial: ``explanations`` are the one accepted and those tied with it, in words."""
+    """Why another trial: ``explanations`` are the accepted one and those tied with it, in words."""
     if verdict == "tie":
-        return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials alike."
+        return f"{', '.join(explanations[:-1])} and {explanations[-1]} explain these trials equally well."
     if verdict == "none":
-        return "Nothing is missing as far as these trials reach; this is where the likeliest causes would show first."
+        return "These trials show no missing effect; in this one the most probable causes would show first."
     if verdict == "unknown":
-        return "What is missing is not known; the explanations that come nearest part most here."
-    return "To be surer of the cause against the next likeliest."
+        return "The missing effect is unknown; here the nearest explanations differ most."
+    return "To confirm the cause against the next most probable one."

@@ -1,10 +1,10 @@
-"""What each leading hypothesis leaves on trials that took no part in its fit.
+"""The error of each leading hypothesis on trials that were left out of its fit.
 
-The given trials are split into folds; each hypothesis is fitted without one fold after the other, and its error on the
-trials left out is taken with their initial states at their best (K-fold cross-validation: Stone, J. R. Stat. Soc. B 36
-(1974) 111). All folds of all hypotheses step in common lanes. A fit starts from the fit to all trials and keeps that
-one's derivatives by tolerances and states, so that a few steps suffice; the closed form of one step is wrong where a
-cause changes the motion much (a link that bends: 1.41 for 0.9 deg on the robot's ankle).
+The trials are split into folds; each hypothesis is fitted without one fold after the other, and its error on the
+left-out trials is computed with fitted initial states (K-fold cross-validation: Stone, J. R. Stat. Soc. B 36
+(1974) 111). All folds of all hypotheses step in common lanes. A fit starts from the fit to all trials and keeps
+its derivatives by tolerances and states, so that a few steps suffice; the closed form of one step is wrong if a
+cause changes the motion strongly (a link that bends: 1.41 for 0.9 deg on the robot's ankle).
 """
 
 from __future__ import annotations
@@ -23,20 +23,21 @@ from synth.estimation.levenberg_marquardt import Iterate, minimise
 from synth.estimation.linearisation import LinearisedNormal
 from synth.threads import in_parallel
 
-SINGLES, SEVERAL = 8, 3  # leading hypotheses of one cause, of two and of three, that are looked at
-MOST_FOLDS = 5  # of the trials: with more folds a fit hardly differs from the fit to all, and each costs as much
+SINGLES, SEVERAL = 8, 3  # leading hypotheses evaluated, of one cause and of several
+MOST_FOLDS = 5  # of the trials: with more folds a fit hardly differs from the fit to all, at the same cost each
 STUDENT95 = (6.314, 2.920, 2.353, 2.132)  # 95 % points of Student's t of 1 to 4 degrees (any table of it)
-ROUNDS = 3  # steps without a fold
-SETTLED = 0.5  # fall of the cost below which a step is the last
-FACTORS = (1.0, 30.0)  # on the damping, tried side by side: the fit starts near its end
-DIVERGED = 1e4  # floors, that a motion misses by which diverged
+ROUNDS = 3  # iterations without a fold
+SETTLED = 0.5  # decrease of the cost below which a step is the last
+FACTORS = (1.0, 30.0)  # on the damping, tried in parallel: the fit starts near its optimum
+DIVERGED = 1e4  # floors, error of a diverged motion
 
 
 def folds(bench: Workbench) -> list[tuple[int, ...]]:
-    """Places of the trials that are left out together.
+    """Indices of the trials that are left out together.
 
-    Trials of one kind (joints locked, tip, tilt, leg) are dealt out in turn, so that no fold takes all of a kind where
-    there are several.
+    Trials of one kind (locked joints, tip, tilt, leg) are distributed over the folds, so that no fold takes all of
+    a kind
+    with several.
     """
     kinds: dict[object, list[int]] = {}
     for index, trial in enumerate(bench.trials):
@@ -47,14 +48,14 @@ def folds(bench: Workbench) -> list[tuple[int, ...]]:
 
 
 def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[HeldOutError]:
-    """What each fit, brought to its best without each fold, leaves on the trials of that fold.
+    """The error of each fit, refitted without each fold, on the trials of that fold.
 
     Raises
     ------
     ValueError : there is only one trial.
     """
     if len(bench.trials) < 2:
-        raise ValueError("one trial leaves none that took no part")
+        raise ValueError("a single trial leaves none for validation")
     parts = folds(bench)
     framed = [fit if fit.frame is not None else replace(fit, frame=bench.frame(fit)) for fit in fits]
     start = [_WithoutFold(**{**vars(fit), "damping": 1e-3, "done": False}, out=out) for fit in framed for out in parts]
@@ -72,7 +73,7 @@ def unseen(bench: Workbench, fits: Sequence[EvaluatedHypothesis]) -> list[HeldOu
 
 
 def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hypotheses[EvaluatedHypothesis]:
-    """The hypotheses, the leading ones with what they leave on unseen trials; as they are where there is one trial."""
+    """The hypotheses, with unseen errors of the leading ones; unchanged if there is only one trial."""
     if len(bench.trials) < 2:
         return found
     sizes = {len(item.keys) for item in found.several}
@@ -90,7 +91,7 @@ def with_unseen(bench: Workbench, found: Hypotheses[EvaluatedHypothesis]) -> Hyp
 def jackknife(each: Array) -> Array:
     """(p,) standard deviation of unknowns (n_fold, p), each without one fold (Efron 1982, chapter 3).
 
-    Widened by Student's distribution of so few folds, at 90 %: two halves tell little of their own spread.
+    Widened by Student's distribution at 90 %, because few folds determine their own spread poorly.
     """
     count = len(each)
     widened = STUDENT95[count - 2] / NORMAL90
@@ -99,17 +100,17 @@ def jackknife(each: Array) -> Array:
 
 @dataclass(frozen=True)
 class _WithoutFold(EvaluatedHypothesis):
-    """A fit to all trials but ``out``, whose states follow it."""
+    """A fit to all trials except ``out``, whose states are refitted."""
 
     out: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class _Folds(HypothesisFits):
-    """Fits each of which leaves a fold out: all trials are predicted, the others alone count."""
+    """Fits that each leave a fold out: all trials are predicted, but only the others count."""
 
     def evaluate(self, points: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-        """As if a fold were not there."""
+        """As if the fold were absent."""
         return [self.judged(fit) for fit in self.bench.evaluate(points)]
 
     def judged(self, fit: EvaluatedHypothesis) -> EvaluatedHypothesis:
@@ -120,7 +121,7 @@ class _Folds(HypothesisFits):
         return replace(fit, cost=cost if np.isfinite(cost) else np.inf)
 
     def normal(self, point: EvaluatedHypothesis) -> LinearisedNormal:
-        """Of the trials that count; the others' states follow."""
+        """Of the trials that count; the others' states are refitted."""
         squares, total = kept(self.bench, point.residuals, _out(point))
         residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
         columns = [np.nan_to_num(c, nan=0.0, posinf=0.0, neginf=0.0) for c in point.columns]
@@ -130,12 +131,12 @@ class _Folds(HypothesisFits):
         return normal.without_fold(_out(point), point.unknowns)
 
     def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
-        """The fit is near its end."""
+        """The fit is near its optimum."""
         return FACTORS
 
 
 def kept(bench: Workbench, residuals: Sequence[Array], out: Sequence[int]) -> tuple[float, float]:
-    """Whitened sum of squares and effective samples of all trials but ``out``."""
+    """Whitened sum of squares and effective samples of all trials except ``out``."""
     inside = [i for i in range(len(bench.trials)) if i not in out]
     squares = float(sum(float(residuals[i] @ residuals[i]) for i in inside))
     return squares, float(sum(np.minimum(bench.trials[i].counted, bench.effective).sum() for i in inside))
@@ -147,7 +148,7 @@ def _out(fit: EvaluatedHypothesis) -> tuple[int, ...]:
 
 
 def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, float]:
-    """Mean squares by blocks of time, their samples, and how many of a trial's errors are independent."""
+    """Mean squares by blocks of time, their samples, and the number of independent errors of a trial."""
     trial = bench.trials[index]
     where = trial.counts
     scale = np.broadcast_to(bench.tempering(trial), where.shape)
@@ -160,10 +161,10 @@ def cells(bench: Workbench, index: int, residual: Array) -> tuple[Array, Array, 
 
 
 def independent(error: Array, most: float) -> float:
-    """How many of a series of errors (m,) count as independent, ``most`` at most.
+    """Number of independent errors in a series (m,), at most ``most``.
 
-    ``m / (1 + 2 sum rho_k)`` with the autocorrelations up to the first that is not positive (initial positive sequence:
-    Geyer, Stat. Sci. 7 (1992) 473), about zero: an error that keeps its sign is no smaller for that.
+    ``m / (1 + 2 sum rho_k)`` with the autocorrelations up to the first non-positive one (initial positive sequence:
+    Geyer, Stat. Sci. 7 (1992) 473), about zero: an error of constant sign counts fully.
     """
     count = len(error)
     if count < 4:

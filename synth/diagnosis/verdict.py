@@ -1,4 +1,4 @@
-"""From costs to odds and a verdict: which cause, none, several that cannot be told apart, or none that is known."""
+"""From costs to odds and a verdict: a cause, none, tied causes, or unknown."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from synth.diagnosis.odds import Calibration as Calibration
 from synth.diagnosis.odds import far_share, taken, taken_of
 from synth.diagnosis.odds import weigh as weigh
 
-LEAST_SHARE = 0.1  # of the whole gap (RMS) that one cause more must take to be named: less does not matter to a user
-MOST_SCATTER = 1 / 3  # of the gap, that a scatter of the remainder from trial to trial may excuse
-COUNTS = 0.95  # probability of coarse counts that show; not tuned
+LEAST_SHARE = 0.1  # least share of the whole gap (RMS) of a further cause; less does not matter to a user
+MOST_SCATTER = 1 / 3  # of the gap, largest tolerance for the remainder's scatter between trials
+COUNTS = 0.95  # probability of visible coarse counts; not tuned
 
 
 @dataclass(frozen=True)
 class Judged(Generic[F]):
-    """Verdict, the hypothesis accepted (no causes for none), the others it is tied with, and all odds.
+    """Verdict, accepted hypothesis (without causes for none), tied hypotheses, and all odds.
 
     ``singles`` : (assessed, probability) in order of probability; with ``none`` and ``unknown`` they sum to 1, unless
     the accepted hypothesis has several causes.
@@ -35,11 +35,11 @@ class Judged(Generic[F]):
     singles: tuple[tuple[Assessed[F], float], ...]
     none: float
     unknown: float
-    weighed: tuple[tuple[Assessed[F], float], ...] = ()  # every hypothesis with its weight, heaviest first
+    weighed: tuple[tuple[Assessed[F], float], ...] = ()  # every hypothesis with its weight, largest first
     counts: float = 0.0  # probability that coarse counts are a cause
 
     def share(self, key: Key) -> float:
-        """Probability that a cause is there, alone or as one of several."""
+        """Probability that a cause is present, alone or among several."""
         return (1.0 - self.unknown) * sum(weight for item, weight in self.weighed if key in item.keys)
 
     @property
@@ -49,10 +49,10 @@ class Judged(Generic[F]):
 
 
 def paying(hypotheses: Sequence[Assessed[F]], share: float, least: float = LEAST_SHARE) -> list[Assessed[F]]:
-    """Those of several causes only that leave clearly less than the best of fewer causes does.
+    """Those hypotheses of several causes that clearly improve on the best of fewer causes.
 
-    One cause more must take ``share`` of the squared error above the noise that fewer leave, and ``least`` of the whole
-    gap, on unseen trials where these are known: near the noise a share of what is left is next to nothing.
+    One further cause must remove ``share`` of the squared error above the noise, and ``least`` of the whole
+    gap, on unseen trials if available: near the noise a share of the remainder is negligible.
     """
     none = next((h for h in hypotheses if not h.keys), None)
     gap = _above(none) if none is not None else 0.0
@@ -82,11 +82,11 @@ def _above(found: Assessed[F]) -> float:
 def judge(
     found: Hypotheses[F], calibration: Calibration = CALIBRATED, singles: int = 0, free: HeldOutError | None = None
 ) -> Judged[F]:
-    """Weigh all hypotheses; ``singles`` as in ``weigh``; ``free`` : what a torque of free shape leaves unseen.
+    """Weigh all hypotheses; ``singles`` as in ``weigh``; ``free`` : the error of a free-form torque on unseen trials.
 
-    Where one cause explains the trials, a cause's probability is the weight of itself alone and its share of every set
-    that it is part of, by what it does there: they sum to at most 1. Where it takes several, it is the weight of all
-    sets that it is part of: each of two may have all that the doubt of several leaves.
+    If one cause explains the trials, a cause's probability is its own weight plus its share of every set
+    that contains it, by its contribution there: they sum to at most 1. If several are needed, it is the weight of all
+    sets that contain it: each of two may have all that the doubt of several leaves.
     """
     hypotheses = paying([found.none, *found.singles, *found.several], calibration.pays)
     raw = weigh(hypotheses, calibration, singles)
@@ -114,14 +114,14 @@ def judge(
     )
     none = float(weights[0]) * (1.0 - unknown)
     verdict, tied = _verdict(hypotheses, weights, heaviest, unknown, calibration)
-    if verdict == "unknown" and not best.keys and len(hypotheses) > 1:  # what comes nearest is shown
+    if verdict == "unknown" and not best.keys and len(hypotheses) > 1:  # the nearest explanation is shown
         best = hypotheses[1 + int(np.argmax(raw[1:]))]
     weighed = sorted(zip(hypotheses, weights.tolist(), strict=True), key=lambda item: -item[1])
     return Judged(verdict, best, tied, tuple(ranked), none, unknown, tuple(weighed))
 
 
 def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
-    """The weights; far from the noise, what takes too little of the gap unseen speaks for none."""
+    """The weights; far from the noise, a hypothesis that removes too little of the unseen gap supports none."""
     far = far_share(hypotheses)
     if far == 0.0 or hypotheses[0].keys:
         return weights
@@ -133,9 +133,10 @@ def _worth(hypotheses: Sequence[Assessed[F]], weights: Array) -> Array:
 
 
 def _least(hypotheses: Sequence[Assessed[F]]) -> float:
-    """Share of the gap that a cause must take on unseen trials: more than the remainder scatters from trial to trial.
+    """Least share of the gap that a cause must remove on unseen trials: more than the remainder's scatter between
+    trials.
 
-    What takes less is how trials differ, not what they lack; a third of the gap is more than that in any case.
+    A smaller reduction is variation between trials, not a missing effect; a third of the gap always suffices.
     """
     best = min((h.unseen for h in hypotheses if h.unseen is not None), key=lambda unseen: unseen.typical)
     scatter = float(np.std(0.5 * np.log(np.maximum(best.by_trial, 1e-9)), ddof=1))
@@ -145,10 +146,10 @@ def _least(hypotheses: Sequence[Assessed[F]]) -> float:
 def _unknown_far(
     hypotheses: Sequence[Assessed[F]], weights: Array, free: HeldOutError | None, calibration: Calibration
 ) -> float:
-    """Probability that what is missing is in no list, where the remainder is far above the noise.
+    """Probability of an unknown cause, if the remainder is far above the noise.
 
-    The heaviest explanation takes too little of what is missing, or a torque of free shape takes much more. Where
-    neither takes more than trials scatter by, nothing is known to be missing: so near a model of this kind comes.
+    High if the best explanation removes too little of the gap, or a free-form torque removes much more. If
+    neither removes more than the scatter between trials, no effect is known to be missing: the model is at its limit.
     """
     none, best = hypotheses[0], hypotheses[int(np.argmax(weights))]
     takes = taken(best, none) if best.keys else 0.0
@@ -161,7 +162,7 @@ def _unknown_far(
 
 
 def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[Key, float]:
-    """What each cause of a hypothesis does for it: by how much the cost of the best without it is higher."""
+    """The contribution of each cause of a hypothesis: the cost increase of the best one without it."""
     gains = {}
     for key in found.keys:
         rest = frozenset(found.keys) - {key}
@@ -172,9 +173,9 @@ def _credit(found: Assessed[F], costs: Mapping[frozenset[Key], float]) -> dict[K
 
 
 def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
-    """The verdict with coarse counts as a cause: they are seen in the readings themselves.
+    """The verdict with coarse counts as a cause, which is visible in the readings themselves.
 
-    Beside another cause they take nothing from its odds: both are there.
+    It takes nothing from the odds of another cause: both are present.
     """
     if not coarse:
         return judged
@@ -186,20 +187,20 @@ def with_counts(judged: Judged[F], coarse: bool) -> Judged[F]:
 
 
 def of_no_account(judged: Judged[F], none: Assessed[F]) -> Judged[F]:
-    """The verdict where the gap is smaller than what matters to the user: nothing is missing."""
+    """The verdict for a gap that is smaller than the required accuracy: nothing is missing."""
     singles = tuple((item, 0.0) for item, _ in judged.singles)
     return replace(judged, verdict="none", accepted=none, tied=(), singles=singles, none=1.0, unknown=0.0)
 
 
 def open_explanations(judged: Judged[F]) -> list[tuple[F, float]]:
-    """Fits that a further trial is to separate, with their weights; at least the two heaviest."""
+    """Fits that a further trial should separate, with their weights; at least the two largest."""
     chosen = [(item.fit, weight) for item, weight in judged.weighed[:6]]
     near = [(judged.accepted.fit, 1.0), *[(rival.fit, 1.0) for rival in judged.tied]]
     return near if judged.verdict == "tie" else chosen
 
 
 def _unknown(none: Assessed[F], best: Assessed[F], calibration: Calibration) -> float:
-    """Probability that what is missing is in no list: by the share of the gap that the best explanation leaves."""
+    """Probability of an unknown cause, from the share of the gap that the best explanation leaves."""
     gap = max(none.ratio**2 - 1.0, 1e-9)
     left = max(best.ratio**2 - calibration.clean**2, 0.0) / gap
     if left <= 0.0 or none.ratio < calibration.clean:

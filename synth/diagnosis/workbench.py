@@ -1,8 +1,8 @@
-"""Many hypotheses fitted side by side: each within the tolerances, each trial's initial state estimated with it.
+"""Many hypotheses fitted in parallel, within the tolerances and with each trial's initial state.
 
-Levenberg-Marquardt (``synth.estimation``) in whitened unknowns, where the prior is the unit normal. A hypothesis
-changes a leg's motion by little, so the derivatives by tolerances and initial states are taken once, in a
-``Linearisation``, and only those by the effect's own unknowns anew at each step: a step costs two to four lanes a trial
+Levenberg-Marquardt (``synth.estimation``) in whitened unknowns with standard normal priors. A hypothesis
+changes a leg's motion little, so the derivatives by tolerances and initial states are computed once, in a
+``Linearisation``, and only those by the effect's own unknowns at each step: a step costs two to four lanes per trial
 instead of thirty.
 """
 
@@ -23,12 +23,12 @@ from synth.estimation.linearisation import Linearisation, LinearisedNormal, Tria
 from synth.estimation.normal_equations import ParameterStep, StepLimits
 from synth.threads import in_parallel
 
-STEP = 1e-3  # of a whitened unknown, rad; 30x that of rad/s
-RATE_STEP = 30.0  # s^-1: a rate's step over an angle's, as a limb of some hertz has them
-LIMIT = 2.5  # tolerances (standard deviations): a number farther off is no tolerance any more but a cause
-DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping that are tried side by side: lanes are cheaper than a vain step
-LONGEST = 3.0  # of an effect's whitened unknown in a step
-# After a vain step the damping rises beyond all that were tried, by 900 and 10 more; a fit whose damping passes 1e5 has
+STEP = 1e-3  # of a whitened unknown, rad; rates use 30 times as much in rad/s
+RATE_STEP = 30.0  # s^-1, ratio of the steps of a rate and an angle, suited to limbs of a few hertz
+LIMIT = 2.5  # tolerances (standard deviations): a larger deviation counts as a cause, not a tolerance
+DAMPINGS = (1.0, 30.0, 900.0)  # factors on the damping, tried in parallel: lanes are cheaper than a failed step
+LONGEST = 3.0  # largest step of an effect's whitened unknown
+# After a failed step the damping rises above all values tried, by 900 and 10 more; a fit whose damping exceeds 1e5 has
 # found no better point in two such rounds.
 RULE = Factors(least=1e-6, most=1e5, down=30.0, up=9000.0, least_after_failure=0.9)
 T = TypeVar("T")
@@ -38,8 +38,8 @@ T = TypeVar("T")
 class EvaluatedHypothesis:
     """A hypothesis at one point.
 
-    ``unknowns`` (p + n_effect,); ``states`` a trial (2 n,), or with those of links that give, see ``Block``;
-    ``residuals`` a trial (M,) whitened, the states' prior below; ``columns`` a trial (M, n_effect), whitened
+    ``unknowns`` (p + n_effect,); ``states`` (2 n,) per trial, or with those of compliant links, see ``Block``;
+    ``residuals`` (M,) per trial, whitened, followed by the states' prior; ``columns`` (M, n_effect) per trial, whitened
     derivatives by the effect's unknowns; ``cost`` a log-likelihood.
     """
 
@@ -54,7 +54,7 @@ class EvaluatedHypothesis:
     frame: Linearisation | None = field(default=None, repr=False)
 
     def at(self, unknowns: Array) -> EvaluatedHypothesis:
-        """The hypothesis with other unknowns, to predict with."""
+        """The hypothesis with other unknowns, for predictions."""
         return replace(self, unknowns=unknowns)
 
     @property
@@ -65,10 +65,10 @@ class EvaluatedHypothesis:
 
 @dataclass(frozen=True)
 class Workbench:
-    """Trials that a diagnosis fits, and how their residuals are weighted.
+    """The trials of a diagnosis and the weights of their residuals.
 
-    ``sigma`` (n,) rad: what a residual is divided by. It is larger than the noise: samples are many and what a form
-    does not get right about its cause is no white noise; ``effective`` is the number of samples a trial and joint that
+    ``sigma`` (n,) rad: divisor of the residuals. It exceeds the noise, because samples are many and
+    form errors of a cause are not white noise; ``effective`` is the number of samples per trial and joint that
     count as independent.
     """
 
@@ -91,22 +91,22 @@ class Workbench:
         """Cost of a whitened sum of squares and unknowns, in units of log-likelihood.
 
         ``N log(1 + squares / N) + |x|^2 / 2``: near the noise floor least squares, far above it the log-likelihood of
-        residuals whose size is not known. So a hypothesis that misses is not driven out of its tolerances by residuals
-        that no tolerance can mend.
+        residuals of unknown size. Residuals that no tolerance can reduce then do not push a hypothesis out of its
+        tolerances.
         """
         return self.total * float(np.log1p(squares / self.total)) + 0.5 * float(unknowns @ unknowns)
 
     def tempering(self, trial: AngleTrial) -> Array:
-        """(n,) factor by which a channel's errors are enlarged, since its samples are not independent."""
+        """(n,) factor on a channel's errors, because its samples are not independent."""
         return np.sqrt(np.maximum(trial.counted / self.effective, 1.0))
 
     def sigma(self, trial: AngleTrial) -> Array:
-        """(n,) or, where samples differ, (m, n) rad."""
+        """(n,) or, if samples differ, (m, n) rad."""
         alike = self.noise * self.tempering(trial)
         return np.asarray(alike if trial.relative is None else alike * trial.relative)
 
     def residual(self, trial: AngleTrial, prediction: Array, state: Array) -> Array:
-        """(M,) whitened residual of one trial; inf where the motion diverged."""
+        """(M,) whitened residual of one trial; inf if the motion diverged."""
         found = self._residual(trial, self.whitener(trial), prediction[:, :, None], state)
         return np.where(np.isfinite(found), found, np.inf)
 
@@ -116,18 +116,18 @@ class Workbench:
 
     @staticmethod
     def _residual(trial: AngleTrial, white: Whitener, prediction: Array, state: Array) -> Array:
-        """(M,) of a prediction's first lane; not finite where it diverged."""
+        """(M,) of a prediction's first lane; not finite if it diverged."""
         rate, deviation = trial.recording.initial_rate
         free, n = trial.free, len(rate)
         found = np.zeros(white.count + 2 * len(free) + len(state) - 2 * n)
         white.lanes(prediction[:, :, :1], found[None, : white.count])
-        prior = found[white.count + len(free) :]  # none of the rotations
+        prior = found[white.count + len(free) :]  # rotations have no prior
         prior[: len(free)] = (state[n : 2 * n][free] - rate[free]) / deviation[free]
         prior[len(free) :] = state[2 * n :]
         return found
 
     def residuals(self, fits: Sequence[EvaluatedHypothesis]) -> list[list[Array]]:
-        """(M,) whitened residuals of every fit, a list a trial; not finite where a motion diverged."""
+        """(M,) whitened residuals of every fit, one list per trial; not finite if a motion diverged."""
         whites = [self.whitener(trial) for trial in self.trials]
 
         def used(i: int, fit: EvaluatedHypothesis, out: Array) -> Array:
@@ -141,10 +141,10 @@ class Workbench:
         first: int | None,
         use: Callable[[int, EvaluatedHypothesis, Array], T],
     ) -> list[list[T]]:
-        """``use`` of every fit's prediction in every trial, a list a trial; each group of lanes is a piece of work.
+        """``use`` of every fit's prediction in every trial, one list per trial; each group of lanes is one task.
 
-        A fit's lanes: itself, and for each unknown from ``first`` on a copy with that a step further; None for no copy.
-        A trial with all its groups would be too long a piece: of five, one core does three while the other waits.
+        A fit's lanes: itself, and for each unknown from ``first`` a copy with that unknown stepped; None for no copy.
+        A trial with all its groups would be too large a task: of five, one core would do three while the other waits.
         """
         moved = [range(len(fit.unknowns) if first is None else first, len(fit.unknowns)) for fit in fits]
         packed = self.predictor.groups([fit.hypothesis for fit in fits], [1 + len(unknowns) for unknowns in moved])
@@ -211,7 +211,7 @@ class Workbench:
 
     @staticmethod
     def state_prior(trial: AngleTrial, state: Array) -> Array:
-        """(n_state, n_state) rows of the prior of initial rates and of links that give, below the derivatives."""
+        """(n_state, n_state) rows of the prior of initial rates and of compliant links, below the derivatives."""
         free, deviation = trial.free, trial.recording.initial_rate[1]
         links = np.ones(len(state) - 2 * len(deviation))
         return np.diag(np.concatenate([np.zeros(len(free)), 1.0 / deviation[free], links]))
@@ -225,7 +225,7 @@ class Workbench:
         return replace(fit, states=states, residuals=(), columns=(), cost=np.inf, frame=None)
 
     def evaluate(self, fits: Sequence[EvaluatedHypothesis]) -> list[EvaluatedHypothesis]:
-        """Residuals and the effects' columns of many fits at their points, packed into common lanes."""
+        """Residuals and the effects' columns of many fits, packed into common lanes."""
         p, whites = self.n_tolerance, [self.whitener(trial) for trial in self.trials]
 
         def used(i: int, fit: EvaluatedHypothesis, out: Array) -> tuple[Array, Array]:
@@ -249,9 +249,9 @@ class Workbench:
     def solve(
         self, fits: Sequence[EvaluatedHypothesis], frame: Linearisation | None, rounds: int, tolerance: float = 0.5
     ) -> list[EvaluatedHypothesis]:
-        """Improve all fits by at most ``rounds`` steps; ``frame`` for those that have none of their own.
+        """Improve all fits by at most ``rounds`` steps; ``frame`` for those without their own linearisation.
 
-        A fit is done when a step lowers its cost by less than ``tolerance``.
+        A fit is finished when a step lowers its cost by less than ``tolerance``.
         """
         current = list(fits)
         fresh = [i for i, fit in enumerate(current) if not fit.residuals]
@@ -262,12 +262,12 @@ class Workbench:
         return [replace(end.point, damping=end.damping, done=end.reason == CONVERGED) for end in ends]
 
     def normal(self, fit: EvaluatedHypothesis, frame: Linearisation | None = None) -> LinearisedNormal:
-        """Normal equations at an evaluated fit; with derivatives of its own point if it has none and none are given."""
+        """Normal equations at an evaluated fit; derivatives are computed if it has none and none are given."""
         weight = 2.0 / (1.0 + sum(float(r @ r) for r in fit.residuals) / self.total)
         return (frame or fit.frame or self.frame(fit)).normal(fit.residuals, fit.columns, weight, fit.unknowns)
 
     def moved_states(self, fit: EvaluatedHypothesis, change: Sequence[Array]) -> tuple[Array, ...]:
-        """Each trial's initial state after a ``change`` of what is free of it."""
+        """Each trial's initial state after a ``change`` of its free components."""
         made = []
         for trial, state, own in zip(self.trials, fit.states, change, strict=True):
             moved = state.copy()
@@ -276,7 +276,7 @@ class Workbench:
         return tuple(made)
 
     def bounds(self, hypothesis: Hypothesis) -> tuple[Array, Array]:
-        """Least and greatest unknowns; tolerances stay within ``LIMIT``."""
+        """Bounds of the unknowns; tolerances stay within ``LIMIT``."""
         lows, highs = [np.full(self.n_tolerance, -LIMIT)], [np.full(self.n_tolerance, LIMIT)]
         for candidate in hypothesis:
             low, high = candidate.bounds()
@@ -286,7 +286,7 @@ class Workbench:
 
 
 def _lanes_of(fit: EvaluatedHypothesis, trial: int, moved: Sequence[int]) -> Block:
-    """A fit as it is in a trial, and with each of the ``moved`` unknowns a step further."""
+    """A fit in a trial, and with each of the ``moved`` unknowns stepped."""
     count = len(moved)
     unknowns = np.repeat(fit.unknowns[:, None], count + 1, axis=1)
     unknowns[moved, np.arange(1, count + 1)] += STEP
@@ -294,14 +294,14 @@ def _lanes_of(fit: EvaluatedHypothesis, trial: int, moved: Sequence[int]) -> Blo
 
 
 def state_rows(trial: AngleTrial, state: Array) -> list[int]:
-    """Rows of a trial's initial state that are free: rotations and rates of joints not locked, and links that give."""
+    """Free rows of a trial's initial state: rotations and rates of joints not locked, and compliant links."""
     n = trial.measured.shape[1]
     return [*trial.free, *[n + j for j in trial.free], *range(2 * n, len(state))]
 
 
 @dataclass(frozen=True)
 class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
-    """Hypotheses as least-squares problems; ``frame`` for those that have no linearisation of their own."""
+    """Hypotheses as least-squares problems; ``frame`` for those without their own linearisation."""
 
     bench: Workbench
     frame: Linearisation | None
@@ -322,12 +322,12 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: EvaluatedHypothesis) -> StepLimits:
-        """An effect's unknown goes ``LONGEST`` at most; tolerances have their bounds."""
+        """An effect's unknown moves by ``LONGEST`` at most; tolerances have their bounds."""
         p = self.bench.n_tolerance
         return StepLimits(np.r_[np.full(p, np.inf), np.full(len(point.unknowns) - p, LONGEST)], follow=True)
 
     def factors(self, point: EvaluatedHypothesis) -> tuple[float, ...]:
-        """Fewer where the cause enters all but linearly, as a shifted reading or a mass does."""
+        """Fewer if the cause enters almost linearly, like a shifted reading or a mass."""
         mild = all(candidate.nearly_linear for candidate in point.hypothesis)
         return DAMPINGS[:2] if mild else DAMPINGS
 
@@ -338,5 +338,5 @@ class HypothesisFits(LeastSquares[EvaluatedHypothesis]):
         return replace(point, unknowns=unknowns, states=states, residuals=(), columns=(), cost=np.inf)
 
     def least_gain(self, cost: float) -> float:
-        """The tolerance, whatever the cost."""
+        """The tolerance, independent of the cost."""
         return self.tolerance

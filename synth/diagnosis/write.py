@@ -1,4 +1,4 @@
-"""What ``gap.json`` of every plant says beside the diagnosis: effects, settings, defaults, versions."""
+"""The input section of ``gap.json``, for every plant: effects, settings, defaults, versions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STAGES = ("as_designed", "before", "after")
 
 
 class LeftDefault(Protocol):
-    """A value that a project leaves to the program."""
+    """A default value chosen by the program."""
 
     @property
     def key(self) -> str:
@@ -28,15 +28,15 @@ class LeftDefault(Protocol):
 
     @property
     def value(self) -> str:
-        """As it would be written."""
+        """As it would be written in a file."""
 
     @property
     def reason(self) -> str:
-        """Why this value."""
+        """The reason for this value."""
 
 
 class DiagnosisProject(Protocol):
-    """A project that asks for a diagnosis."""
+    """A project of a diagnosis."""
 
     @property
     def seed(self) -> int:
@@ -48,7 +48,7 @@ class DiagnosisProject(Protocol):
 
     @property
     def defaults(self) -> Sequence[LeftDefault]:
-        """What the program chose."""
+        """The defaults chosen by the program."""
 
 
 def basis_json(
@@ -58,7 +58,7 @@ def basis_json(
     units: Mapping[str, str],
     inputs: Mapping[str, str],
 ) -> dict[str, Any]:
-    """What a diagnosis rests on; ``units`` of the tolerances that are no shares, ``inputs`` file -> SHA-256."""
+    """The input of a diagnosis; ``units`` of tolerances that are not relative, ``inputs`` file -> SHA-256."""
     found = [result.explanation, [entry.cause for entry in result.ranked], *result.tied]
     return {
         "effects": described([cause for causes in found for cause in causes], effect_called),
@@ -72,13 +72,13 @@ def basis_json(
 
 
 def rms(values: Array) -> float | None:
-    """Root mean square of what is known; None where nothing is."""
+    """Root mean square of the known values; None if there are none."""
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(known**2))) if known.size else None
 
 
 def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffect]) -> dict[str, dict[str, str]]:
-    """Every effect among the causes: what it is, its formula and source."""
+    """Every effect among the causes: meaning, formula and source."""
     found = {}
     for name in dict.fromkeys(cause.effect for cause in causes):
         effect = effect_called(name)
@@ -87,7 +87,7 @@ def described(causes: Sequence[Cause], effect_called: Callable[[str], PlantEffec
 
 
 def tolerance_settings(tolerances: Mapping[str, Any], units: Mapping[str, str]) -> dict[str, Any]:
-    """One setting a tolerance, in its unit or else in percent; ``joints``: joint -> those that differ there."""
+    """One setting per tolerance, in its unit or in percent; ``joints``: joint -> deviating values."""
     found = {f"tolerance.{name}": value for name, value in tolerances.items() if name != "joints"}
     for joint, quantities in tolerances.get("joints", {}).items():
         found |= {f"tolerance.{joint}.{name}": value for name, value in quantities.items()}

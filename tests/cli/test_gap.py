@@ -107,7 +107,7 @@ def test_a_folder_with_everything(
     assert {"gap.json", "report.html", "diagnosed.leg.yaml", "predicted", "where"} < {p.name for p in out.iterdir()}
     assert calls.result.sentence in said.out
     assert "note: trials/free_2.csv is a copy" in said.out
-    assert "note: one trial only to learn from" in said.out
+    assert "note: only one training trial" in said.out
     for stage in ("reading the project", "diagnosing", "looking at joints", "asking effects", "writing"):
         assert stage in said.err
     assert [trial.held_out for trial in calls.trials] == [False, True]
@@ -137,8 +137,8 @@ def test_a_dry_run_reads_all_and_writes_nothing(
     path = project("[trials/a.csv]")
     assert main(["gap", str(path), "--out", str(tmp_path / "out"), "--dry-run"]) == 0
     said = capsys.readouterr().out
-    assert "can be used: 1 trials, 2 files" in said
-    assert "note: one trial only" in said
+    assert "is valid: 1 trials, 2 files" in said
+    assert "note: only one training trial" in said
     assert not (tmp_path / "out").exists()
 
 
@@ -170,8 +170,8 @@ def test_an_effect_file_that_is_none(
 
 def test_trials_that_never_move(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
     said = refused(project(a=swing(1, 0.0), b=swing(2, 0.0)), capsys, lines=2)
-    assert "trials/a.csv: never moves" in said
-    assert "trials/b.csv: never moves" in said
+    assert "trials/a.csv: does not move" in said
+    assert "trials/b.csv: does not move" in said
 
 
 def test_noise_larger_than_the_motion(project: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:

@@ -100,7 +100,7 @@ def test_a_held_out_copy_of_a_given_trial_is_not_unseen(pendulum: Callable[..., 
 def test_one_trial_is_enough_and_its_limits_are_said(pendulum: Callable[..., Path]) -> None:
     gap = run(pendulum("one", "trials: [trials/a.csv]\n"))
     assert gap["gap"]["scored_on"] == ["trials/a.csv"]
-    assert any(warning.startswith("one trial only to learn from") for warning in gap["warnings"])
+    assert any(warning.startswith("only one training trial") for warning in gap["warnings"])
 
 
 def test_a_leg_known_exactly(pendulum: Callable[..., Path]) -> None:

@@ -41,7 +41,7 @@ def test_the_copy_is_whole_and_the_next_command_runs(
     command = shlex.split(capsys.readouterr().out.splitlines()[-1])
     assert command[:3] == ["synth", kind, str(target / init.PROJECTS[kind])]
     assert main([*command[1:], "--dry-run"]) == 0
-    assert "can be used" in capsys.readouterr().out
+    assert "is valid" in capsys.readouterr().out
 
 
 def test_the_copy_can_be_edited_where_the_package_cannot(tmp_path: Path) -> None:

@@ -152,7 +152,7 @@ def test_a_joint_measured_the_other_way_round_shows_against_the_design() -> None
     trials = recorded(off(TWO, 3), seed=1)
     turned = [replace(t, angles=np.column_stack([t.angles[:, 0], 2.0 * TWO.zero[1] - t.angles[:, 1]])) for t in trials]
     found = run.check(project(TWO, turned))
-    assert "knee looks measured the other way round" in faults(found)[0].text
+    assert "knee looks inverted" in faults(found)[0].text
 
 
 def test_seconds_labelled_milliseconds_are_named() -> None:

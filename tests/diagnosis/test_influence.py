@@ -31,7 +31,7 @@ def test_a_single_recording_that_speaks_against_the_others_is_named() -> None:
 def test_where_all_recordings_say_the_same_none_is_named() -> None:
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), FRICTION), seed=2), Tolerance())
     assert result.verdict == "effect"
-    assert not [text for text in result.warnings if "hangs on" in text or "does not go with" in text]
+    assert not [text for text in result.warnings if "depends on" in text or "does not go with" in text]
 
 
 def test_only_the_recordings_that_count_for_most_are_left_out_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,5 +50,5 @@ def test_only_the_recordings_that_count_for_most_are_left_out_in_turn(monkeypatc
     named = [replace(trial, name=f"{k}.csv") for k, trial in enumerate(trials)]
     result = diagnose(TWO, named, Tolerance())
     assert len(refits) == influence.MOST_REFITTED
-    (open_,) = [text for text in result.warnings if "may hang on each of" in text]
+    (open_,) = [text for text in result.warnings if "may also depend on" in text]
     assert all(f"{out}.csv" not in open_.replace(",", " ").split() for out in refits)

@@ -162,7 +162,7 @@ def test_two_causes_at_two_joints() -> None:
     most = 1.0 - CALIBRATED.doubt_of_several  # both at once: each has all that doubt leaves to several
     assert all(0.9 * most < entry.probability <= most for entry in result.ranked[:2])
     assert {j.name for j in result.diagnosed.joints if j.effects} == {"hip", "knee"}
-    assert not [text for text in result.warnings if "hangs on" in text]
+    assert not [text for text in result.warnings if "depends on" in text]
 
 
 def test_coarse_counts_are_a_cause_and_shrink_nothing_else() -> None:

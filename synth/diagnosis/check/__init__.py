@@ -1,1 +1,1 @@
-"""What recordings can tell of a leg before anything is fitted to them (``synth gap --check``)."""
+"""What recordings can show of a leg, before any fit (``synth gap --check``)."""

@@ -1,4 +1,4 @@
-"""Recordings held against the leg as designed: columns exchanged or turned round show by how much nearer it comes."""
+"""Recordings compared with the designed leg: exchanged or inverted columns show as a much better fit."""
 
 from __future__ import annotations
 
@@ -21,18 +21,16 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-SAMPLES = 120  # of a trial: enough for an error of degrees
-MOST = 6  # trials that are looked at, those that move most
-NEARER = (
-    3.0  # times nearer to the design a recording must come by a change of its columns; as in ``recordings_together``
-)
-NEAR = np.radians(15.0)  # rad RMS: what stays farther off than that is another matter than its columns
-WORTH = np.radians(2.0)  # rad RMS from the design, below which columns are what they say
+SAMPLES = 120  # samples per trial: enough to see errors of degrees
+MOST = 6  # trials compared, those with the largest motion
+NEARER = 3.0  # least factor by which a change of columns must reduce the error; as in ``recordings_together``
+NEAR = np.radians(15.0)  # rad RMS: a recording farther from the design has other problems than its columns
+WORTH = np.radians(2.0)  # rad RMS from the design below which columns are accepted
 
 
 @dataclass(frozen=True)
 class _Change:
-    """What is done to the columns of a trial, and what that would mean."""
+    """A change of a trial's columns, and its meaning."""
 
     joints: tuple[int, ...]
     text: str
@@ -49,10 +47,10 @@ class _Change:
 
 
 def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list[Finding]:
-    """Columns that look exchanged, or measured the other way round.
+    """Columns that look exchanged or inverted.
 
-    Each recording is predicted by the leg as designed, from the initial state that fits best, as it is and with two
-    columns exchanged or one turned about its joint's zero.
+    The designed leg predicts each recording from the best-fitting initial state: unchanged, with two columns
+    exchanged, or with one inverted about its joint's zero.
     """
     chosen = sorted(trials, key=lambda t: -float(np.nanmax(np.nanstd(t.angles, axis=0))))[:MOST]
     own = _misses(leg, chosen, bench)
@@ -70,8 +68,8 @@ def column_findings(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> list
         names = ", ".join(chosen[k].name for k in places[:3]) + (
             f" and {len(places) - 3} more" if len(places) > 3 else ""
         )
-        text = f"{change.text}: as recorded the leg as designed misses it by {np.degrees(own[worst]):.2g} deg RMS, so "
-        text += f"changed by {np.degrees(best[worst][0]):.2g} deg"
+        text = f"{change.text}: the designed leg's error is {np.degrees(own[worst]):.2g} deg RMS as recorded and "
+        text += f"{np.degrees(best[worst][0]):.2g} deg with this change"
         found.append(Finding("fault", text, change.remedy, names))
     return found
 
@@ -87,7 +85,7 @@ def _changes(leg: Leg) -> list[_Change]:
     return made + [
         _Change(
             (j,),
-            f"{names[j]} looks measured the other way round",
+            f"{names[j]} looks inverted",
             "turn the joint's `sign` in the leg file, or its column",
         )
         for j in range(len(names))
@@ -95,7 +93,7 @@ def _changes(leg: Leg) -> list[_Change]:
 
 
 def _misses(leg: Leg, trials: Sequence[Trial], bench: Workbench) -> Array:
-    """(n_trial,) rad RMS by which the leg as designed misses each; infinite where it cannot be read or followed."""
+    """(n_trial,) rad RMS error of the designed leg for each trial; infinite if the simulation fails."""
     found = np.full(len(trials), np.inf)
     made: dict[int, AngleTrial] = {}
     for k, trial in enumerate(trials):

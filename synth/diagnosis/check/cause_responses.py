@@ -1,9 +1,9 @@
-"""How each cause would show in these trials: its response, less what tolerances and initial states can do as well.
+"""The response of each cause in these trials, minus the part that tolerances and initial states can reproduce.
 
-All inner products are in the metric of what is left after these: with whitened derivatives ``S`` by the tolerances
-(whose prior is the unit normal) and each trial's initial state projected out, ``<a, b> = a' (I + S S')^-1 b``. Its root
-is the signal over the remainder that a cause has; the angle between two responses says how far one cause can pass for
-the other.
+All inner products use the metric of the remaining part: with whitened derivatives ``S`` by the tolerances
+(prior: standard normal) and each trial's initial state projected out, ``<a, b> = a' (I + S S')^-1 b``. The norm
+is the signal-to-remainder ratio of a cause; the angle between two responses says how similar two causes
+are.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from synth.diagnosis.screening import DIVERGED, ScreeningFrame, rungs
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.parameters import Prior
 
-# A cause shows where the log-likelihood that it gains, half the squared signal, exceeds what an unknown costs in the
+# A cause is visible if its gain in log-likelihood, half the squared signal, exceeds the penalty of one unknown in the
 # odds (4, see ``verdict.Calibration``): 2.8, rounded up.
 VISIBLE = 3.0
-# Signal, before tolerances take their part, at which causes are compared: small, so that what tolerances do as well is
-# taken off to second order too. The integrator must then be finer than where sizes are only found.
+# Signal, before subtracting the tolerances' part, at which causes are compared: small, so that the tolerances' part is
+# subtracted to second order too. The integrator must then be finer than for finding sizes only.
 COMPARED, COMPARISON = 3.0, 1e-7
 
 
 @dataclass(frozen=True)
 class Products:
-    """Sums over trials of products between ``k`` responses and ``p`` tolerances' derivatives, states projected out.
+    """Sums over trials of products between ``k`` responses and derivatives by ``p`` tolerances, states projected out.
 
     ``own`` (k, k), ``across`` (p, k), ``tolerances`` (p, p).
     """
@@ -45,17 +45,17 @@ class Products:
 
     @property
     def gram(self) -> Array:
-        """(k, k) inner products in the metric of what tolerances cannot do."""
+        """(k, k) inner products in the metric of the part that tolerances cannot reproduce."""
         inner = np.eye(len(self.tolerances)) + self.tolerances
         return np.asarray(self.own - self.across.T @ np.linalg.solve(inner, self.across))
 
 
 @dataclass(frozen=True)
 class CauseResponse:
-    """One cause, in one shape, from one start: ``fit`` at the size where it is compared, and where it first shows.
+    """One cause in one shape from one start: ``fit`` at the size of comparison, and its smallest visible size.
 
-    ``visible`` (n_unknown,) whitened unknowns of the cause at the smallest size that shows, or
-    None; ``columns`` : places of its response and of its derivatives among those of all.
+    ``visible`` (n_unknown,) whitened unknowns at the smallest visible size, or
+    None; ``columns`` : indices of its response and of its derivatives among all.
     """
 
     fit: EvaluatedHypothesis
@@ -74,7 +74,7 @@ class CauseResponse:
 
 
 def products(bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[Sequence[Array]]) -> Products:
-    """Of responses (k, M), a list a trial, at a fit with a frame; what is not finite counts as diverged."""
+    """Responses (k, M), one list per trial, at a linearised fit; non-finite values count as diverged."""
     ground = ScreeningFrame.of(bench, at)
     count = len(responses[0])
     own, across = np.zeros((count, count)), np.zeros((len(ground.matrix), count))
@@ -88,7 +88,7 @@ def products(bench: Workbench, at: EvaluatedHypothesis, responses: Sequence[Sequ
 def responses_of(
     bench: Workbench, at: EvaluatedHypothesis, candidates: Sequence[ShapedEffect]
 ) -> tuple[list[CauseResponse], Products]:
-    """Every candidate from every start, at a small size, and the products of responses and derivatives."""
+    """Every candidate from every start at a small size, and the products of responses and derivatives."""
     starts = [
         EvaluatedHypothesis((candidate,), np.concatenate([at.unknowns, start]), at.states)
         for candidate in candidates
@@ -109,7 +109,7 @@ def responses_of(
 
 
 def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[EvaluatedHypothesis]) -> list[CauseResponse]:
-    """Of each start the size at which it is compared, and the one where it first shows, by a ladder of sizes."""
+    """For each start the size of comparison, and the smallest visible size, from a ladder of sizes."""
     first = bench.n_tolerance
     ladders = [rungs(start, first) for start in starts]
     flat = [rung for ladder in ladders for rung in ladder]
@@ -133,7 +133,7 @@ def _sized(bench: Workbench, at: EvaluatedHypothesis, starts: Sequence[Evaluated
 
 
 def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[EvaluatedHypothesis]) -> tuple[Array, Array]:
-    """(n_fit,) signal of each, and before tolerances take their part; nan where the motion diverged."""
+    """(n_fit,) signal of each before subtracting the tolerances' part; nan if the motion diverged."""
     ground = ScreeningFrame.of(bench, at)
     inner = np.linalg.cholesky(np.eye(len(ground.matrix)) + ground.matrix)
     squares, across = np.zeros(len(fits)), np.zeros((len(ground.matrix), len(fits)))
@@ -150,7 +150,7 @@ def _signals(bench: Workbench, at: EvaluatedHypothesis, fits: Sequence[Evaluated
 
 
 def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first: int) -> Array | None:
-    """Whitened unknowns at the smallest size of the ladder that shows, between its rungs in proportion.
+    """Whitened unknowns at the smallest visible size, interpolated between the ladder's rungs.
 
     ``sizes`` (n_rung, n_unknown) rising within each sense, ``signals`` (n_rung,).
     """
@@ -175,7 +175,7 @@ def _first_shown(start: EvaluatedHypothesis, sizes: Array, signals: Array, first
 
 
 def has_size(candidate: ShapedEffect) -> bool:
-    """Whether its strengths grow from nothing; a stop's stiffness does not: it shows by where it sits."""
+    """Whether its strengths start from zero; a stop's stiffness does not, its position makes it visible."""
     return not any(prior.log for name, prior in _priors(candidate) if name in candidate.effect.strengths)
 
 

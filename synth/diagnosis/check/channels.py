@@ -1,4 +1,4 @@
-"""Each channel on its own: frozen or cut off values, noise, counts, and what a filter did to it."""
+"""Each channel by itself: frozen or saturated values, noise, counts, and signs of a filter."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from synth.fit.recordings import Recording
 from synth.motion.smoothing import Mask
 from synth.units import quantity
 
-LONG_RUN = 10  # equal readings in a row: fewer happen at a turning point
-# Of the recording's fastest, the speed at which a joint must be going when its readings stop, or go on, for the channel
-# to be frozen: what friction stops has slowed down to nothing before.
+LONG_RUN = 10  # consecutive equal readings; a turning point has fewer
+# Least speed, relative to the recording's fastest, at which readings must stop or resume for the channel
+# to be frozen: friction slows a joint down before it stops.
 STILL_GOING = 0.1
-JUMP = 8.0  # usual changes from one reading to the next that the joint must miss in the run, or jump by after it
-MOVES = np.radians(2.0)  # rad, that another joint moves by while a channel shows nothing at all
-SHOWS = 0.1  # of the noise, that a count must be to be more than the file's last digit
-FILTERED = 3.0  # scatter about a smooth motion over white noise by differences: readings were filtered or filled in
-COARSE = 0.02  # of a joint's motion (RMS), a count or a noise that hides what is smaller
+JUMP = 8.0  # usual changes between readings that are missing during the run, or appear as a jump after it
+MOVES = np.radians(2.0)  # rad, motion of another joint while a channel does not change at all
+SHOWS = 0.1  # of the noise; a smaller count is only the file's last digit
+FILTERED = 3.0  # scatter about a smooth motion over noise by differences, of filtered or interpolated readings
+COARSE = 0.02  # of a joint's motion (RMS): a larger count or noise hides effects
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One joint's channel over all trials: RMS ``noise`` rad, one ``count`` rad (0: none shows), RMS ``motion`` rad."""
+    """One joint's channel over all trials: RMS ``noise`` rad, ``count`` rad (0: not visible), RMS ``motion`` rad."""
 
     joint: str
     noise: float
@@ -64,7 +64,7 @@ def channel_findings(
 
 
 def _frozen(joints: Sequence[str], recording: Recording, sensor: AngleSensor) -> list[Finding]:
-    """Runs of equal readings that begin or end while the joint is going, and channels that never change."""
+    """Runs of equal readings that begin or end while the joint moves, and channels that never change."""
     found = []
     for j in recording.free:
         value, good = recording.rotation[:, j], recording.counts[:, j]
@@ -80,7 +80,7 @@ def _frozen(joints: Sequence[str], recording: Recording, sensor: AngleSensor) ->
             if _stops_short(recording, j, first, last, max(_usual_change(value), float(sensor.noise[j]))):
                 start, end = recording.time[first], recording.time[last]
                 text = f"its reading stays at {_degrees(value[first])} from {start:.3g} s to {end:.3g} s while the "
-                text += "joint is going: the channel is frozen there"
+                text += "joint moves: the channel is frozen there"
                 remedy = "empty these cells (an empty cell is a missing sample), or leave the recording out"
                 found.append(Finding("fault", text, remedy, recording.name, joints[j]))
                 break
@@ -88,25 +88,25 @@ def _frozen(joints: Sequence[str], recording: Recording, sensor: AngleSensor) ->
 
 
 def _usual_change(value: Array) -> float:
-    """By how much a reading differs from the last where it differs at all: a count, the noise, or the motion."""
+    """Median change between readings that differ: a count, the noise, or the motion."""
     change = np.abs(np.diff(value))
     return float(np.median(change[change > 0.0])) if np.any(change > 0.0) else 0.0
 
 
 def _runs(value: Array, good: Mask) -> list[tuple[int, int]]:
-    """First and last places of ``LONG_RUN`` equal readings in a row and more."""
+    """First and last indices of runs of at least ``LONG_RUN`` equal readings."""
     same = np.concatenate([[False], (np.diff(value) == 0.0) & good[1:] & good[:-1], [False]])
     edges = np.flatnonzero(np.diff(same.astype(int)))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a + 1 >= LONG_RUN]
 
 
 def _stops_short(recording: Recording, j: int, first: int, last: int, step: float) -> bool:
-    """Whether the joint was going when a run of equal readings began, or is elsewhere when it ends."""
+    """Whether the joint was moving at the start of a run, or has moved by its end."""
     time, value = recording.time, recording.rotation[:, j]
     fastest = float(np.percentile(np.abs(recording.smoothed.rate[:, j]), 98))
     back = max(first - LONG_RUN, 0)
     before = abs(value[first] - value[back]) / (time[first] - time[back]) if first > back else 0.0
-    went = before * (time[min(last, first + 3 * LONG_RUN)] - time[first])  # no longer: any swing slows down in time
+    went = before * (time[min(last, first + 3 * LONG_RUN)] - time[first])  # any swing slows down later
     going = before > STILL_GOING * fastest and went > JUMP * step and first - back >= LONG_RUN // 2
     jump = abs(value[last + 1] - value[last]) if last + 1 < len(value) else 0.0
     usual = fastest * (time[last] - time[max(last - 1, 0)])
@@ -114,7 +114,7 @@ def _stops_short(recording: Recording, j: int, first: int, last: int, step: floa
 
 
 def _unslowed(value: Array, first: int) -> bool:
-    """Whether readings changed all the time up to the run, and as much as before: nothing slowed the joint down."""
+    """Whether readings kept changing at the same pace up to the run, so that the joint did not slow down."""
     near = np.abs(np.diff(value[max(first - LONG_RUN, 0) : first + 1]))
     half = len(near) // 2
     late, early = near[half:], near[:half]
@@ -129,22 +129,22 @@ def _coarse(channel: Channel) -> list[Finding]:
         text += f"{_degrees(channel.motion)})"
         remedy = "an encoder with more counts, or larger releases"
     else:
-        text = f"its noise, {_degrees(channel.noise)} RMS, is {channel.noise / channel.motion:.0%} of the motion (RMS "
+        text = f"the noise, {_degrees(channel.noise)} RMS, is {channel.noise / channel.motion:.0%} of the motion (RMS "
         text += f"{_degrees(channel.motion)})"
         remedy = "a quieter sensor, or larger releases"
-    return [Finding("doubt", text + "; effects of that size are hidden", remedy, joint=channel.joint)]
+    return [Finding("doubt", text + "; smaller effects are hidden", remedy, joint=channel.joint)]
 
 
 def _filtered(name: str, j: int, recordings: Sequence[Recording], sensor: AngleSensor) -> list[Finding]:
-    """Readings whose neighbours agree far better than they scatter about a smooth motion."""
+    """Readings that agree far better with their neighbours than with a smooth motion."""
     if sensor.step[j] > 0.5 * sensor.noise[j]:
-        return []  # rounded readings scatter by their count, whatever a filter did
+        return []  # rounded readings scatter by their count anyway
     ratio = [r.smoothed.noise[j] / sensor.noise[j] for r in recordings if j in r.free]
     if not ratio or float(np.median(ratio)) < FILTERED:
         return []
     text = f"readings scatter {float(np.median(ratio)):.1f} times more about a smooth motion than from one to the next:"
-    text += " they were low-pass filtered, interpolated, or something shakes the joint"
-    remedy = "give the readings as the sensor gave them; a filter rounds off what friction and play do at a turn"
+    text += " they were low-pass filtered or interpolated, or the joint is shaken"
+    remedy = "use the sensor's raw readings; a filter removes the marks of friction and backlash at turning points"
     return [Finding("note", text, remedy, joint=name)]
 
 

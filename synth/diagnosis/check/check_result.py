@@ -1,4 +1,4 @@
-"""What a check of recordings found, and how it writes itself."""
+"""The result of a check of recordings, and its JSON."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ FORMAT = "synth/gap-check/1"
 
 @dataclass(frozen=True)
 class Check:
-    """Whether a project's recordings can be used, what is in doubt, and what they can tell apart.
+    """Whether a project's recordings can be used, warnings, and the causes they can distinguish.
 
-    ``sines`` : see ``Separability``. ``remainder`` : share of each joint's motion (RMS) that is taken to stay
-    unexplained, beside the noise, in ``showings`` and ``clusters``.
+    ``sines`` : see ``Separability``. ``remainder`` : share of each joint's motion (RMS) assumed to remain
+    unexplained, in addition to the noise, in ``showings`` and ``clusters``.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Check:
 
     @property
     def usable(self) -> bool:
-        """No fault was found."""
+        """Whether there is no fault."""
         return all(finding.level != "fault" for finding in self.findings)
 
     @property
@@ -53,9 +53,9 @@ class Check:
         shown = sum(showing.visible_from is not None for showing in self.showings)
         count = f"{self.trials} recording{'s' if self.trials != 1 else ''}"
         if faults:
-            return f"{count}: {_counted(faults, 'fault')} to mend first, or a diagnosis would be wrong."
+            return f"{count}: {_counted(faults, 'fault')} to correct first; a diagnosis would be wrong."
         begun = f"{count} can be used" + (f", with {_counted(doubts, 'doubt')}" if doubts else "")
-        open_ = f" {_counted(len(self.clusters), 'group')} of them pass for each other." if self.clusters else ""
+        open_ = f" {_counted(len(self.clusters), 'group')} of them cannot be separated." if self.clusters else ""
         return f"{begun}. They could show {shown} of {len(self.showings)} causes.{open_}"
 
     def as_json(self) -> dict[str, Any]:

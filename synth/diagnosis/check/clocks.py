@@ -1,4 +1,4 @@
-"""Time: gaps and jitter of the samples, how many there are of the fastest swing, and clocks that cannot be right."""
+"""Time: gaps and jitter, samples per period of the fastest swing, and implausible clocks."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
 from synth.units import quantity
 
-# Samples of the fastest swing's period. A sinusoid read at 10 a period and bridged by cubics is off by 1 % of its
-# amplitude at the turns; at 4 what happens at a turn is not seen.
+# Samples per period of the fastest swing. A sinusoid sampled at 10 per period and interpolated by cubics is off by 1 %
+# of its amplitude at the turns; at 4 a turn is not resolved.
 ENOUGH, FEWEST = 10.0, 4.0
 HOLE = 4.5  # times the usual step, as in ``motion.smoothing``
-JITTER = 0.2  # of the step, RMS, from which stamps and not samples may scatter
-OF_PACE = 0.505  # a sinusoid's pace times its angular frequency, see ``motion.pace``
-# A clock in ms is a thousand times off. Frequencies of an effect-ridden leg lie within a few times the nominal one's.
+JITTER = 0.2  # of the step, RMS: more jitter suggests wrong time stamps rather than samples
+OF_PACE = 0.505  # a sinusoid's pace over its angular frequency, see ``motion.pace``
+# A clock in ms is wrong by a thousand. Frequencies of a leg with effects lie within a few times the nominal ones.
 ANOTHER_CLOCK = 30.0
 
 
@@ -36,7 +36,7 @@ class Sampling:
 
     @property
     def a_period(self) -> float:
-        """Samples of one period of the fastest joint's swing."""
+        """Samples per period of the fastest joint's swing."""
         return 1.0 / (self.frequency * self.step)
 
     def as_json(self) -> dict[str, Any]:
@@ -52,14 +52,14 @@ class Sampling:
 
 
 def sampling(recording: Recording) -> Sampling:
-    """Steps of a recording, and its pace as a frequency."""
+    """Sample steps of a recording, and its pace as a frequency."""
     steps = np.diff(recording.time)
     frequency = OF_PACE / recording.smoothed.pace / (2.0 * np.pi)
     return Sampling(recording.name, len(recording.time), float(np.median(steps)), float(steps.max()), frequency)
 
 
 def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
-    """What is wrong with the recordings' clocks, each alone and against the leg."""
+    """Faults of the recordings' clocks, individually and relative to the leg."""
     found = _another_clock(leg, recordings, made)
     for recording, one in zip(recordings, made, strict=True):
         found += _holes(recording, one)
@@ -69,7 +69,7 @@ def clock_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
 
 
 def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sampling]) -> list[Finding]:
-    """Motion far slower or faster than springs, gravity and dampers of the leg as designed could make it."""
+    """Motion far slower or faster than springs, gravity and dampers of the designed leg allow."""
     free = [(r, one) for r, one in zip(recordings, made, strict=True) if r.known_torque is None]
     span = _natural(leg)
     if not free or span is None:
@@ -83,26 +83,24 @@ def _another_clock(leg: Leg, recordings: Sequence[Recording], made: Sequence[Sam
     found = []
     for unit, group in groups.items():
         usual = float(np.median([one.frequency for one in group]))
-        text = (
-            f"the fastest joint moves as at {usual:.2g} Hz; the leg as designed swings or creeps at {slowest:.2g} to "
-        )
+        text = f"the fastest joint moves at about {usual:.2g} Hz; the designed leg moves at {slowest:.2g} to "
         text += f"{fastest:.2g} Hz. The time looks like {unit}"
-        remedy = "write the unit that the column has in its header, such as time [ms]"
+        remedy = "correct the unit in the column's header, such as time [ms]"
         more = f" and {len(group) - 1} more" if len(group) > 1 else ""
         found.append(Finding("fault", text, remedy, group[0].name + more))
     return found
 
 
 def _unit(off: float) -> str:
-    """What the clock may be, a motion being ``off`` times as fast as expected."""
+    """The probable clock of a motion ``off`` times as fast as expected."""
     thousands = round(np.log10(off) / 3.0)
     return {-1: "milliseconds labelled s", -2: "microseconds labelled s", 1: "seconds labelled ms"}.get(
-        thousands, "that of another clock"
+        thousands, "wrong"
     )
 
 
 def _natural(leg: Leg) -> tuple[float, float] | None:
-    """Slowest and fastest rate (Hz) of any joint alone by its spring, gravity and damper; None without stiffness."""
+    """Lowest and highest rate (Hz) of any joint alone with spring, gravity and damper; None without stiffness."""
     inertia = outboard_inertia(leg)
     hanging = np.abs(np.cumsum(coefficients(leg).gravity[::-1])[::-1])
     stiffness = leg.spring_rate + hanging
@@ -124,16 +122,14 @@ def _holes(recording: Recording, one: Sampling) -> list[Finding]:
     found = []
     if len(long):
         at = float(recording.time[long[0]])
-        text = (
-            f"{len(long)} hole{'s' if len(long) > 1 else ''} in its samples, the longest {one.hole:.3g} s, the first "
-        )
+        text = f"{len(long)} gap{'s' if len(long) > 1 else ''} in its samples, the longest {one.hole:.3g} s, the first "
         text += f"at {at:.3g} s"
         serious = one.hole * one.frequency > 0.25
-        remedy = "nothing is read into holes; look why the recorder lost samples, it may have lost time too"
+        remedy = "gaps are not interpolated; find out why the recorder lost samples, since its time may be wrong too"
         found.append(Finding("doubt" if serious else "note", text, remedy, one.name))
     if share > 0.1:
-        text = f"{share:.0%} of its readings are missing or stand alone far off their neighbours"
-        found.append(Finding("doubt", text, "look at the cable and at what marks a reading as lost", one.name))
+        text = f"{share:.0%} of its readings are missing or are isolated outliers"
+        found.append(Finding("doubt", text, "check the cable and how lost readings are marked", one.name))
     return found
 
 
@@ -144,9 +140,11 @@ def _jitter(recording: Recording, one: Sampling) -> list[Finding]:
     if scatter < JITTER:
         return []
     moves = scatter * one.step * float(np.percentile(np.abs(recording.smoothed.rate), 98))
-    text = f"its steps scatter by {scatter:.0%}; if only the stamps do, readings are {np.degrees(moves):.2g} deg off "
+    text = (
+        f"its time steps scatter by {scatter:.0%}; if only the stamps do, readings are {np.degrees(moves):.2g} deg off "
+    )
     text += "where the leg is fastest"
-    remedy = "let the clock that triggers the readings stamp them"
+    remedy = "use the clock that triggers the readings for the time stamps"
     return [Finding("doubt" if moves > np.radians(0.05) else "note", text, remedy, one.name)]
 
 
@@ -156,8 +154,8 @@ def _too_few(made: Sequence[Sampling]) -> list[Finding]:
         return []
     worst = min(few, key=lambda one: one.a_period)
     level = "fault" if worst.a_period < FEWEST else "doubt"
-    text = f"{worst.a_period:.1f} samples a period of its fastest motion ({worst.frequency:.3g} Hz, read at "
+    text = f"{worst.a_period:.1f} samples per period of its fastest motion ({worst.frequency:.3g} Hz, sampled at "
     text += f"{1.0 / worst.step:.4g} Hz)"
     more = f" and {len(few) - 1} more" if len(few) > 1 else ""
-    remedy = f"read at {2.0 * ENOUGH * worst.frequency:.2g} Hz or faster"
+    remedy = f"sample at {2.0 * ENOUGH * worst.frequency:.2g} Hz or faster"
     return [Finding("fault" if level == "fault" else "doubt", text, remedy, worst.name + more)]

@@ -1,4 +1,4 @@
-"""How much of deflection, speed and load the trials go through, joint by joint."""
+"""The ranges of deflection, speed and load in the trials, joint by joint."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute
 from synth.units import quantity
 
-# Greatest over least, below which a quantity counts as one value: what grows with it and what does not then differ by
-# no more than tolerances do.
+# Ratio of greatest to least below which a quantity counts as constant: effects that depend on it and effects that do
+# not then differ by no more than tolerances do.
 ONE_VALUE = 1.5
-ONE_SIDED = 0.1  # of the range that must lie beyond the free angle for a joint to have been on both sides
-STILL_MOVING = 0.1  # of the fastest speed, at the end of a recording
-LAST = 0.1  # of a recording, that is its end
-MIDDLE = (5.0, 95.0)  # per cent of the samples between which a load's range is taken: ends are noise
+ONE_SIDED = 0.1  # share of the range beyond the free angle for a joint to count as moving on both sides
+STILL_MOVING = 0.1  # of the top speed, at the end of a recording
+LAST = 0.1  # of a recording, its end
+MIDDLE = (5.0, 95.0)  # percentiles of a load's range: the extremes are noise
 
 
 @dataclass(frozen=True)
 class Coverage:
-    """One joint over the trials in which it is free.
+    """Ranges of one joint over the trials in which it is free.
 
-    ``deflection`` rad, least and greatest from the spring's free angle (without a spring: from the middle);
-    ``speeds`` rad/s, greatest of the slowest and of the fastest trial; ``load`` N, of the bearing, 5 to 95 %;
-    ``sides`` trials that begin below and above where the joint ends.
+    ``deflection`` rad, range from the spring's free angle (without a spring: from the middle);
+    ``speeds`` rad/s, top speed of the slowest and of the fastest trial; ``load`` N of the bearing, 5 to 95 %;
+    ``sides`` : trials that begin below and above the joint's final angle.
     """
 
     joint: str
@@ -53,7 +53,7 @@ class Coverage:
 
 
 def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
-    """Of each joint that is free in some trial."""
+    """Coverage of each joint that is free in some trial."""
     loads = [_loads(leg, recording) for recording in recordings]
     made = []
     for j, joint in enumerate(leg.joints):
@@ -81,7 +81,7 @@ def coverage(leg: Leg, recordings: Sequence[Recording]) -> tuple[Coverage, ...]:
 
 
 def _loads(leg: Leg, recording: Recording) -> Array:
-    """(n_time, n) N, force through each joint's bearing: weight and inertia of the links that hang from it."""
+    """(n_time, n) N, force through each joint's bearing: weight and inertia of the links outboard."""
     leg, smoothed = recording.leg or leg, recording.smoothed
     step = float(smoothed.time[1] - smoothed.time[0])
     phi = absolute(smoothed.angle, leg.tilt + recording.conditions.tilt)
@@ -104,7 +104,7 @@ def _loads(leg: Leg, recording: Recording) -> Array:
 
 
 def coverage_findings(leg: Leg, recordings: Sequence[Recording], made: Sequence[Coverage]) -> list[Finding]:
-    """What the ranges leave open, and the trial that would fill it."""
+    """Effects that the ranges cannot separate, and the trial that would."""
     found = []
     for one in made:
         joint = leg.joints[leg.joint_names.index(one.joint)]
@@ -121,7 +121,7 @@ def _one_sided(one: Coverage) -> list[Finding]:
     if low < -room and high > room:
         return []
     text = f"stays on one side of its spring's free angle ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg from "
-    text += "it): a spring that acts on one side only, and one of another rate, look alike"
+    text += "it): a one-sided spring and a spring of another rate look alike"
     return [
         Finding(
             "note", text, "a trial that swings through the free angle, by a tilt or from the other side", "", one.joint
@@ -133,8 +133,8 @@ def _one_load(one: Coverage) -> list[Finding]:
     low, high = one.load
     if high <= 0.0 or high > ONE_VALUE * low:
         return []
-    text = f"its bearing carries {low:.3g} to {high:.3g} N throughout: friction that grows with load and friction that "
-    text += "does not look alike"
+    text = f"its bearing carries {low:.3g} to {high:.3g} N throughout: load-dependent and constant ~"
+    text += "friction look alike"
     return [Finding("note", text, "trials with a tip mass, or faster ones", "", one.joint)]
 
 
@@ -142,15 +142,13 @@ def _one_speed(one: Coverage) -> list[Finding]:
     low, high = one.speeds
     if high > ONE_VALUE * low:
         return []
-    text = (
-        f"all trials reach about the same speed ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg/s): a damper of "
-    )
-    text += "another rate and one that bends with speed are hard to tell apart"
-    return [Finding("note", text, "a release a third as large, and one as large as the joint allows", "", one.joint)]
+    text = f"all trials reach about the same speed ({np.degrees(low):.3g} to {np.degrees(high):.3g} deg/s): another "
+    text += "damper rate and a nonlinear damper are hard to distinguish"
+    return [Finding("note", text, "one release a third as large, and one as large as the joint allows", "", one.joint)]
 
 
 def _cut_short(recordings: Sequence[Recording]) -> list[Finding]:
-    """Free recordings that end while the leg still moves."""
+    """Free recordings that end before the leg comes to rest."""
     moving = []
     for recording in recordings:
         if recording.known_torque is not None or not recording.free:
@@ -162,5 +160,5 @@ def _cut_short(recordings: Sequence[Recording]) -> list[Finding]:
     if not moving:
         return []
     more = f" and {len(moving) - 1} more" if len(moving) > 1 else ""
-    text = "ends while the leg still moves: where it comes to rest tells dry friction and a shifted spring apart"
-    return [Finding("note", text, "record until the leg rests", moving[0] + more)]
+    text = "ends while the leg still moves: its rest position distinguishes dry friction from a shifted spring"
+    return [Finding("note", text, "record until the leg is at rest", moving[0] + more)]

@@ -1,4 +1,4 @@
-"""One thing that a check of recordings has to say: how bad it is, what it is, and what to do."""
+"""One finding of a check of recordings: level, text, remedy."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ LEVELS: tuple[Level, ...] = ("fault", "doubt", "note")
 
 @dataclass(frozen=True)
 class Finding:
-    """``fault``: a diagnosis would be wrong; ``doubt``: it may be, or tells less; ``note``: good to know.
+    """``fault``: a diagnosis would be wrong; ``doubt``: it may be wrong or show less; ``note``: for information.
 
-    ``text`` says what is there, with its figures; ``remedy`` what to do, empty where nothing needs doing. ``recording``
-    and ``joint`` name the place, empty where it is all of them.
+    ``text`` states the finding with its figures; ``remedy`` what to do, empty if nothing is needed. ``recording``
+    and ``joint`` name the place, empty if it applies to all.
     """
 
     level: Level
@@ -26,7 +26,7 @@ class Finding:
 
     @property
     def place(self) -> str:
-        """Recording and joint, as far as there is one."""
+        """Recording and joint, if any."""
         return ", ".join(part for part in (self.recording, self.joint) if part)
 
     def as_json(self) -> dict[str, Any]:
@@ -41,12 +41,12 @@ class Finding:
 
 
 def worst_first(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """By level, else in the order given."""
+    """By level, otherwise in the order given."""
     return tuple(sorted(findings, key=lambda finding: LEVELS.index(finding.level)))
 
 
 def of_alike(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Findings that say the same of several recordings as one, which names the first and counts the others."""
+    """Merge equal findings of several recordings: name the first and count the others."""
     groups: dict[tuple[str, ...], list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.level, finding.joint, finding.text, finding.remedy), []).append(finding)

@@ -1,4 +1,4 @@
-"""How late each channel is against the others, as far as the leg as designed can tell."""
+"""The delay of each channel relative to the others, estimated with the designed leg."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from synth.diagnosis.check.finding import Finding
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.intervals import NORMAL90, Estimate
 
-LEAST_FREE = 2  # joints that move in the same trial: a channel alone is late against nothing
-SURE = 3.0  # standard deviations that a lag must be from nought to be said
+LEAST_FREE = 2  # joints that move in the same trial; a delay is relative to another channel
+SURE = 3.0  # standard deviations from zero for a lag to be reported
 
 
 @dataclass(frozen=True)
 class Lag:
-    """One channel: how late it looks, s, with what the trials leave open of it."""
+    """One channel: its apparent delay, s, with its uncertainty."""
 
     joint: str
     late: Estimate
@@ -30,9 +30,9 @@ class Lag:
 
 
 def lags(bench: Workbench, at: EvaluatedHypothesis, found: Sequence[CauseResponse]) -> tuple[Lag, ...]:
-    """One step from the leg as designed, each channel's lag alone beside tolerances and initial states.
+    """One Gauss-Newton step from the designed leg: each channel's lag alone with tolerances and initial states.
 
-    The deviation is widened by how far the design misses the trials: what else is wrong may pass for a lag.
+    The deviation is widened by the design's error in the trials, because other causes may look like a lag.
     """
     late = [response for response in found if response.key[0] == "latency"]
     if not late or all(len(trial.free) < LEAST_FREE for trial in bench.trials):
@@ -53,9 +53,9 @@ def lags(bench: Workbench, at: EvaluatedHypothesis, found: Sequence[CauseRespons
 
 
 def lag_findings(made: Sequence[Lag]) -> list[Finding]:
-    """Channels that look late beyond doubt.
+    """Channels that are significantly late.
 
-    A note and no doubt: what else is missing may pass for a lag, and only a diagnosis weighs them.
+    A note, not a doubt: another cause may look like a lag, and only a diagnosis weighs them.
     """
     found = []
     for lag in made:
@@ -63,7 +63,7 @@ def lag_findings(made: Sequence[Lag]) -> list[Finding]:
         deviation = (lag.late.value - lag.late.low) / NORMAL90
         if lag.late.value > SURE * deviation:
             low, high = 1e3 * lag.late.low, 1e3 * (lag.late.high or 0.0)
-            text = f"looks {low:.3g} to {high:.3g} ms late against the other channels, if nothing else is missing"
-            remedy = "see whether its channel is read later or filtered more than the others"
+            text = f"looks {low:.3g} to {high:.3g} ms later than the other channels, if no other effect is missing"
+            remedy = "check whether this channel is read later or filtered more than the others"
             found.append(Finding("note", text, remedy, "", lag.joint))
     return found

@@ -1,4 +1,4 @@
-"""The check of a project's recordings, from end to end: seconds, and nothing is fitted but initial states."""
+"""The complete check of a project's recordings, in seconds; only initial states are fitted."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from synth.swing.chain import Conditions
 if TYPE_CHECKING:
     from synth.files.gap_project import GapProject
 
-# Share of a joint's motion (RMS) that no model of this kind follows, however good the sensor. Six real rigs, best cause
-# in: .4 % (a double pendulum's small swings) to 4 % (a robot's knee), see ``make rigs``; a good rig is taken.
+# Share of a joint's motion (RMS) that no model of this kind follows, for any sensor. Six real rigs with their best
+# cause: .4 % (a double pendulum's small swings) to 4 % (a robot's knee), see ``make rigs``; the value is of a good rig.
 REMAINDER = 0.01
-SAMPLES, MOST = 300, 12  # of a trial, and trials, by which responses are compared
-INTEGRATION = 1e-5  # rad, of the integrator: responses are a hundred times as large
+SAMPLES, MOST = 300, 12  # samples per trial, and trials, for comparing responses
+INTEGRATION = 1e-5  # rad, of the integrator: responses are a hundred times larger
 
 
 def check(project: GapProject, say: Callable[[str], None] | None = None) -> Check:
-    """Say what is wrong with a project's recordings, and what they can and cannot tell apart.
+    """Find faults of a project's recordings, and the causes they can distinguish.
 
     Raises
     ------
-    UserError : a trial cannot be read as motion, or none moves.
+    UserError : a trial cannot be read as motion, or no trial moves.
     """
     tell = say or (lambda text: None)
     tell("channels, clocks and ranges")
@@ -62,10 +62,10 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
     if any(finding.level == "fault" for finding in findings):
         told, late = Separability((), (), np.zeros((0, 0))), tuple[Lag, ...]()
     else:
-        tell("the recordings against the leg as designed")
+        tell("the recordings against the designed leg")
         bench = _bench(scene.bench, scene.given, read)
         findings += column_findings(leg, project.trials, bench)
-        tell("what could be told apart")
+        tell("causes that can be separated")
         at = as_designed(bench)
         responses, made = responses_of(bench, at, candidates(leg, scene.given, scales(leg, scene.given)))
         late = lags(bench, at, responses)
@@ -88,14 +88,14 @@ def check(project: GapProject, say: Callable[[str], None] | None = None) -> Chec
 
 
 def _bench(bench: Workbench, given: Sequence[AngleTrial], read: Sequence[Channel]) -> Workbench:
-    """Fewer samples, a coarser integration, and noise that holds the remainder of a good rig."""
+    """Fewer samples, a coarser integration, and noise that includes a good rig's remainder."""
     noise = np.hypot(bench.noise, REMAINDER * np.array([channel.motion for channel in read]))
     kept = _kinds([trial.thinner(SAMPLES) for trial in given])
     return replace(bench, predictor=bench.predictor.coarser(INTEGRATION), trials=tuple(kept), noise=noise)
 
 
 def _kinds(trials: Sequence[AngleTrial]) -> list[AngleTrial]:
-    """At most ``MOST``: one of each kind first, then those that move most; in the order given."""
+    """At most ``MOST``: one of each kind first, then those with the largest motion; in the order given."""
     order = sorted(range(len(trials)), key=lambda i: -float(np.ptp(trials[i].measured, axis=0).max()))
     kinds: dict[Conditions, int] = {}
     for i in order:

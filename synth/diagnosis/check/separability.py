@@ -1,7 +1,7 @@
-"""Which causes these trials could show, from what size on, which pass for each other, and which trial would mend that.
+"""The causes that these trials could show, their smallest sizes, inseparable causes, and trials that separate them.
 
-From the responses of all candidates at the leg as designed (``responses``): linear, so that it holds whatever the
-answer is, as long as that is small.
+Computed from the responses of all candidates at the designed leg (``responses``). These are linear and therefore valid
+for every answer of small size.
 """
 
 from __future__ import annotations
@@ -21,18 +21,19 @@ from synth.diagnosis.plant import MenuItem
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
 from synth.estimation.intervals import Estimate
 
-RIVALS = 4  # causes that are listed beside each, the most alike first
-# Sine of the angle below which two causes pass for each other unless they are seven times as large as what first shows:
-# such sizes are seldom met, and forms of one cause differ by as much among themselves.
+RIVALS = 4  # most similar causes listed for each cause
+# Sine of the angle below which two causes count as inseparable unless seven times larger than the smallest visible
+# size:
+# such sizes are rare, and forms of one cause differ by as much among themselves.
 ALIKE = 0.15
-LEAST_SINE = 0.02  # below, differences are the integrator's and the linearisation's
+LEAST_SINE = 0.02  # smaller differences are within the accuracy of integrator and linearisation
 
 
 @dataclass(frozen=True)
 class Rival:
-    """A cause that another passes for: ``sine`` of the angle between them, and from which size on they part.
+    """A cause that looks like another: ``sine`` of the angle between them, and the size from which they differ.
 
-    ``parts_from`` : parameters of the cause listed (not the rival's), or None where no size within its bounds will do.
+    ``parts_from`` : parameters of the listed cause (not the rival's), or None if no size within its bounds suffices.
     """
 
     key: Key
@@ -49,7 +50,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class Showing:
-    """One cause: the smallest size that shows, None where none does, and what it looks like."""
+    """One cause: the smallest visible size, None if there is none, and similar causes."""
 
     key: Key
     visible_from: dict[str, Estimate] | None
@@ -68,9 +69,9 @@ class Showing:
 
 @dataclass(frozen=True)
 class InseparableCauses:
-    """Causes that pass for each other, and the trial of a menu that tells most of them apart, if one does.
+    """Inseparable causes, and the trial of a menu that separates most of them, if any.
 
-    ``sine`` of the least angle now, ``with_trial`` with that trial added to the others.
+    ``sine`` of the smallest angle now; ``with_trial`` : with that trial added.
     """
 
     keys: tuple[Key, ...]
@@ -87,9 +88,9 @@ class InseparableCauses:
 
 @dataclass(frozen=True)
 class Separability:
-    """All causes, and those that cannot be told apart.
+    """All causes, and groups of inseparable ones.
 
-    ``sines`` (k, k) of the angle from the cause of a row, in its plain form, to the nearest form of a column's.
+    ``sines`` (k, k) of the angle between a row's cause, in its plain form, and the nearest form of a column's.
     """
 
     showings: tuple[Showing, ...]
@@ -99,7 +100,7 @@ class Separability:
 
 @dataclass(frozen=True)
 class _Pair:
-    """Two causes by the places of their responses: what was taken for true, and what passes for it."""
+    """Two causes by the indices of their responses: the assumed true one and the one that looks like it."""
 
     true: CauseResponse
     other: CauseResponse
@@ -113,11 +114,11 @@ def separability(
     made: Products,
     menu: Sequence[MenuItem[AngleTrial]],
 ) -> Separability:
-    """Every cause's smallest size, its rivals, and trials that would tell them apart.
+    """Every cause's smallest size, its rivals, and trials that would separate them.
 
     Parameters
     ----------
-    at : the leg as designed, with its frame; found, made : from ``responses_of``; menu : trials that could be made.
+    at : the designed leg, linearised; found, made : from ``responses_of``; menu : possible further trials.
     """
     gram = made.gram
     by_key: dict[Key, list[CauseResponse]] = {}
@@ -139,12 +140,12 @@ def separability(
 
 
 def _plainest(responses: Sequence[CauseResponse]) -> CauseResponse:
-    """The first start of a cause that shows at all: its plain form."""
+    """The first visible start of a cause: its plain form."""
     return next((response for response in responses if response.visible is not None), responses[0])
 
 
 def _nearest(gram: Array, true: CauseResponse, others: Sequence[CauseResponse]) -> _Pair:
-    """The form of another cause that comes nearest to a response, its own unknowns free."""
+    """The form of another cause nearest to a response, with its own unknowns free."""
     place = true.columns[0]
     whole = float(gram[place, place])
     best = _Pair(true, others[0], 1.0)
@@ -171,9 +172,9 @@ def _showing(response: CauseResponse, pairs: Sequence[_Pair]) -> Showing:
 
 
 def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, Estimate] | None:
-    """Strengths of a cause, ``factor`` times as large; None beyond the sizes that a diagnosis looks for.
+    """Strengths of a cause, ``factor`` times as large; None beyond the range of the diagnosis.
 
-    Empty where a cause has no size that could be larger.
+    Empty if the cause has no strength that could be larger.
     """
     if not has_size(candidate) and factor > 1.0:
         return {}
@@ -192,14 +193,14 @@ def sized(candidate: ShapedEffect, unknowns: Array, factor: float) -> dict[str, 
 
 
 def _shown(unit: str) -> str:
-    """The unit as people read it."""
+    """The unit for display."""
     return {"rad": "deg", "1": "%", "s": "ms"}.get(unit, unit)
 
 
 def _clusters(
     bench: Workbench, at: EvaluatedHypothesis, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
 ) -> tuple[InseparableCauses, ...]:
-    """Causes linked by pairs that pass for each other either way, with the trial that parts them most."""
+    """Groups of causes linked by mutual inseparability, with the trial that separates them most."""
     both = {(pair.true.key, pair.other.key) for pair in pairs}
     kept = [pair for pair in pairs if (pair.other.key, pair.true.key) in both]
     group: dict[Key, int] = {}
@@ -228,7 +229,7 @@ def _clusters(
 def _with_each(
     bench: Workbench, at: EvaluatedHypothesis, pairs: Sequence[_Pair], menu: Sequence[MenuItem[AngleTrial]]
 ) -> list[Array]:
-    """(n_pair,) sines a trial of the menu, with that trial added; each cause at the size where it was compared."""
+    """(n_pair,) sines per trial of the menu, with that trial added; each cause at its size of comparison."""
     fits: dict[int, EvaluatedHypothesis] = {}
     for pair in pairs:
         for response in (pair.true, pair.other):

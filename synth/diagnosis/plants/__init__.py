@@ -1,1 +1,1 @@
-"""One adapter a plant: its trials, candidates, tolerances, predictions, and what it says of them."""
+"""One adapter per plant: trials, candidates, tolerances, predictions, messages."""

@@ -1,1 +1,1 @@
-"""The gap of a jumping leg: what recorded jumps and pull-ups show that the design does not have."""
+"""The gap of a jumping leg: effects in recorded jumps and pull-ups that the design lacks."""

@@ -1,4 +1,4 @@
-"""Across designs: does the error of the predicted jump grow with the links' length, or with the gear ratio?
+"""Across designs: whether the error of the predicted jump grows with link length or gear ratio.
 
 The error of a trial is its predicted over its measured rise, less 1. Ordinary least squares on length and ratio
 together, where both vary among the trials; intervals by Student's distribution.
@@ -17,13 +17,13 @@ from synth.estimation.intervals import Estimate
 
 STAGES = ("as_designed", "before", "after")
 UNITS = {"length": "1/cm", "gear_ratio": "1"}
-SPREAD = 0.01  # of a mean: designs that differ by less are one
-EVEN = 0.02  # of the rise: from one end of the designs to the other, no trend worth a word
+SPREAD = 0.01  # of a mean: designs that differ by less count as one
+EVEN = 0.02  # of the rise, over the range of the designs: a smaller trend is not reported
 
 
 @dataclass(frozen=True)
 class JumpAcrossDesigns:
-    """One jump: its design, and rises in m by ``STAGES`` beside the measured; ``learnt`` : fits, not predictions."""
+    """One jump: its design, and rises in m by ``STAGES`` and measured; ``learnt`` : whether it was fitted."""
 
     file: str
     motor: str
@@ -40,7 +40,7 @@ class JumpAcrossDesigns:
 
 @dataclass(frozen=True)
 class Across:
-    """``slopes`` : "length" or "gear_ratio" -> stage -> change of the error a metre, a unit of ratio."""
+    """``slopes`` : "length" or "gear_ratio" -> stage -> change of the error per metre or unit of ratio."""
 
     designs: tuple[JumpAcrossDesigns, ...]
     slopes: dict[str, dict[str, Estimate]]
@@ -64,15 +64,16 @@ class Across:
         }  # fmt: skip
 
     def sentences(self) -> list[str]:
-        """What the slopes say, as designed and with the explanation in."""
+        """The trends in words, as designed and with the explanation."""
         said = []
         for by, words in (("length", "the links' length"), ("gear_ratio", "the gear ratio")):
             values = [getattr(d, by) for d in self.designs]
             if by not in self.slopes:
-                why = "no jump's rise is known"
+                why = "no rise was measured"
                 if values:
-                    why = "all jumps have one" if max(values) == min(values) else "the jumps are too few or too alike"
-                said.append(f"Whether the error changes with {words} cannot be told: {why}.")
+                    same = max(values) == min(values)
+                    why = "all jumps have the same" if same else "there are too few or too similar jumps"
+                said.append(f"Whether the error changes with {words} is unknown: {why}.")
                 continue
             reach = max(values) - min(values)
             first, last = (self._trend(by, stage, reach) for stage in ("as_designed", "after"))
@@ -90,11 +91,11 @@ class Across:
             if abs(slope.value * reach) < EVEN:
                 return f"hardly changes ({change})"
             return f"{'grows' if slope.value > 0.0 else 'falls'} ({change})"
-        return f"shows no sure trend ({change}, which noise may make)"
+        return f"shows no significant trend ({change})"
 
 
 def across(gaps: JumpGaps) -> Across:
-    """From the jumps whose rise is known, scored ones first."""
+    """From the jumps with a measured rise, scored ones first."""
     designs = []
     scored = list(zip(gaps.trials, gaps.rises, strict=True))
     for trial, rise in [*scored, *gaps.learnt]:
@@ -115,7 +116,7 @@ def across(gaps: JumpGaps) -> Across:
 
 
 def _slopes(columns: dict[str, Array], errors: Array) -> dict[str, Estimate]:
-    """Least squares; nothing where designs are too few or too much alike to part the columns."""
+    """Least squares; empty if designs are too few or too similar to separate the columns."""
     from scipy.stats import t as student
 
     matrix = np.column_stack([np.ones(len(errors)), *(values - values.mean() for values in columns.values())])

@@ -1,7 +1,9 @@
 """Hypotheses fitted to jumps, by ``synth.estimation``; each trial's own unknowns are eliminated.
 
-Derivatives are differences between lanes that share every step of the integration. A leaning trial's, but those by what
-only a lean shows, are taken upright: the planar form takes a hundred times as long as a lane.
+Derivatives are differences between lanes that share every step of the integration. For a leaning trial, those by
+unknowns
+that only a lean shows are computed with the planar form, all others with an upright jump: the planar form takes a
+hundred times as long as a lane.
 """
 
 from __future__ import annotations
@@ -19,14 +21,15 @@ from synth.estimation.levenberg_marquardt import Factors, Iterate, LeastSquares,
 from synth.estimation.normal_equations import ParameterStep, ReducedNormal, StepLimits, TrialNormal
 from synth.threads import in_parallel
 
-STEP = 0.05  # whitened, of differences
-ROUNDS, CONVERGED_BY, SHARE = 25, 0.05, 1e-3  # a step that gains less, or less than that share of the cost, is the last
-HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share that a step must gain there
-WITHIN = 2.5  # deviations: what lies further off is not within tolerances, however much it would explain
-FARTHEST = 2.5  # whitened, that a tolerance or a trial's own unknown may go in a step
-SOFTENING = (8.0, 2.5)  # times what samples are uncertain by, in turn, before they count in full
-SOFT_ROUNDS = 6  # steps, see ``solve``
-# As Marquardt's: a tenth after a success, tenfold after a failure; beyond 1e6 no step lowers the cost.
+STEP = 0.05  # whitened, step of the differences
+# Most iterations; the last step gains less than CONVERGED_BY, or than SHARE of the cost.
+ROUNDS, CONVERGED_BY, SHARE = 25, 0.05, 1e-3
+HOPELESS, LAZY = 4.0, 0.05  # times the best hypothesis' cost; the share of the cost that a step must gain above that
+WITHIN = 2.5  # standard deviations; a larger value is not within tolerances, however much it would explain
+FARTHEST = 2.5  # whitened, largest step of a tolerance or a trial's own unknown
+SOFTENING = (8.0, 2.5)  # factors on the samples' uncertainty in successive fits, before they count fully
+SOFT_ROUNDS = 6  # iterations, see ``solve``
+# As Marquardt's: a tenth after a success, tenfold after a failure; above 1e6 no step lowers the cost.
 RULE = Factors(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-2)
 
 
@@ -34,7 +37,8 @@ RULE = Factors(least=1e-7, most=1e6, down=10.0, up=10.0, least_after_failure=1e-
 class JumpFit:
     """A hypothesis with its unknowns (tolerances, then each cause's) and each trial's own (n_trial, 2), whitened.
 
-    ``residuals`` a trial (M,), ``slopes`` a trial (M, n_unknown + 2); ``cost`` half the sum of squares, priors in it.
+    ``residuals`` (M,) per trial, ``slopes`` (M, n_unknown + 2) per trial; ``cost`` half the sum of squares, with
+    priors.
     """
 
     hypothesis: tuple[JumpCandidate, ...]
@@ -45,7 +49,7 @@ class JumpFit:
     cost: float = np.inf
 
     def at(self, unknowns: Array) -> JumpFit:
-        """The hypothesis with other unknowns, to predict with."""
+        """The hypothesis with other unknowns, for predictions."""
         return replace(self, unknowns=unknowns)
 
     @property
@@ -56,7 +60,7 @@ class JumpFit:
 
 @dataclass(frozen=True, eq=False)
 class JumpBench:
-    """The trials to learn from; samples count as uncertain by ``softness`` times what they are."""
+    """The training trials; the uncertainty of the samples is multiplied by ``softness``."""
 
     predictor: JumpPredictor
     trials: tuple[Jump, ...]
@@ -64,11 +68,11 @@ class JumpBench:
 
     @property
     def n_tolerance(self) -> int:
-        """Unknowns of the leg itself."""
+        """Number of the leg's own unknowns."""
         return self.predictor.tolerances.size
 
     def bounds(self, hypothesis: Sequence[JumpCandidate]) -> tuple[Array, Array]:
-        """Least and greatest unknowns."""
+        """Bounds of the unknowns."""
         wide = np.full(self.n_tolerance, WITHIN)
         ends = [candidate.bounds() for candidate in hypothesis]
         return np.concatenate([-wide, *(low for low, _ in ends)]), np.concatenate([wide, *(high for _, high in ends)])
@@ -82,7 +86,7 @@ class JumpBench:
         return replace(fit, residuals=residuals, slopes=tuple(s / self.softness for _, s in found), cost=cost)
 
     def slopes(self, jump: Jump, fit: JumpFit, own: Array) -> tuple[Array, Array]:
-        """(M,) residual and (M, n_unknown + 2) its derivatives."""
+        """(M,) residual and (M, n_unknown + 2) derivatives."""
         everything = list(range(len(fit.unknowns) + N_OWN))
         if not jump.leaning:
             return self._differences(jump, fit, own, everything)
@@ -101,7 +105,7 @@ class JumpBench:
         return residual, found
 
     def _leaning_unknowns(self, fit: JumpFit) -> list[int]:
-        """Places of the unknowns of causes that only a lean shows."""
+        """Indices of the unknowns of causes that only a lean shows."""
         found: list[int] = []
         first = self.n_tolerance
         for candidate in fit.hypothesis:
@@ -110,7 +114,7 @@ class JumpBench:
         return found
 
     def _differences(self, jump: Jump, fit: JumpFit, own: Array, moved: list[int]) -> tuple[Array, Array]:
-        """Residual and its derivatives by some unknowns, by steps away from the nearer bound."""
+        """Residual and derivatives by some unknowns, by differences away from the nearer bound."""
         count = len(fit.unknowns)
         x = np.repeat(fit.unknowns[:, None], 1 + len(moved), axis=1)
         mine = np.repeat(own[:, None], 1 + len(moved), axis=1)
@@ -126,11 +130,11 @@ class JumpBench:
         return residual[:, 0], (residual[:, 1:] - residual[:, :1]) / steps[moved]
 
     def normal(self, fit: JumpFit, count: int | None = None) -> ReducedNormal:
-        """Normal equations of an evaluated fit, by its first ``count`` unknowns (all) and each trial's own."""
+        """Normal equations of an evaluated fit, by its first ``count`` unknowns (default: all) and each trial's own."""
         return self.normal_at(fit, fit.residuals, len(fit.unknowns) if count is None else count)
 
     def normal_at(self, fit: JumpFit, residuals: Sequence[Array], count: int) -> ReducedNormal:
-        """As ``normal``, with the derivatives of a fit and other residuals (M,) a trial."""
+        """Like ``normal``, with the derivatives of a fit and other residuals (M,) per trial."""
         trials = []
         for slopes, residual, own in zip(fit.slopes, residuals, fit.own, strict=True):
             a, b = slopes[:, :count], slopes[:, slopes.shape[1] - N_OWN :]
@@ -138,9 +142,10 @@ class JumpBench:
         return ReducedNormal.of(trials, np.eye(count), fit.unknowns[:count])
 
     def prospects(self, hypothesis: tuple[JumpCandidate, ...], points: Array, base: JumpFit) -> Array:
-        """(n_point,) cost with the causes at these points (size, n_point) after one undamped step of all else.
+        """(n_point,) cost with the causes at these points (size, n_point) after one undamped step of all other
+        unknowns.
 
-        The derivatives by all else are those of ``base``.
+        The derivatives by the other unknowns are those of ``base``.
         """
         x = np.repeat(base.unknowns[:, None], points.shape[1], axis=1)
         x = np.concatenate([x[: self.n_tolerance], points])
@@ -163,13 +168,14 @@ class JumpBench:
         return costs
 
     def solve_softly(self, fit: JumpFit, best: float = np.inf) -> JumpFit:
-        """Start with a low weight of the samples, so that causes and not far-off tolerances explain large residuals.
+        """Start with a low weight of the samples, so that causes rather than extreme tolerances explain large
+        residuals.
 
-        A push ends at a stop: a few milliseconds off, every sample after is, and the way to the best fit is narrow.
+        A push ends at a stop: an error of a few milliseconds shifts all later samples, and the minimum is narrow.
         ``best`` : as for ``solve``.
         """
         if any(candidate.effect.leaning for candidate in fit.hypothesis):
-            return self.solve(replace(fit, residuals=()), best=best)  # it begins where the design fits best
+            return self.solve(replace(fit, residuals=()), best=best)  # starts from the design's best fit
         quick = [i for i, trial in enumerate(self.trials) if not trial.leaning] or list(range(len(self.trials)))
         trials = tuple(self.trials[i] for i in quick)
         current = replace(fit, own=fit.own[quick])
@@ -181,9 +187,9 @@ class JumpBench:
         return self.solve(replace(current, own=own, residuals=()), best=best)
 
     def solve(self, fit: JumpFit, rounds: int = ROUNDS, best: float = np.inf) -> JumpFit:
-        """Iterate until the cost falls no further.
+        """Iterate until the cost no longer decreases.
 
-        ``best`` : cost of another hypothesis; one far above it need not be brought to its last decimal.
+        ``best`` : cost of another hypothesis; a fit far above it need not converge fully.
         """
         start = fit if fit.residuals else self.evaluate(fit)
         (end,) = minimise(_Hypothesis(self, best), [Iterate(start)], RULE, rounds)
@@ -192,7 +198,7 @@ class JumpBench:
 
 @dataclass(frozen=True)
 class _Hypothesis(LeastSquares[JumpFit]):
-    """A hypothesis as a least-squares problem; ``best`` : cost of the best one so far."""
+    """A hypothesis as a least-squares problem; ``best`` : lowest cost so far."""
 
     bench: JumpBench
     best: float
@@ -210,7 +216,7 @@ class _Hypothesis(LeastSquares[JumpFit]):
         return self.bench.bounds(point.hypothesis)
 
     def limits(self, point: JumpFit) -> StepLimits:
-        """Tolerances and a trial's own go ``FARTHEST`` at most; causes have their bounds."""
+        """Tolerances and a trial's own unknowns move by ``FARTHEST`` at most; causes have their bounds."""
         p = self.bench.n_tolerance
         return StepLimits(np.r_[np.full(p, FARTHEST), np.full(len(point.unknowns) - p, np.inf)], FARTHEST)
 
@@ -220,5 +226,5 @@ class _Hypothesis(LeastSquares[JumpFit]):
         return replace(point, unknowns=point.unknowns + step.common, own=own, cost=np.inf)
 
     def least_gain(self, cost: float) -> float:
-        """A share of the cost, larger far above the best: such a fit need not be brought to its last decimal."""
+        """A share of the cost, larger far above the best: such a fit need not converge fully."""
         return max(CONVERGED_BY, (LAZY if cost > HOPELESS * self.best else SHARE) * cost)

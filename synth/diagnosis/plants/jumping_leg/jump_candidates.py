@@ -23,7 +23,7 @@ class JumpCandidate(ShapedEffect):
 
     @property
     def key(self) -> Key:
-        """Effect and place, as the files name them."""
+        """Effect and place, as named in files."""
         return self.effect.name, self.effect.place
 
     def natural_size(self, parameter: Parameter) -> float:
@@ -36,7 +36,7 @@ class JumpCandidate(ShapedEffect):
 
 
 def natural_sizes(jumps: Sequence[Jump]) -> dict[str, float]:
-    """By the first motor and ground: by them a prior fits a cricket's leg and an ostrich's."""
+    """From the first motor and the ground, so that priors scale with the size of the leg."""
     of = jumps[0].jumps
     resistance = float(of.voltage[0] / of.stall_current[0])
     return {

@@ -1,4 +1,4 @@
-"""Recordings prepared for the fit: the stretch that is used, its noise, and the weight of each sample."""
+"""Recordings prepared for the fit: selected time range, noise, and the weight of each sample."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
 
-EFFECTIVE = 50.0  # samples of a trial and channel that count as independent
-DENSE = 1e-3  # s; finer recordings are averaged
-AFTER = 0.01  # s past the push that still count
+EFFECTIVE = 50.0  # samples per trial and channel that count as independent
+DENSE = 1e-3  # s; faster recordings are averaged
+AFTER = 0.01  # s after the push that still count
 STOP_MARGIN = np.radians(2.5)  # a pull-up that begins nearer to the stop may rest on it
-LEAST_MOTION = np.radians(2.0)  # of the upper link; less is no jump
+LEAST_MOTION = np.radians(2.0)  # of the upper link; less is not a jump
 ANGLE, FORCE, CURRENT = "upper link", "ground force", "current"
-# What is measured beside noise: the share of a channel's largest value that no model of ours claims to get right.
+# Model error in addition to noise: share of a channel's largest value that our models do not resolve.
 CLAIM = {ANGLE: 0.0, FORCE: 0.03, CURRENT: 0.01, "supply": 0.002, "pitch": 0.05, "foot slide": 0.1}
-JITTER = 5e-5  # s, by which samples are off their times: where a channel is steep, that counts
-# The foot creeps where friction is smoothed: of slide and pitch nothing finer is claimed.
+JITTER = 5e-5  # s, timing error of the samples, which matters where a channel is steep
+# Smoothed friction lets the foot creep: smaller slides and pitches are not resolved.
 LEAST_NOISE = {ANGLE: 2e-4, FORCE: 1e-3, CURRENT: 1e-3, "supply": 1e-3, "pitch": 2e-3, "foot slide": 5e-4}
 
 
 @dataclass(frozen=True, eq=False)
 class Jump:
-    """One trial as the search uses it.
+    """One trial as used by the search.
 
-    ``time`` (m,) s and ``measured`` channel -> (m,) SI, the stretch that counts; ``sigma`` channel -> (m,) what a
-    sample is uncertain by, noise, ``CLAIM`` and ``JITTER`` together; ``noise`` the noise alone. ``jumps`` : one lane of
-    the nominal leg under the trial's conditions. ``group`` : which motor's tolerances hold. ``torque`` : a pull-up's,
-    on all of ``time``. ``seen`` : what the recording itself tells of the jump; None for a pull-up, or where it does not
-    leave the ground.
+    ``time`` (m,) s and ``measured`` channel -> (m,) SI, in the selected range; ``sigma`` channel -> (m,) uncertainty of
+    a sample from noise, ``CLAIM`` and ``JITTER``; ``noise`` the noise alone. ``jumps`` : one lane of
+    the nominal leg under the trial's conditions. ``group`` : index of its motor's tolerances. ``torque`` : a pull-up's,
+    over all of ``time``. ``seen`` : takeoff and rise from the recording; None for a pull-up, or if the leg does not
+    lift off.
     """
 
     trial: JumpTrial
@@ -66,22 +66,22 @@ class Jump:
         return self.trial.lean != 0.0
 
     def upright(self) -> Jump:
-        """The same jump without its lean, and without the channels that only a lean moves."""
+        """The same jump without lean, and without the channels that only a lean moves."""
         measured = {name: values for name, values in self.measured.items() if name not in ("pitch", "foot slide")}
         return replace(self, trial=replace(self.trial, lean=0.0), measured=measured)
 
     @property
     def weight(self) -> float:
-        """Of each sample's squared miss."""
+        """Of each sample's squared error."""
         return min(1.0, EFFECTIVE / len(self.time))
 
 
 def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump], list[str]]:
-    """All trials, copies left out; and what is to be said of them.
+    """All trials without copies, and warnings.
 
     Raises
     ------
-    UserError : an unknown motor, a leg that cannot be, or a trial without motion.
+    UserError : an unknown motor, an impossible leg, or a trial without motion.
     """
     groups: dict[str, int] = {}
     found: list[Jump] = []
@@ -100,12 +100,12 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
         raise UserError(problems)
     given = [jump for jump in found if not jump.trial.held_out]
     if len(given) == 1:
-        said.append("one trial only to learn from: an effect and what was peculiar to it cannot be told apart")
+        said.append("only one training trial: an effect and the peculiarities of this trial cannot be separated")
     if all(jump.trial.kind == "pull-up" for jump in given):
-        said.append("pull-ups only: they show the joints' damping; of motor, gear and ground they tell nothing")
+        said.append("pull-ups only: they show the joints' damping, but not motor, gear or ground")
     if not any(jump.leaning for jump in given):
-        text = "no trial to learn from leans: whether the foot would slide cannot be told from upright jumps. One that "
-        said.append(text + "starts leaning (lean: 10 deg), with columns pitch and foot slide, tells it")
+        text = "no training trial leans, and upright jumps do not show whether the foot slides. A jump that "
+        said.append(text + "starts leaning (lean: 10 deg), with columns pitch and foot slide, shows it")
     return found, said
 
 
@@ -131,7 +131,7 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
     slip = design.contact.slip_speed
     angle = trial.columns[ANGLE]
     if float(np.ptp(angle)) < LEAST_MOTION:
-        text = f"never moves: the upper link turns by no more than {np.degrees(np.ptp(angle)):.2g} deg"
+        text = f"does not move: the upper link turns by only {np.degrees(np.ptp(angle)):.2g} deg"
         raise UserError(Problem(text, trial.name, key=ANGLE))
     refuse_out_of_reach(trial.name, angle, leg)
     if trial.kind == "pull-up":
@@ -153,11 +153,11 @@ def _jump(project: HopperGapProject, trial: JumpTrial, catalogue: Catalogue, gro
 
 
 def _off_the_stop(trial: JumpTrial, leg: HopperLeg) -> dict[str, Array]:
-    """A pull-up until the leg comes near its stop, where the bounce is sensitive to small errors."""
+    """A pull-up until the leg approaches its stop; the bounce there is sensitive to small errors."""
     near = trial.columns[ANGLE] < leg.extended + STOP_MARGIN
     last = int(np.argmax(near)) if near.any() else len(near)
     if last < LEAST_SAMPLES:
-        text = f"begins {np.degrees(STOP_MARGIN):.1f} deg or less off the stop at {np.degrees(leg.extended):.1f} deg"
+        text = f"begins {np.degrees(STOP_MARGIN):.1f} deg or less from the stop at {np.degrees(leg.extended):.1f} deg"
         raise UserError(Problem(f"{text}; fold the leg a little before the recording begins", trial.name, key=ANGLE))
     return {name: values[:last] for name, values in trial.columns.items()}
 
@@ -171,7 +171,7 @@ def _refuse_out_of_reach(trial: JumpTrial, leg: HopperLeg) -> None:
 
 
 def _seen(trial: JumpTrial, mass: float, gravity: float) -> MeasuredJump | None:
-    """Takeoff and rise by the force plate; without one, nothing. A leg that does not lift is told from its motion."""
+    """Takeoff and rise from the force plate; empty without one. The motion shows whether the leg lifts off."""
     if FORCE not in trial.columns:
         return None
     try:
@@ -181,9 +181,9 @@ def _seen(trial: JumpTrial, mass: float, gravity: float) -> MeasuredJump | None:
 
 
 def _end_of_push(trial: JumpTrial) -> float:
-    """A little after the upper link's fastest moment, which the leg's stop ends; s.
+    """A little after the upper link's largest speed, which ends at the leg's stop; s.
 
-    Later motion is sensitive to small errors: whether a weak jump lifts at all, how a landing rings.
+    Later motion is sensitive to small errors: whether a weak jump lifts off, how a landing oscillates.
     """
     time, angle = trial.columns["time"], trial.columns[ANGLE]
     width = max(1, round(0.004 / float(np.median(np.diff(time)))))
@@ -192,7 +192,7 @@ def _end_of_push(trial: JumpTrial) -> float:
 
 
 def _averaged(columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Finer samples than ``DENSE`` averaged in groups."""
+    """Samples finer than ``DENSE``, averaged in groups."""
     time = columns["time"]
     size = max(1, round(DENSE / float(np.median(np.diff(time)))))
     whole = len(time) // size * size
@@ -200,18 +200,18 @@ def _averaged(columns: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _noise(values: Array) -> float:
-    """Deviation of white noise on a smooth curve, by third differences and their median."""
+    """Standard deviation of white noise on a smooth curve, from the median of third differences."""
     third = np.diff(values, 3)
     return float(1.4826 * np.median(np.abs(third - np.median(third))) / np.sqrt(20.0)) if len(third) > 8 else 0.0
 
 
 def uncertain(time: Array, values: Array, noise: float, channel: str) -> Array:
-    """(m,) by how much each sample of a channel may be off, one standard deviation."""
+    """(m,) standard deviation of each sample of a channel."""
     claim = CLAIM[channel] * float(np.abs(values).max())
     return np.asarray(np.sqrt(noise**2 + claim**2 + (JITTER * np.gradient(values, time)) ** 2))
 
 
 def pooled(jumps: Sequence[Jump], channel: str) -> float:
-    """Noise of a channel over trials, rms; 0 where none has it."""
+    """Noise of a channel over trials, RMS; 0 if no trial has it."""
     found = [jump.noise[channel] ** 2 for jump in jumps if channel in jump.noise]
     return float(np.sqrt(np.mean(found))) if found else 0.0

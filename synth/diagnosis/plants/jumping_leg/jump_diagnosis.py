@@ -1,4 +1,4 @@
-"""The diagnosis of a jumping leg: its adapter to ``synth.diagnosis.diagnose``, and the whole from end to end."""
+"""The diagnosis of a jumping leg: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ from synth.estimation.normal_equations import ReducedNormal
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
 
-# A push's end leaves more of a cause that has another form than the library's; by 14 cases of ``tests/blind/jumps.py``
-# (seed 1000), too few to tune more than a cautious temperature and that.
+# At the end of a push, a cause of another form than the library's leaves a larger error; from 14 cases of
+# ``tests/blind/jumps.py``
+# (seed 1000), which are enough only for this value and a cautious temperature.
 CALIBRATED_ON_JUMPS = Calibration(
     temperature=5.0,
     per_parameter=3.0,
@@ -58,7 +59,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         given = tuple(jump for jump in jumps if not jump.trial.held_out)
         held = tuple(jump for jump in jumps if jump.trial.held_out)
         if not given:
-            raise UserError("every trial that is not a copy is held out; at least one must be there to learn from")
+            raise UserError("every trial that is not a copy is held out; at least one training trial is needed")
         tolerances = JumpTolerances(project.tolerance, 1 + max(jump.group for jump in jumps))
         leg = project.design.leg
         self.project, self.catalogue = project, catalogue
@@ -75,7 +76,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         return as_designed(self.bench)
 
     def designed(self) -> JumpFit:
-        """The nominal leg to the letter."""
+        """The unchanged nominal leg."""
         return self._designed
 
     def normal(self, fit: JumpFit) -> ReducedNormal:
@@ -83,15 +84,15 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         return self.bench.normal(fit)
 
     def bounds(self, fit: JumpFit) -> tuple[Array, Array]:
-        """Least and greatest unknowns."""
+        """Bounds of the unknowns."""
         return self.bench.bounds(fit.hypothesis)
 
     def predict(self, fit: JumpFit, trials: Sequence[Jump]) -> tuple[ScoredJump, ...]:
-        """All channels, from the start angle and moment that fit best."""
+        """All channels, with the start angle and moment that fit best."""
         return score(self.bench, fit, trials)
 
     def left_where(self, predicted: Sequence[ScoredJump]) -> tuple[Mapping[str, float], Mapping[str, float]]:
-        """By place and phase, over all channels in what their samples are uncertain by."""
+        """By place and phase, over all channels in units of their samples' uncertainty."""
         lacks = [missing(trial, told) for trial, told in zip(self.scored, predicted, strict=True)]
         found = where(self.scored, predicted, lacks)
         return found.joint, found.phase
@@ -101,13 +102,13 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         return squares(self.scored, predicted)
 
     def samples(self) -> tuple[Array, Array]:
-        """Samples of the upper link, and what the noise alone would sum to."""
+        """Samples of the upper link, and the sum expected from noise alone."""
         lengths = [[len(part) for part in np.array_split(trial.time, BLOCKS)] for trial in self.scored]
         counts = np.array(lengths, dtype=float)
         return counts, counts * pooled(self.scored, ANGLE) ** 2
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
-        """How the sentence speaks of the errors."""
+        """The words of the sentence for the errors."""
         return wording(errors, self.held_out)
 
     def cause_text(self, cause: Cause) -> str:
@@ -119,7 +120,7 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         return cause.effect.replace("_", " ")
 
     def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
-        """A warning where the explanation predicts trials no better, and not as well as their noise allows."""
+        """A warning if the explanation predicts trials no better, and worse than their noise allows."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         poor = (after > 1.1 * before) & (after > 1.5 * errors.noise.sum(axis=1))
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
@@ -139,18 +140,18 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         return forecast(self.bench, fit, trial, covariance)
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[JumpFit, ScoredJump]) -> str:
-        """How high the jumps rise, where an effect is found."""
+        """The heights of the jumps, if an effect is found."""
         return rise_text(self.rises(stages)) if verdict == "effect" else ""
 
     def rises(self, stages: StagePredictions[JumpFit, ScoredJump]) -> tuple[Rise, ...]:
-        """How far the scored jumps rise, as each stage predicts."""
+        """The rise of the scored jumps, predicted by each stage."""
         return rises_of(self.bench, self.scored, stages.fits, (stages.as_designed, stages.before, stages.after))
 
 
 def diagnose(
     project: HopperGapProject, catalogue: Catalogue, progress: Callable[[str], None] | None = None
 ) -> JumpGapResult:
-    """Say what the built leg does that its design does not.
+    """Find how the built leg differs from its design.
 
     Raises
     ------
@@ -183,6 +184,6 @@ def diagnose(
 
 
 def _tolerances(bench: JumpBench, fit: JumpFit) -> dict[str, float]:
-    """Where the design's numbers are taken to be, in deviations of their tolerances."""
+    """The estimated values of the design's numbers, in standard deviations of their tolerances."""
     names = [*SHARED, *(f"{name} {k + 1}" for k in range(bench.predictor.tolerances.motors) for name in OF_MOTOR)]
     return dict(zip(names, fit.unknowns[: bench.n_tolerance].tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""How far: misses of the upper link's angle on scored trials, and how high each model jumps there."""
+"""Prediction errors: the upper link's angle on scored trials, and the height of the jumps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from synth.jump.outcomes import APEX, LANDED_AGAIN, STATUS
 
 @dataclass(frozen=True)
 class Rise:
-    """How far the centre of mass rises over the crouch in one trial, m; None where no model or plate tells."""
+    """Rise of the centre of mass over the crouch in one trial, m; None if no model or plate gives it."""
 
     measured: float | None
     as_designed: float | None
@@ -28,9 +28,9 @@ class Rise:
 
 @dataclass(frozen=True)
 class JumpGaps:
-    """ScoredJump trials with what each stage predicts; ``rises`` a trial.
+    """Scored trials with every stage's prediction; ``rises`` one per trial.
 
-    ``learnt`` : trials to learn from that are not scored, with their rises: of these ``before`` and ``after`` are fits.
+    ``learnt`` : training trials that are not scored, with their rises; their ``before`` and ``after`` are fits.
     """
 
     trials: tuple[Jump, ...]
@@ -45,12 +45,12 @@ class JumpGaps:
 def rises_of(
     bench: JumpBench, trials: Sequence[Jump], fits: Sequence[JumpFit], stages: Sequence[Sequence[ScoredJump]]
 ) -> tuple[Rise, ...]:
-    """A trial each, by the fits of the three stages and what they predict of it."""
+    """One per trial, from the fits of the three stages and their predictions."""
     return tuple(_rise(bench, trial, fits, [stage[i] for stage in stages]) for i, trial in enumerate(trials))
 
 
 def learnt_rises(bench: JumpBench, fits: Sequence[JumpFit]) -> tuple[tuple[Jump, Rise], ...]:
-    """Of the trials to learn from, by the fits themselves."""
+    """Of the training trials, from the fits themselves."""
     return tuple(
         (trial, _rise(bench, trial, fits, [ScoredJump({}, fit.own[i]) for fit in fits]))
         for i, trial in enumerate(bench.trials)
@@ -58,7 +58,7 @@ def learnt_rises(bench: JumpBench, fits: Sequence[JumpFit]) -> tuple[tuple[Jump,
 
 
 def squares(trials: Sequence[Jump], scored: Sequence[ScoredJump]) -> Array:
-    """(n_trial, BLOCKS) summed squared misses of the angle, rad^2."""
+    """(n_trial, BLOCKS) summed squared errors of the angle, rad^2."""
     found = []
     for trial, told in zip(trials, scored, strict=True):
         away = np.nan_to_num(told.channels[ANGLE] - trial.measured[ANGLE], nan=np.pi)

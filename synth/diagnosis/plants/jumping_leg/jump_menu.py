@@ -1,4 +1,4 @@
-"""Candidate next trials, jumps and pull-ups, and their prediction by a hypothesis."""
+"""Possible next trials, jumps and pull-ups, and their prediction by a hypothesis."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from synth.parts.catalogs import Catalogue
 from synth.units import write
 
 PULL, PULL_TIME = 0.35, 1.0  # share of the stall torque, s: an imagined pull-up
-NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of sensors that were not there yet
+NOISE = {CURRENT: 0.01, "supply": 0.01, "pitch": 2e-3, "foot slide": 2e-4}  # of sensors that no trial has yet
 LEAN = np.radians(10.0)  # of a suggested leaning jump
 
 
 def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]) -> list[MenuItem[Jump]]:
-    """Other supplies, loads, lengths and ratios, the currents recorded too, a lean, a pull-up."""
+    """Other supplies, loads, lengths and ratios; recorded currents; a lean; a pull-up."""
     jumps = [trial for trial in trials if trial.torque is None and not trial.leaning] or list(trials)
     usual = jumps[0]
     made = []
     if usual.torque is None:
-        made.append(_item("one more jump as the first", {}, _imagined(project, catalogue, usual, usual.trial)))
+        made.append(_item("another jump like the first", {}, _imagined(project, catalogue, usual, usual.trial)))
         for what, keys, change in _changes(usual, catalogue):
             made.append(_item(what, keys, _imagined(project, catalogue, usual, replace(usual.trial, **change))))
         if CURRENT not in usual.measured:
             told = _imagined(project, catalogue, usual, usual.trial, (CURRENT, "supply"))
             made.append(_item("the motors' current and the supply's voltage recorded with a jump", {}, told))
-        if any(trial.leaning for trial in trials):  # else nothing that a lean would show is among the candidates
+        if any(trial.leaning for trial in trials):  # otherwise no candidate would show in a lean
             leaning = replace(usual.trial, lean=LEAN)
             told = _imagined(project, catalogue, usual, leaning, ("pitch", "foot slide"))
             what = "a jump that starts leaning by 10 deg, its pitch and the foot's slide recorded"
@@ -47,7 +47,7 @@ def menu(project: HopperGapProject, catalogue: Catalogue, trials: Sequence[Jump]
 
 
 def _item(what: str, keys: Mapping[str, object], jump: Jump) -> MenuItem[Jump]:
-    """With the angle that the hip is released at, or the pull-up's first."""
+    """With the release angle of the hip, or a pull-up's first angle."""
     start = float(jump.jumps.start[0]) if jump.torque is None else float(jump.measured[ANGLE][0])
     return MenuItem(what, {"file": "jumps/next.csv", **keys}, jump, {"hip": start})
 
@@ -77,7 +77,7 @@ def _changes(usual: Jump, catalogue: Catalogue) -> list[tuple[str, dict[str, obj
 def _imagined(
     project: HopperGapProject, catalogue: Catalogue, usual: Jump, trial: JumpTrial, more: Sequence[str] = ()
 ) -> Jump:
-    """A jump under other conditions, with the usual sensors and some more, and nothing read yet."""
+    """A jump under other conditions, with the usual and some more sensors, without readings."""
     design = project.design
     options = replace(design.motor_options, supply=trial.supply or design.motor_options.supply)
     motor = motor_of(catalogue.find_motor(trial.motor), options)
@@ -97,7 +97,7 @@ def _imagined(
 
 
 def _pull_up(usual: Jump) -> Jump:
-    """A pull-up of the usual leg with a torque that rises and falls thrice a second."""
+    """A pull-up of the usual leg with a torque that oscillates three times per second."""
     time = np.arange(0.0, PULL_TIME, 1e-3)
     weight = usual.leg.gravity * float(usual.jumps.total_mass[0])
     lever = usual.leg.leverage(np.radians(20.0))
@@ -110,9 +110,9 @@ def _pull_up(usual: Jump) -> Jump:
 
 
 def forecast(bench: JumpBench, fit: JumpFit, trial: Jump, covariance: Array) -> TrialForecast | None:
-    """Prediction and its uncertainty, whitened by the noise; None where the simulation fails.
+    """Prediction and its uncertainty, whitened by the noise; None if the simulation fails.
 
-    A motor that no trial had yet has the tolerances of a new one.
+    A motor that no trial has used gets the tolerances of a new one.
     """
     spread = np.linalg.cholesky(covariance)
     if trial.group < 0:

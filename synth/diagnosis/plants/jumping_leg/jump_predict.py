@@ -19,23 +19,23 @@ from synth.jump.jump_runs import FIRST_STEP, MAX_STEPS, compiled_jump
 from synth.jump.planar_jump import planar_record
 from synth.jump.recorder import record
 
-TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a hundredfold finer run
+TOLERANCE = 1e-5  # of the lanes: angles within 2e-5 rad of a run a hundred times finer
 PLANAR_TOLERANCE = 1e-4  # of the integrator
-N_OWN = 2  # unknowns of each trial's own: start angle and switching on, or a pull-up's first angle and rate
-START_ANGLE, START_RATE = np.radians(0.5), 0.5  # rad, rad/s: how well a pull-up's first samples tell its start
-LOST = 30.0  # whitened miss of a sample that a simulation does not reach
+N_OWN = 2  # unknowns per trial: start angle and switch-on time, or a pull-up's first angle and rate
+START_ANGLE, START_RATE = np.radians(0.5), 0.5  # rad, rad/s: accuracy of a pull-up's start from its first samples
+LOST = 30.0  # whitened error of a sample that a simulation does not reach
 
 
 @dataclass(frozen=True)
 class JumpPredictor:
-    """Predictions for unknowns ``x`` (n_unknown, n_lane) and each trial's own ``own`` (2, n_lane), whitened all."""
+    """Predictions for unknowns ``x`` (n_unknown, n_lane) and each trial's own ``own`` (2, n_lane), all whitened."""
 
     tolerances: JumpTolerances
     bending: str
     body_inertia: float
 
     def columns(self, jump: Jump, hypothesis: Sequence[JumpCandidate], x: Array, own: Array) -> JumpLanes:
-        """The legs that the unknowns stand for."""
+        """The legs that correspond to the unknowns."""
         made = jump.jumps.repeat(x.shape[1])
         size = self.tolerances.size
         self.tolerances.apply(made, x[:size], jump.group)
@@ -48,7 +48,7 @@ class JumpPredictor:
         return made
 
     def predict(self, jump: Jump, hypothesis: Sequence[JumpCandidate], x: Array, own: Array) -> dict[str, Array]:
-        """Channel -> (m, n_lane), those that the trial has; nan where a simulation ends earlier."""
+        """Channel -> (m, n_lane) for the trial's channels; nan after a simulation ends."""
         made = self.columns(jump, hypothesis, x, own)
         if jump.torque is not None:
             found = {ANGLE: _pull_up(jump, made, own)}
@@ -65,7 +65,7 @@ class JumpPredictor:
         return {name: found[name] for name in jump.measured if name in found}
 
     def _times(self, jump: Jump, own: Array) -> Array:
-        """(m, n_lane) s since each lane's switching on."""
+        """(m, n_lane) s since each lane's switch-on."""
         return np.asarray(jump.time[:, None] - self.tolerances.tolerance.start * own[1])
 
     def _upright(self, jump: Jump, made: JumpLanes, own: Array) -> dict[str, Array]:
@@ -97,7 +97,7 @@ class JumpPredictor:
         return found
 
     def residual(self, jump: Jump, predicted: dict[str, Array]) -> Array:
-        """(M, n_lane) whitened misses of all channels, each trial's samples counted as ``EFFECTIVE`` at most."""
+        """(M, n_lane) whitened errors of all channels; a trial's samples count as ``EFFECTIVE`` at most."""
         parts = [
             (predicted[name] - measured[:, None]) * (np.sqrt(jump.weight) / jump.sigma[name][:, None])
             for name, measured in jump.measured.items()
@@ -113,7 +113,7 @@ def _locks(jumps: JumpLanes) -> Array:
 
 
 def _pull_up(jump: Jump, made: JumpLanes, own: Array) -> Array:
-    """Rigid links; what the encoder at the hip sees of their bending is put on after: a quarter of torque over rate."""
+    """Rigid links; the hip encoder's share of their bending is added afterwards: a quarter of torque over rate."""
     assert jump.torque is not None
     head = slice(0, max(4, int(np.searchsorted(jump.time, jump.time[0] + 0.02))))
     slope, level = np.polyfit(jump.time[head] - jump.time[0], jump.measured[ANGLE][head], 1)

@@ -1,4 +1,4 @@
-"""What a diagnosis of a jumping leg found: the same entries as for a swinging one, and what only jumps have."""
+"""The result of a jumping leg's diagnosis: the entries of a swinging leg's, and those specific to jumps."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from synth.units import quantity
 class JumpGapResult(Diagnosis):
     """The whole diagnosis of a jumping leg.
 
-    ``gaps`` : scored trials with every stage's prediction; ``lacks`` : a scored trial's missing torque; ``across`` :
-    how the rise's error goes with length and ratio. ``noise`` : the upper link's, rad. ``unknowns`` : where
-    the design's numbers are taken to be, in deviations of their tolerances.
+    ``gaps`` : scored trials with every stage's prediction; ``lacks`` : missing torque of each scored trial;
+    ``across`` :
+    dependence of the rise's error on length and ratio. ``noise`` : the upper link's, rad. ``unknowns`` : estimated
+    deviations of the design's numbers, in units of their tolerances.
     """
 
     name: str
@@ -32,7 +33,7 @@ class JumpGapResult(Diagnosis):
     unknowns: Mapping[str, float]
 
     def as_json(self) -> dict[str, Any]:
-        """``gap.json`` without what it rests on."""
+        """``gap.json`` without its input section."""
         errors = self.gaps.errors
         before, after, best = errors.figure("before"), errors.figure("after"), errors.best_possible
         of_best = shrink_of_best(before.value, after.value, best.value, errors.floor.value)

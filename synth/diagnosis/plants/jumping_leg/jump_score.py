@@ -1,4 +1,4 @@
-"""Prediction error on trials that were not fitted: only each trial's own unknowns are estimated."""
+"""Prediction error on trials that were not fitted; only each trial's own unknowns are estimated."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from synth.diagnosis.plants.jumping_leg.jump_predict import N_OWN
 from synth.estimation.gauss_newton import LocalProblem, gauss_newton
 from synth.threads import in_parallel
 
-ROUNDS = 6  # steps for the trial's own unknowns
-LEAST_GAIN = 0.02  # of the cost, in units of log-likelihood: what changes no figure that is printed
+ROUNDS = 6  # iterations for the trial's own unknowns
+LEAST_GAIN = 0.02  # of the cost, in units of log-likelihood: less changes no printed figure
 
 
 @dataclass(frozen=True)
 class ScoredJump:
-    """A trial predicted: channel -> (m,) SI, with the trial's own unknowns (2,) that fit best."""
+    """A predicted trial: channel -> (m,) SI, with the best-fitting own unknowns (2,)."""
 
     channels: dict[str, Array]
     own: Array
 
 
 def score(bench: JumpBench, fit: JumpFit, trials: Sequence[Jump]) -> tuple[ScoredJump, ...]:
-    """Predict trials with a hypothesis held fixed."""
+    """Predict trials with a fixed hypothesis."""
     return tuple(in_parallel(lambda i: _one(bench, fit, trials[i]), len(trials)))
 
 
 def _one(bench: JumpBench, fit: JumpFit, jump: Jump) -> ScoredJump:
-    """With the trial's own two unknowns that fit best."""
+    """With the trial's own two unknowns estimated."""
     predictor = bench.predictor
     x = np.repeat(fit.unknowns[:, None], 1 + N_OWN, axis=1)
 

@@ -1,4 +1,4 @@
-"""How causes are fitted to jumps, as ``synth.diagnosis.search`` asks for them."""
+"""Search of causes on jumps, called by ``synth.diagnosis.search``."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from synth.diagnosis.plants.jumping_leg.jump_candidates import JumpCandidate
 from synth.diagnosis.plants.jumping_leg.jump_score import score
 from synth.diagnosis.search import CauseSearch, SearchPlan, best_of_each
 
-LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # times a start's strengths
-SHAPES_LADDER = (1.0, 0.5, 2.0)  # of log-normal ones
-TRIED = 2  # rungs of a shape that are fitted,
-NEAR = 1.5  # the second only if its predicted cost is at most so many times the first's
-PAIRED = 5  # single causes, of which the anchors' partners are taken
-# Pairs are tried where the RMS is over 1.03 of the floor; a third cause is not sought.
+LADDER = (0.1, 1.0, 4.0, 12.0, 30.0, -1.0, -4.0)  # factors on a start's strengths
+SHAPES_LADDER = (1.0, 0.5, 2.0)  # factors on log-normal ones
+TRIED = 2  # rungs of a shape that are fitted
+NEAR = 1.5  # the second only if its predicted cost is at most this multiple of the first's
+PAIRED = 5  # single causes that the anchors are paired with
+# Pairs are tried if the RMS exceeds 1.03 of the floor; a third cause is not searched.
 PLAN = SearchPlan(
     anchors=2, anchor_pairs=0, worth=-np.inf, satisfied=1.03, well=1.03, least_left=np.inf, pays=np.inf
 )  # fmt: skip
@@ -35,7 +35,7 @@ def search(
 
 @dataclass
 class JumpExplorer:
-    """Fits to jumps; ``least`` : cost of the best so far: fits far above it are not converged fully."""
+    """Fits to jumps; ``least`` : lowest cost so far; fits far above it are not converged fully."""
 
     bench: JumpBench
     candidates: Sequence[JumpCandidate]
@@ -51,12 +51,12 @@ class JumpExplorer:
         return self.bench.solve_softly(self._designed)
 
     def none(self) -> JumpFit:
-        """The nominal leg at its best within the tolerances."""
+        """The nominal leg's best fit within the tolerances."""
         self.least = min(self.least, self._nominal.cost)
         return self._nominal
 
     def singles(self) -> list[JumpFit]:
-        """Each cause alone. What only a lean shows begins at the design's best, all else at the design."""
+        """Each cause alone. Causes that need a lean start from the design's best fit, others from the design."""
         found = []
         for candidate in self.candidates:
             near = self._nominal if candidate.effect.leaning else self._designed
@@ -65,7 +65,7 @@ class JumpExplorer:
         return best_of_each(found)
 
     def beside(self, anchors: Sequence[Assessed[JumpFit]], singles: Sequence[Assessed[JumpFit]]) -> list[JumpFit]:
-        """Each anchor with each of the likeliest single causes."""
+        """Each anchor with each of the most probable single causes."""
         found: dict[frozenset[tuple[str, str]], JumpFit] = {}
         for anchor in anchors:
             for other in singles[:PAIRED]:
@@ -88,7 +88,7 @@ class JumpExplorer:
 
 
 def as_designed(bench: JumpBench) -> JumpFit:
-    """The nominal leg to the letter, each trial's own unknowns estimated; with its derivatives."""
+    """The unchanged nominal leg with each trial's own unknowns estimated; with derivatives."""
     fit = JumpFit((), np.zeros(bench.n_tolerance), np.zeros((len(bench.trials), 2)))
     own = np.array([found.own for found in score(bench, fit, bench.trials)])
     return bench.evaluate(replace(fit, own=own))
@@ -112,7 +112,7 @@ def _starts(bench: JumpBench, candidate: JumpCandidate, base: JumpFit) -> list[J
 
 
 def _pair(bench: JumpBench, one: JumpFit, other: JumpFit) -> JumpFit:
-    """A start of two causes together: the better of either's own fit with half of the other's strength."""
+    """A start of two causes together: the better of either fit with half of the other's strength."""
     p = bench.n_tolerance
     fits = []
     for first, second in ((one, other), (other, one)):

@@ -16,7 +16,7 @@ OF_MOTOR = ("motor", "resistance", "inductance", "friction", "rotor_inertia", "e
 
 @dataclass(frozen=True)
 class JumpTolerances:
-    """Unknowns, standard normal: ``SHARED`` by all trials, then ``OF_MOTOR`` for each of ``motors`` motors."""
+    """Standard normal unknowns: ``SHARED`` by all trials, then ``OF_MOTOR`` for each of ``motors`` motors."""
 
     tolerance: JumpTolerance
     motors: int
@@ -27,7 +27,7 @@ class JumpTolerances:
         return len(SHARED) + self.motors * len(OF_MOTOR)
 
     def at(self, name: str, group: int) -> int:
-        """Place of an unknown."""
+        """Index of an unknown."""
         if name in SHARED:
             return SHARED.index(name)
         return len(SHARED) + group * len(OF_MOTOR) + OF_MOTOR.index(name)
@@ -37,7 +37,7 @@ class JumpTolerances:
         return np.asarray(getattr(self.tolerance, name) * x[self.at(name, group)])
 
     def apply(self, jumps: JumpLanes, x: Array, group: int) -> None:
-        """Change the columns; relative errors enter as exponentials. ``angle`` and ``force`` are the sensors'."""
+        """Change the columns; relative errors enter as exponentials. ``angle`` and ``force`` are sensor errors."""
 
         def factor(name: str) -> Array:
             return np.asarray(np.exp(self.shift(x, name, group)))

@@ -1,4 +1,4 @@
-"""Where the gap lies: shares of the squared residuals above the samples' uncertainty, and the missing torque."""
+"""Location of the gap: shares of the squared residuals above the samples' uncertainty, and the missing torque."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from synth.diagnosis.diagnosis_result import PHASES, THIRDS, Where, shares
 from synth.diagnosis.plants.jumping_leg.jump_data import ANGLE, CURRENT, FORCE, Jump
 from synth.diagnosis.plants.jumping_leg.jump_score import ScoredJump
 
-PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the others are seen at the ground: base
-STILL = 0.2  # of the fastest: the envelope below which the swing has ended
-SMOOTHED = 0.004  # s, half the stretch over which a rate is taken
+PLACES = {ANGLE: "hip", CURRENT: "hip", "supply": "hip"}  # the other channels are measured at the ground: base
+STILL = 0.2  # of the largest speed: envelope below which the swing has ended
+SMOOTHED = 0.004  # s, half the time range over which a rate is computed
 
 
 @dataclass(frozen=True, eq=False)
 class MissingHipTorque:
-    """One trial: ``torque`` (m,) N m that each hip lacks, nan where no plate tells; ``speed`` rad/s, ``phase``."""
+    """One trial: ``torque`` (m,) N m missing at each hip, nan without a plate; ``speed`` rad/s, ``phase``."""
 
     torque: Array
     speed: Array
@@ -29,9 +29,9 @@ class MissingHipTorque:
 
 
 def missing(trial: Jump, before: ScoredJump) -> MissingHipTorque:
-    """By virtual work: the missing ground force times the hips' way a radian of the upper links, half a hip each.
+    """By virtual work: the missing ground force times the hips' motion per radian of the upper links, half per hip.
 
-    The leg's own inertia is left out: it is a hundredth of the body's.
+    The leg's own inertia is neglected: it is a hundredth of the body's.
     """
     angle = trial.measured[ANGLE]
     speed = _rate(trial.time, angle)
@@ -52,7 +52,7 @@ def _rate(time: Array, angle: Array) -> Array:
 
 
 def _phases(trial: Jump, speed: Array) -> NDArray[np.int64]:
-    """Release until the first speed peak, swing until the envelope has fallen, settle until the noise, then rest."""
+    """Release until the first speed peak, swing until the envelope has decayed, settle until the noise, then rest."""
     size = np.abs(speed)
     peak = int(np.argmax(size))
     envelope = np.maximum.accumulate(size[::-1])[::-1]
@@ -63,7 +63,7 @@ def _phases(trial: Jump, speed: Array) -> NDArray[np.int64]:
 
 
 def where(trials: Sequence[Jump], before: Sequence[ScoredJump], lacks: Sequence[MissingHipTorque]) -> Where:
-    """Shares over all scored trials; where nothing is above the noise, evenly."""
+    """Shares over all scored trials; equal if nothing is above the noise."""
     places = {"hip": 0.0, "base": 0.0}
     bins: dict[str, dict[str, float]] = {name: dict.fromkeys(THIRDS, 0.0) for name in
                                          ("speed", "position", "load", "time")}  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the diagnosis of a jumping leg says in words of its own: its causes, its error, how high it rises."""
+"""Messages specific to a jumping leg: causes, errors, heights."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def cause_text(cause: Cause) -> str:
 
 
 def wording(errors: PredictionErrors, held_out: bool) -> ErrorWording:
-    """How the sentence speaks of the upper link's error."""
+    """The words of the sentence for the upper link's error."""
     designed, before, after = (errors.figure(stage) for stage in ("as_designed", "before", "after"))
     return ErrorWording(
         nominal="the design's upper link",
         error="the upper link's error",
         on=scored_on(held_out, "trials"),
-        falls_from=f"{angle(designed)} as designed, {angle(before)} at the tolerances' best,",
+        falls_from=f"{angle(designed)} as designed, {angle(before)} fitted within tolerances,",
         before=before,
         after=after,
         floor=errors.floor,
@@ -33,11 +33,11 @@ def wording(errors: PredictionErrors, held_out: bool) -> ErrorWording:
 
 
 def rise_text(rises: Sequence[Rise]) -> str:
-    """How the predicted rise changes, where a plate tells the measured one."""
+    """How the predicted rise changes, if a plate has measured it."""
     known = [r for r in rises if r.measured and r.as_designed is not None and r.after is not None]
     if not known:
         return ""
     measured, designed, after = (
         100.0 * sum(getattr(r, name) for r in known) / len(known) for name in ("measured", "as_designed", "after")
     )
-    return f" The jumps rise {measured:.2g} cm; as designed {designed:.2g} cm was predicted, with it {after:.2g} cm."
+    return f" The jumps rise {measured:.2g} cm; the design predicts {designed:.2g} cm, the explanation {after:.2g} cm."

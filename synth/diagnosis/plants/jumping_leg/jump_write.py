@@ -1,4 +1,4 @@
-"""A diagnosis of a jumping leg as files: gap.json, what was predicted, and where torque is missing."""
+"""Files of a jumping leg's diagnosis: gap.json, predictions, and the missing torque."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from synth.files.output import place, stems, write_csv, write_json
 from synth.jump.effects import motor_effect_named
 from synth.units import factor, quantity
 
-NAMES = {ANGLE: "hip"}  # the encoder sits there; other channels keep their name
+NAMES = {ANGLE: "hip"}  # place of the encoder; other channels keep their name
 UNITS = {ANGLE: "deg", "ground force": "N", "current": "A", "supply": "V", "pitch": "deg", "foot slide": "mm"}
-ANGLES = {"angle": "deg", "stop": "deg", "crouch": "deg", "start": "ms"}  # tolerances that are no shares
+ANGLES = {"angle": "deg", "stop": "deg", "crouch": "deg", "start": "ms"}  # tolerances that are not relative
 
 
 def write_gap(result: JumpGapResult, project: HopperGapProject, folder: Path) -> None:
-    """Write everything but the page into ``folder``."""
+    """Write everything except the page into ``folder``."""
     names = stems([trial.name for trial in result.gaps.trials])
     (folder / "predicted").mkdir()
     (folder / "where").mkdir()
@@ -36,7 +36,7 @@ def write_gap(result: JumpGapResult, project: HopperGapProject, folder: Path) ->
 
 
 def predicted_columns(trial: Jump, stages: dict[str, ScoredJump]) -> dict[str, Array]:
-    """Time, and a channel as measured beside the nominal leg at its best and with the explanation in."""
+    """Time, and each channel as measured, with the nominal leg's best fit and with the explanation."""
     columns: dict[str, Array] = {"time [s]": trial.time}
     for channel, measured in trial.measured.items():
         name, unit = NAMES.get(channel, channel), UNITS[channel]
@@ -65,7 +65,7 @@ def _where_columns(result: JumpGapResult, i: int) -> dict[str, Array]:
 
 
 def gap_json(result: JumpGapResult, project: HopperGapProject, names: list[str]) -> dict[str, Any]:
-    """The content of ``gap.json``: the diagnosis, then what it rests on; ``names``: a file name a scored trial."""
+    """The content of ``gap.json``: the diagnosis, then its input; ``names``: file name of each scored trial."""
     document = result.as_json()
     document["gap"]["joints"] = {"hip": {stage: document["gap"][stage] for stage in STAGES}}
     return {

@@ -23,18 +23,18 @@ from synth.swing.leg_lanes import has_direction, turned_to_rotation
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia
 
-LEAST_ANGLE = 0.02  # rad, a degree: natural size of a joint that hardly moves
+LEAST_ANGLE = 0.02  # rad, about a degree: natural size of a joint that hardly moves
 RECIPROCAL = 2.0  # times the pace: the reciprocal of a sinusoid's angular frequency, see ``motion.pace``
 
 
 @dataclass(frozen=True)
 class NaturalSizes:
-    """A joint's natural sizes, from its motion: by them a prior fits a flea's leg and an elephant's.
+    """A joint's natural sizes from its motion, so that priors scale with the size of the leg.
 
     ``angle`` (n,) rad and ``speed`` (n,) rad/s, amplitudes; ``torque`` (n,) N m, see ``_torques``; ``force`` N, the
-    leg's weight, or what moves it where there is none; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
-    motion's range, ``half`` (n,) its half width, both in the sense of q; ``time`` s, the reciprocal of the fastest
-    frequency of the trials; ``damping`` (n,) N m s/rad of the dampers as designed; ``mass`` kg of
+    leg's weight, or the driving force without gravity; ``length`` (n,) m of the link; ``middle`` (n,) rad of the
+    motion's range, ``half`` (n,) its half width, both in the sense of q; ``time`` s, the reciprocal of the highest
+    frequency of the trials; ``damping`` (n,) N m s/rad of the designed dampers; ``mass`` kg of
     the whole leg.
     """
 
@@ -102,7 +102,7 @@ def scales(leg: Leg, trials: Sequence[AngleTrial]) -> NaturalSizes:
 
 
 def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
-    """(n,) True where a free joint has neither spring nor gravity to hold it to a rest: it deflects from nowhere."""
+    """(n,) True for a free joint without spring or gravity, which has no reference for its deflection."""
     hanging = coefficients(leg).gravity
     return np.array(
         [j in free and rate <= 0.0 and not hanging[j:].any() for j, rate in enumerate(leg.spring_rate.tolist())]
@@ -110,14 +110,14 @@ def _unsprung(leg: Leg, free: AbstractSet[int]) -> Mask:
 
 
 def _torques(leg: Leg, angle: Array, half: Array, speed: Array, known: Array) -> Array:
-    """(n,) N m, natural torque of each joint: the largest of what moves it.
+    """(n,) N m, natural torque of each joint: the largest of its driving torques.
 
-    Spring and gravity at its deflection, gravity at most as of the link held level; the ``known`` torque; the inertia
-    that it carries times its acceleration ``speed^2 / half``. Where a spring moves the joint that is what the spring
-    does, so of the inertia's half is taken: the spring's is the surer, since it asks for no speed.
+    Spring and gravity at its deflection, gravity at most that of a horizontal link; the ``known`` torque; the outboard
+    inertia times the acceleration ``speed^2 / half``. For a joint moved by its spring these two are equal,
+    so half of the inertia's is used: the spring's is more reliable, because it needs no speed.
     """
     found = coefficients(leg)
-    hanging = np.cumsum(found.gravity[::-1])[::-1]  # what gravity adds to the springs' stiffness
+    hanging = np.cumsum(found.gravity[::-1])[::-1]  # gravity's contribution to the stiffness
     static = leg.spring_rate * angle + hanging * np.minimum(angle, 0.5 * np.pi)
     return np.asarray(np.maximum(np.maximum(static, known), 0.5 * outboard_inertia(leg) * speed**2 / half))
 
@@ -142,32 +142,32 @@ class Candidate(ShapedEffect):
 
     @property
     def key(self) -> Key:
-        """Effect and place, as the files name them."""
+        """Effect and place, as named in files."""
         return self.effect.name, "base" if self.effect.where == "base" else self.leg.joints[self.joint].name
 
     @property
     def links(self) -> int:
-        """How many links it adds: one for each way in which a structure gives."""
+        """Number of links it adds: one per compliant direction of a structure."""
         ways = {*self.shape.free, *self.shape.held} & {*self.effect.strengths}
         return len(ways) if self.effect.way == "structure" else 0
 
     @property
     def nearly_linear(self) -> bool:
-        """What changes the leg's numbers or the readings."""
+        """The change of the leg's numbers or the readings."""
         return self.effect.way in ("leg", "reading")
 
     @property
     def is_compliance(self) -> bool:
-        """A structure that gives."""
+        """A compliant structure."""
         return self.effect.way == "structure"
 
     def stands_beside(self, others: Sequence[ShapedEffect]) -> bool:
-        """One place holds one structure and one dry friction; and the engine has no more than so many links."""
+        """Each place has at most one structure and one dry friction; the engine limits the number of links."""
         links = len(self.leg.joints) + sum(each.links for each in (*others, self))
         return links <= MOST_LINKS and all(compatible(other, self) for other in others)
 
     def natural_size(self, parameter: Parameter) -> float:
-        """By the joint's motion, see ``NaturalSizes``."""
+        """From the joint's motion, see ``NaturalSizes``."""
         return self.scales.of(parameter.unit, self.joint) if parameter.natural else 1.0
 
     def in_units(self, parameter: Parameter, value: Array) -> Array:
@@ -179,7 +179,7 @@ class Candidate(ShapedEffect):
         return np.asarray(middle + value * self.scales.half[self.joint])
 
     def in_rotation(self, x: Array) -> Array:
-        """As ``values``, turned to the sense of q where direction matters."""
+        """Like ``values``, converted to the sense of q where direction matters."""
         values = self.values(x)
         if not has_direction(self.effect):
             return values
@@ -189,7 +189,7 @@ class Candidate(ShapedEffect):
 
 
 def compatible(first: ShapedEffect, second: ShapedEffect) -> bool:
-    """One cause is not counted twice, and one place holds one structure and one dry friction."""
+    """No cause is counted twice; each place has at most one structure and one dry friction."""
     if first.key == second.key:
         return False
     if first.key[1] != second.key[1] or not (isinstance(first, Candidate) and isinstance(second, Candidate)):
@@ -199,7 +199,7 @@ def compatible(first: ShapedEffect, second: ShapedEffect) -> bool:
 
 
 def _met(needs: Sequence[str], there: AbstractSet[str]) -> bool:
-    """Whether one of what is needed is there, or nothing is needed."""
+    """Whether one of the required properties is present, or none is required."""
     return not needs or not there.isdisjoint(needs)
 
 
@@ -223,11 +223,11 @@ def _present(leg: Leg, joint: int, trials: Sequence[AngleTrial]) -> AbstractSet[
 
 
 def candidates(leg: Leg, trials: Sequence[AngleTrial], found: NaturalSizes) -> list[Candidate]:
-    """Every effect at every place where it could act and show, in every shape."""
+    """Every effect at every place where it could act and be visible, in every shape."""
     free = sorted({j for trial in trials for j in trial.free})
     made = []
     for effect in registered():
-        # What a link weighs shows where it moves: at a free joint, or beyond one.
+        # A link's mass is visible where it moves: at a free joint or outboard of one.
         first = min(free, default=0) if effect.way == "leg" else 0
         places = range(first, len(leg.joints)) if effect.shows_locked else free
         for joint in [0] if effect.where == "base" else places:

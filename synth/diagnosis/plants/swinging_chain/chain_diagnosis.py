@@ -1,4 +1,4 @@
-"""The diagnosis of a swinging chain: its adapter to ``synth.diagnosis.diagnose``, and the whole from end to end."""
+"""The diagnosis of a swinging chain: adapter to ``synth.diagnosis.diagnose``, and the complete run."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
 MOST_LEARNT = 200  # trials: what is common to them is then known 14 times as well as from one; .5 s of a processor each
-EFFECTIVE = 50.0  # samples a trial and joint that count as independent, see Workbench
+EFFECTIVE = 50.0  # samples per trial and joint that count as independent, see Workbench
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that the stages of a diagnosis share."""
+    """The data that all stages of a diagnosis share."""
 
     leg: Leg
     tolerances: Tolerances
@@ -67,7 +67,7 @@ class Scene:
 
     @property
     def scored(self) -> tuple[AngleTrial, ...]:
-        """The trials that the gap's figures are taken on."""
+        """The trials used for the figures of the gap."""
         return self.held or self.given
 
 
@@ -86,14 +86,14 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         )
 
     def search(self, say: Callable[[str], None]) -> Hypotheses[EvaluatedHypothesis]:
-        """Every effect at every place where it could show, alone and with others."""
+        """Every effect at every place where it could be visible, alone and with others."""
         leg, given = self.scene.leg, self.scene.given
         found = search(self.bench, candidates(leg, given, scales(leg, given)), say)
         say("trials left out")
         return with_unseen(self.bench, found)
 
     def designed(self) -> EvaluatedHypothesis:
-        """The nominal leg to the letter."""
+        """The unchanged nominal leg."""
         return EvaluatedHypothesis((), np.zeros(self.n_tolerance), ())
 
     def normal(self, fit: EvaluatedHypothesis) -> LinearisedNormal:
@@ -101,11 +101,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return self.bench.normal(fit)
 
     def bounds(self, fit: EvaluatedHypothesis) -> tuple[Array, Array]:
-        """Least and greatest unknowns."""
+        """Bounds of the unknowns."""
         return self.bench.bounds(fit.hypothesis)
 
     def predict(self, fit: EvaluatedHypothesis, trials: Sequence[AngleTrial]) -> tuple[Array, ...]:
-        """Rotations (m, n) rad in the sense of q, from the initial states that fit best."""
+        """Rotations (m, n) rad in the sense of q, with the best-fitting initial states."""
         begun = [at_edges(trial, self.scene.coarse, self.scene.usual) for trial in trials]
         return tuple(prediction for prediction, _ in score(self.bench, fit, begun))
 
@@ -119,7 +119,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return left_where(self.scene.leg, self.scored, predicted, self.scene.usual)
 
     def freely(self, found: Hypotheses[EvaluatedHypothesis]) -> HeldOutError | None:
-        """What the free torque that helps most leaves."""
+        """The remainder with the most effective free torque."""
         torques = self.free_torques(found.none.fit)
         return torques[0].unseen if torques else None
 
@@ -128,16 +128,16 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return squares(self.scored, predicted)
 
     def samples(self) -> tuple[Array, Array]:
-        """Samples that count, and what the noise alone would sum to."""
+        """Samples that count, and the sum expected from noise alone."""
         counts = squares(self.scored, [np.ones_like(t.measured) + t.measured for t in self.scored])
         return counts, squares(self.scored, [t.measured + self.scene.usual for t in self.scored])
 
     def with_direct_causes(self, judged: Judged[EvaluatedHypothesis]) -> Judged[EvaluatedHypothesis]:
-        """The verdict with coarse counts in."""
+        """The verdict with coarse counts included."""
         return with_counts(judged, len(self.scene.coarse) > 0)
 
     def remarks(self, stages: StagePredictions[EvaluatedHypothesis, Array]) -> tuple[str, ...]:
-        """Trials that the nominal leg at its best misses by far more than the others."""
+        """Trials whose error by the nominal leg's best fit is far larger than the others'."""
         rms = []
         for trial, predicted in zip(self.scored, stages.before, strict=True):
             squared = np.where(trial.counts, (predicted - trial.measured) ** 2, 0.0).sum(axis=0)
@@ -146,11 +146,11 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return tuple(odd_trials(names, self.scene.leg.joint_names, np.array(rms)))
 
     def doubts(self, found: Hypotheses[EvaluatedHypothesis], judged: Judged[EvaluatedHypothesis]) -> tuple[str, ...]:
-        """Recordings that the verdict hangs on."""
+        """Recordings that the verdict depends on."""
         return hangs_on(self.bench, found, judged, self.calibration, self.freely(found)).warnings()
 
     def wording(self, errors: PredictionErrors) -> ErrorWording:
-        """How the sentence speaks of the errors."""
+        """The words of the sentence for the errors."""
         before, after = errors.figure("before"), errors.figure("after")
         return ErrorWording(
             nominal="the nominal leg",
@@ -171,7 +171,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return in_words(cause, plain, self.scene.leg, self.scene.tolerances)
 
     def free_torques(self, nominal: EvaluatedHypothesis) -> tuple[FreeTorque, ...]:
-        """Torques of free shape beside the nominal leg at its best, taken once."""
+        """Free-form torques with the nominal leg's best fit, computed once."""
         if self._free is None:
             leg, sizes = self.scene.leg, scales(self.scene.leg, self.scene.given)
             at_best = self.scene.tolerances.leg(leg, nominal.unknowns)
@@ -179,7 +179,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return self._free
 
     def addendum(self, verdict: Verdict, stages: StagePredictions[EvaluatedHypothesis, Array]) -> str:
-        """Where and in what torque is missing, if no effect of the library explains it."""
+        """Place and shape of the missing torque, if no effect of the library explains it."""
         return described(self.free_torques(stages.fits[1])) if verdict == "unknown" else ""
 
     def short_text(self, cause: Cause) -> str:
@@ -195,15 +195,15 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return forecast(self.bench, fit, trial, covariance)
 
     def worse(self, errors: PredictionErrors) -> tuple[str, ...]:
-        """A warning where the explanation, good on the trials that it rests on, predicts scored ones no better."""
+        """A warning if the explanation fits its own trials but predicts scored ones no better."""
         before, after = errors.squares["before"].sum(axis=1), errors.squares["after"].sum(axis=1)
         names = [trial.recording.name for trial, b, a in zip(self.scored, before, after, strict=True) if a > 1.1 * b]
         if not names:
             return ()
         return (
-            f"{', '.join(names)}: predicted no better with the explanation than without. Either the trials to learn "
-            "from do not fix what matters there (a tip mass shows the leg's overall mass, a tilt its gravity), or "
-            "something else is at work; add a trial of that kind to learn from",
+            f"{', '.join(names)}: predicted no better with the explanation than without. Either the training trials "
+            "do not determine what matters there (a tip mass shows the leg's total mass, a tilt its gravity), or "
+            "another effect is present; add a training trial of that kind",
         )
 
 
@@ -217,16 +217,16 @@ def diagnose(
     accuracy: float = 0.0,
     progress: Callable[[str], None] | None = None,
 ) -> GapResult:
-    """Say what the built leg does that the nominal one does not.
+    """Find how the built leg differs from the nominal one.
 
     Parameters
     ----------
     leg : as designed; every joint has a spring (its rate may be zero).
-    trials : what the built leg did; those held out take no part but in scoring.
-    tolerance : one standard deviation of what manufacturing and measuring leave open.
-    noise : joint -> RMS that its sensor is known to scatter by, rad; estimated from the readings where it is not given.
-    accuracy : rad; a gap below it does not matter.
-    progress : told what is being done.
+    trials : recordings of the built leg; held-out ones are used for scoring only.
+    tolerance : standard deviations of manufacturing and measurement.
+    noise : joint -> known RMS noise of its sensor, rad; estimated from the readings if not given.
+    accuracy : rad; a smaller gap does not matter.
+    progress : called with the current stage.
 
     Raises
     ------
@@ -239,7 +239,7 @@ def diagnose(
     stages, errors, judged = findings.stages, findings.stages.errors, findings.judged
     tolerances = scene.tolerances
     nominal = tolerances.leg(leg, findings.found.none.fit.unknowns)
-    # What the accepted effects do is missing from the leg without them, not from one whose dampers stand in for them.
+    # The torque of accepted effects is missing from the leg without them, not from one whose dampers replace them.
     bare = tolerances.leg(leg, findings.best.unknowns[: tolerances.size])
     missing = [missing_torque(bare, trial) for trial in scene.scored]
     return GapResult(
@@ -263,7 +263,7 @@ def diagnose(
 def scene_of(
     leg: Leg, trials: Sequence[Trial], tolerance: Tolerance, seed: int, noise: Mapping[str, float] | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
-    """Trials prepared, copies struck out, noise and counts estimated; ``noise`` : what is known of a joint's, rad."""
+    """Prepared trials without copies, with noise and counts; ``noise`` : a joint's known noise, rad."""
     made = recordings(leg, trials, ())
     warnings = list(thinned_sentences(made))
     twice = copies(made, [trial.held_out for trial in trials])
@@ -274,7 +274,7 @@ def scene_of(
     prepared = [angle_trial(recording, held) for recording, held in kept]
     learnt, spare = spread([trial for trial in prepared if not trial.held_out], MOST_LEARNT)
     if not learnt:
-        raise UserError("every trial is held out; at least one must be there to learn from")
+        raise UserError("every trial is held out; at least one training trial is needed")
     if spare:
         warnings.append(
             f"{len(learnt)} of {len(learnt) + len(spare)} trials, one of each kind and the rest spread evenly, are "
@@ -294,7 +294,7 @@ def scene_of(
 
 
 def _blamed(judged: Judged[EvaluatedHypothesis], leg: Leg) -> dict[str, float]:
-    """Joint -> probability that a cause sits there."""
+    """Joint -> probability that it has a cause."""
     found: dict[str, float] = {}
     for item, probability in judged.singles:
         joint = item.keys[0][1]

@@ -1,4 +1,4 @@
-"""Errors of scored trials' predictions, and the trials as report and files have them."""
+"""Prediction errors of scored trials, and the trials for report and files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from synth.swing.leg_model import Leg
 
 
 def squares(trials: Sequence[AngleTrial], predicted: Sequence[Array]) -> Array:
-    """(n_trial, BLOCKS) summed squared misses."""
+    """(n_trial, BLOCKS) summed squared errors."""
     found = np.zeros((len(trials), BLOCKS))
     for i, (trial, prediction) in enumerate(zip(trials, predicted, strict=True)):
         away = np.where(np.isfinite(prediction), prediction - trial.measured, np.pi)

@@ -1,4 +1,4 @@
-"""Trials of a swinging chain that could be made next, and what a hypothesis predicts of them."""
+"""Possible next trials of a swinging chain, and their prediction by a hypothesis."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 from synth.units import write
 
-LENGTH, RATE = 3.0, 100.0  # s and samples a second of an imagined trial
-RAMP = 0.7  # of the torque that holds the widest release so far: a slow torque stays within what the joint has seen
+LENGTH, RATE = 3.0, 100.0  # s and samples per second of an imagined trial
+RAMP = 0.7  # of the torque that holds the widest release so far: the ramp stays within the observed range
 TILT = np.radians(30.0)  # rad, of the base in a suggested trial
 
 
 def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
-    """Releases of other sizes and sides, joints locked, a mass at the tip, the base tilted, a slow ramp of torque.
+    """Releases of other sizes and sides, locked joints, a tip mass, a tilted base, a slow torque ramp.
 
-    Of a leg that is driven by servos: commands to follow.
+    For a servo-driven leg: commands to follow.
     """
     if has_servo(leg, trials):
         return command_menu(leg, bench, trials)
@@ -51,9 +51,9 @@ def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuI
         return MenuItem(what, entry, _imagined(leg, bench.noise, release, conditions, ramp), angles, torque)
 
     made = [
-        item("a release a third as large", 0.33, {}, plain),
-        item("a release as large as the largest so far", 1.0, {}, plain),
-        item("a release half as large again as the largest so far", 1.5, {}, plain),
+        item("a release of one third of the amplitude", 0.33, {}, plain),
+        item("a release of the largest amplitude so far", 1.0, {}, plain),
+        item("a release of 1.5 times the largest amplitude so far", 1.5, {}, plain),
         item("a release from the other side", -1.0, {}, plain),
     ]
     n, names = len(leg.joints), leg.joint_names
@@ -79,7 +79,7 @@ def menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuI
 
 
 def _within(leg: Leg, rotation: Array) -> Array:
-    """The pose inside the joints' travel where the leg file gives one."""
+    """The pose within the joints' travel, if the leg file gives one."""
     measured = leg.to_measured(rotation)
     for j, joint in enumerate(leg.joints):
         if joint.range is not None:
@@ -108,7 +108,7 @@ def _imagined(
 
 
 def forecast(bench: Workbench, fit: EvaluatedHypothesis, trial: AngleTrial, covariance: Array) -> TrialForecast | None:
-    """Prediction and its uncertainty, whitened by the noise; its initial state is free. None where it diverges."""
+    """Prediction and its uncertainty, whitened by the noise; initial state free. None if it diverges."""
     state = np.concatenate([trial.measured[0], np.zeros(trial.measured.shape[1])])
     count = len(fit.unknowns)
     prediction, slopes = bench.slopes(trial, fit, state, range(count))

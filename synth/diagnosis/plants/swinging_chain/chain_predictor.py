@@ -1,4 +1,4 @@
-"""Readings of hypothetical legs: tolerances, effects and states in, what each encoder would have told out."""
+"""Encoder readings of hypothetical legs, from tolerances, effects and initial states."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
 
 Places = NDArray[np.intp]
-_Placed = tuple[Candidate, Array, Places]  # with its unknowns, or what they stand for, in these lanes
+_Placed = tuple[Candidate, Array, Places]  # with its unknowns, or their values, in these lanes
 TOLERANCE = 1e-6  # of the integrator, rad: a 16-bit encoder resolves 1e-4
-STEPS = 12_000  # of one trajectory, then it is given up
+STEPS = 12_000  # of one trajectory before it is aborted
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Predictor:
 
     @property
     def open_tolerances(self) -> list[int]:
-        """Those of them that are not held at their nominal value."""
+        """Number of tolerance unknowns that are not fixed."""
         return np.flatnonzero(self.tolerances.width.reshape(-1) > 0.0).tolist()
 
     def coarser(self, tolerance: float) -> Predictor:
@@ -51,7 +51,7 @@ class Predictor:
         return replace(self, tolerance=tolerance)
 
     def groups(self, hypotheses: Sequence[Hypothesis], widths: Sequence[int]) -> list[list[int]]:
-        """Places of the blocks that step together: of one structure, and at most sixteen lanes."""
+        """Indices of blocks that step together: of equal structure, at most sixteen lanes."""
         kinds: dict[tuple[tuple[str, int], ...], list[int]] = {}
         for index, hypothesis in enumerate(hypotheses):
             kinds.setdefault(_kind(hypothesis), []).append(index)
@@ -62,10 +62,10 @@ class Predictor:
         return made
 
     def predict(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """(m, n, n_lane) rad in the sense of q for each block; nan where the motion diverged.
+        """(m, n, n_lane) rad in the sense of q for each block; nan if the motion diverged.
 
-        Blocks of the same structure step together where they fit into sixteen lanes; where one takes the others with
-        it, since it diverges or turns over without end, each goes alone.
+        Blocks of equal structure step together as far as sixteen lanes allow; if one makes the others fail
+        because it diverges or never stops turning, each is simulated alone.
         """
         result: list[Array | None] = [None] * len(blocks)
         hypotheses, widths = [block.hypothesis for block in blocks], [block.unknowns.shape[1] for block in blocks]
@@ -75,7 +75,7 @@ class Predictor:
         return [found for found in result if found is not None]
 
     def together(self, trial: AngleTrial, blocks: Sequence[Block]) -> list[Array]:
-        """As ``predict``, for one of the ``groups``."""
+        """Like ``predict``, for one of the ``groups``."""
         found = self._together(trial, blocks)
         if len(blocks) > 1 and not np.all(np.isfinite(found[0][-1])):
             found = [self._together(trial, [block])[0] for block in blocks]
@@ -100,7 +100,7 @@ class Predictor:
                 readings.append((candidate, candidate.values(x), lanes))
             else:
                 pending.append((candidate, candidate.values(x), lanes))
-        for j in trial.recording.conditions.locked:  # the joint was held where its reading was that of the trial
+        for j in trial.recording.conditions.locked:  # the joint was locked at the trial's reading
             read = trial.recording.rotation[0, j]
             held = np.full(total, read)
             for _ in range(3 if any(candidate.joint == j for candidate, _, _ in readings) else 0):
@@ -139,19 +139,19 @@ class Predictor:
 
     @cached_property
     def _designed(self) -> dict[int, tuple[Leg, LegLanes]]:
-        """What ``_designed_of`` has made."""
+        """The cached result of ``_designed_of``."""
         return {}
 
     def _designed_of(self, leg: Leg) -> LegLanes:
-        """A leg as designed in every lane; copied, since what is made of it is changed in place."""
+        """The designed leg in every lane; a copy, because it is modified in place."""
         if id(leg) not in self._designed:
             self._designed[id(leg)] = leg, LegLanes.of(leg, LANES)
         return self._designed[id(leg)][1]
 
     def _gathered(self, blocks: Sequence[Block]) -> list[_Placed]:
-        """Every candidate once, with its unknowns (size, n_lane) in all the lanes that it is in.
+        """Each candidate once, with its unknowns (size, n_lane) in all of its lanes.
 
-        Once for each place that it takes in a hypothesis, in the order of these: a reading is shifted, then scaled.
+        Once for each of its positions in a hypothesis, in that order: a reading is shifted, then scaled.
         """
         found: dict[tuple[int, int], tuple[Candidate, list[Array], list[Places]]] = {}
         first = 0
@@ -173,7 +173,7 @@ class Predictor:
         rotation: Array,
         rate: Array,
     ) -> Array:
-        """One joint's rotation (m, n_lane) as its encoder tells it."""
+        """One joint's rotation (m, n_lane) as read by its encoder."""
         told = rotation.copy()
         hinge = self.leg.joints[joint]
         time = trial.time if len(rotation) == len(trial.time) else np.array([0.0, 1.0])
@@ -190,7 +190,7 @@ def _chain(hypothesis: Hypothesis) -> tuple[Candidate, ...]:
 
 
 def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
-    """What legs that step together must have in common: structures, and memories joint by joint."""
+    """The properties that legs stepping together must share: structures, and memories joint by joint."""
     found = set()
     for candidate in _chain(hypothesis):
         if candidate.effect.way == "structure":
@@ -201,9 +201,9 @@ def _kind(hypothesis: Hypothesis) -> tuple[tuple[str, int], ...]:
 
 
 def _cost(hypothesis: Hypothesis) -> tuple[bool, list[str]]:
-    """Orders blocks so that the lanes of a group ask for the same: what one asks for is computed for all.
+    """Sort key of blocks: lanes of a group should need the same effects, because each is computed for all.
 
-    The bearing force costs most, then each effect more.
+    The bearing force costs most, then each further effect.
     """
     load = any(_by_load(candidate) for candidate in _chain(hypothesis))
     return load, sorted(candidate.effect.name for candidate in hypothesis)
@@ -216,7 +216,7 @@ def _by_load(candidate: Candidate) -> bool:
 
 
 def _packed(widths: Sequence[int]) -> list[list[int]]:
-    """Blocks into groups of at most sixteen lanes, first fit in order."""
+    """Blocks in groups of at most sixteen lanes, first fit in order."""
     groups: list[list[int]] = []
     room: list[int] = []
     for index, width in enumerate(widths):
@@ -252,7 +252,7 @@ def _put(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> 
 
 
 def _change(legs: LegLanes, candidate: Candidate, values: Array, lanes: Places) -> None:
-    """Change the leg's numbers in some of the lanes; elsewhere by nothing."""
+    """Change the leg's numbers in some of the lanes only."""
     wide = np.zeros((len(values), legs.n_lane))
     wide[:, lanes] = values
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *wide)
@@ -263,7 +263,7 @@ def _place(candidate: Candidate) -> tuple[str, int]:
 
 
 def _departures(blocks: Sequence[Block], n: int, total: int) -> dict[tuple[str, int], Array]:
-    """Of each structure, how far its links are from where they would start if held (2 m, n_lane), see ``Block``."""
+    """For each structure, the displacement of its links from the held position (2 m, n_lane), see ``Block``."""
     found: dict[tuple[str, int], Array] = {}
     first = 0
     for block in blocks:
@@ -284,7 +284,7 @@ def _extended(
     departures: Mapping[tuple[str, int], Array],
     state: Array,
 ) -> tuple[LegLanes, Array, Array]:
-    """The chain with the links that structure effects add, its rotations and rates (n_link, n_lane) at the start."""
+    """The chain including links of structure effects; initial rotations and rates (n_link, n_lane)."""
     n, total = len(state) // 2, state.shape[1]
     rotation, rate = state[:n], state[n:]
     for place in departures:

@@ -1,4 +1,4 @@
-"""What the diagnosis of a swinging chain found, and how it writes itself."""
+"""The result of a swinging chain's diagnosis, and its JSON."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ from synth.units import quantity
 
 @dataclass(frozen=True)
 class TrialGap:
-    """One trial: measured angles in rad beside the nominal leg to the letter, at its best, and with the explanation.
+    """One trial: measured angles in rad with the predictions of the unchanged nominal leg, of its best fit, and
+    with the explanation.
 
-    ``time`` (m,) s; ``measured`` (m, n), nan where no sample counts; ``as_designed``, ``before``, ``after`` (m, n);
-    ``missing_torque`` (m, n) N m, that the nominal leg at its best lacks to have moved as measured (nan where it is
-    not known), ``speed`` (m, n) rad/s and ``deflection`` (m, n) rad from the free angle; ``phase`` (m,) index into
-    ``PHASES``. ``scored`` : the gap's figures are taken on it. ``alone`` : label of a single cause -> (m, n) rad with
-    just that cause in, of the likeliest.
+    ``time`` (m,) s; ``measured`` (m, n), nan for samples that do not count; ``as_designed``, ``before``, ``after``
+    (m, n);
+    ``missing_torque`` (m, n) N m, needed by the nominal leg's best fit to move as measured (nan if
+    unknown), ``speed`` (m, n) rad/s and ``deflection`` (m, n) rad from the free angle; ``phase`` (m,) index into
+    ``PHASES``. ``scored`` : used for the figures of the gap. ``alone`` : label of a single cause -> (m, n) rad with
+    only that cause, for the most probable ones.
     """
 
     name: str
@@ -43,18 +45,19 @@ class TrialGap:
     alone: Mapping[str, Array] = field(default_factory=dict)
 
 
-Over = Literal["deflection", "speed"]  # what a free torque depends on
+Over = Literal["deflection", "speed"]  # independent variable of a free torque
 
 
 @dataclass(frozen=True)
 class FreeTorque:
-    """A torque of free shape at one joint.
+    """A free-form torque at one joint.
 
-    ``over`` : what its hats depend on. ``place`` (k,) their middles, rad from the free angle or rad/s, in the measured
-    angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 where they are over speed; ``torque`` (k,) N m in that
+    ``over`` : its independent variable. ``place`` (k,) centres of its hat functions, rad from the free angle or
+    rad/s, in the measured
+    angle's sense; ``direction`` (k,) of motion, +1 or -1, 0 over speed; ``torque`` (k,) N m in that
     sense, ``low`` and ``high`` its 90 % interval by leaving out one trial after the other (jackknife).
-    ``taken`` : share of the error's RMS above the noise that it takes away on trials that took no part; ``unseen`` :
-    what it leaves there.
+    ``taken`` : share of the error's RMS above the noise that it removes on left-out trials; ``unseen`` :
+    the error that remains there.
     """
 
     joint: str
@@ -89,9 +92,10 @@ class GapResult(Diagnosis):
     """The whole diagnosis of a swinging leg.
 
     ``as_designed``, ``before``, ``after``, ``noise_floor`` : RMS angle errors in rad over joints and samples of the
-    ``scored_on`` trials. ``noise`` : joint -> its noise, rad. ``best_possible`` : RMS that the best set of effects of
-    the library reaches there, however unlikely. ``warnings`` : what the data themselves leave in doubt.
-    ``diagnosed`` : the nominal leg with the explanation in. ``free_torque`` : what is missing, whatever its cause.
+    ``scored_on`` trials. ``noise`` : joint -> noise, rad. ``best_possible`` : RMS with the best set of effects of
+    the library, regardless of probability. ``warnings`` about the data.
+    ``diagnosed`` : the nominal leg with the explanation applied. ``free_torque`` : the missing torque, regardless
+    of its cause.
     """
 
     leg: Leg

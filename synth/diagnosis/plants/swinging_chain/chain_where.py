@@ -1,4 +1,4 @@
-"""Where the gap lies: the torque that the model lacks joint by joint, and the error by phase, speed, position, load."""
+"""Location of the gap: missing torque joint by joint, and the error by phase, speed, position and load."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
-WINDOW = 8 / 3  # of the smoothing's width, of the bumps that stand in for the second derivative
+WINDOW = 8 / 3  # of the smoothing's width, width of the test functions that replace the second derivative
 SWING_END = 0.2  # of the release's envelope
 Phases = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class MissingTorque:
-    """``time`` (w,) s of the windows' middles, ``torque`` (w, n) N m on q that the model lacks to move as recorded."""
+    """``time`` (w,) s, centres of the windows; ``torque`` (w, n) N m on q that the model lacks to move as recorded."""
 
     time: Array
     torque: Array
 
 
 def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
-    """Torque on each joint that the leg as given lacks, averaged over short windows.
+    """Torque on each joint that the given leg lacks, averaged over short windows.
 
-    Momentum outboard of a joint changes by the joint's own torque and known forces alone, so that a neighbour's missing
-    torque does not show here. In the weak form (bump times equation, integrated by parts; see ``fit.weak_form``) no
-    second derivative of a recording is taken. A trial that was made with a leg of its own is held against that one, as
+    The momentum outboard of a joint changes only by the joint's own torque and known forces, so a neighbour's missing
+    torque is not visible here. The weak form (test function times equation, integrated by parts; see ``fit.weak_form``)
+    needs no second derivative of a recording. A trial with its own leg is compared with that leg as
     designed.
     """
     leg = trial.recording.leg or leg
@@ -64,7 +64,7 @@ def missing_torque(leg: Leg, trial: AngleTrial) -> MissingTorque:
 
 
 def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
-    """(n_time, n) N m of springs and dampers along a motion; effects that the leg's file holds are not among them."""
+    """(n_time, n) N m of springs and dampers along a motion; effects of the leg file are not included."""
     torque = np.zeros_like(angle)
     for j, joint in enumerate(leg.joints):
         spring = joint.spring.rate if joint.spring else 0.0
@@ -77,7 +77,7 @@ def _joint_torques(leg: Leg, angle: Array, rate: Array) -> Array:
 
 
 def rate_noise(smoothed: Smoothed, noise: Array) -> Array:
-    """Standard deviation (n,) rad/s of the smoothed rates that readings' ``noise`` (n,) rad makes, see ``smooth``."""
+    """Standard deviation (n,) rad/s of the smoothed rates due to noise (``noise`` (n,) rad), see ``smooth``."""
     step = float(np.median(np.diff(smoothed.time)))
     half = odd_points(smoothed.width, step) // 2
     inverse = np.linalg.pinv(np.vander(np.arange(-half, half + 1.0), 4, increasing=True))
@@ -87,8 +87,8 @@ def rate_noise(smoothed: Smoothed, noise: Array) -> Array:
 def phases(trial: AngleTrial, noise: Array) -> Phases:
     """(m,) index into ``PHASES`` of a trial's samples.
 
-    The envelope at a time is the largest distance from the last pose that any joint has from then on; ``settle`` ends
-    where no joint's speed rises above its own noise any more.
+    The envelope at a time is the largest later distance of any joint from the last pose; ``settle`` ends
+    when every joint's speed stays below its own noise.
     """
     smoothed = trial.recording.smoothed
     free, time = trial.free, smoothed.time
@@ -98,7 +98,7 @@ def phases(trial: AngleTrial, noise: Array) -> Phases:
     reach = np.maximum(away.max(axis=0), 1e-9)
     envelope = np.maximum.accumulate((away / reach)[::-1], axis=0)[::-1].max(axis=1)
     speed = np.abs(smoothed.rate[:, free])
-    floor = 3.5 * rate_noise(smoothed, noise[free])  # of some thousand samples none by chance
+    floor = 3.5 * rate_noise(smoothed, noise[free])  # none of some thousand samples exceeds it by chance
     first_peak = int(np.argmax(_first_peaks(speed)))
     moving = np.flatnonzero(np.any(speed > floor, axis=1))
     rest = int(moving[-1]) + 1 if len(moving) else 0
@@ -112,7 +112,7 @@ def phases(trial: AngleTrial, noise: Array) -> Phases:
 
 
 def _first_peaks(speed: Array) -> NDArray[np.bool_]:
-    """(n_time,) True from the first local peak of the fastest joint's speed on."""
+    """(n_time,) True from the first local maximum of the fastest joint's speed."""
     fastest = speed[:, int(np.argmax(speed.max(axis=0)))]
     high = fastest > 0.5 * fastest.max()
     turning = np.r_[False, (fastest[1:-1] >= fastest[:-2]) & (fastest[1:-1] > fastest[2:]), False] & high
@@ -127,13 +127,13 @@ def where(
     missing: Sequence[MissingTorque],
     blamed: Mapping[str, float],
 ) -> Where:
-    """Shares of the gap that the nominal leg at its best leaves.
+    """Shares of the gap left by the nominal leg's best fit.
 
     Parameters
     ----------
-    predictions : (m, n) rad a trial, of the nominal leg at its best.
-    missing : torque that this leg lacks, a trial.
-    blamed : joint -> probability that a cause sits there; what is left is shared by the missing torque.
+    predictions : (m, n) rad per trial, by the nominal leg's best fit.
+    missing : torque that this leg lacks, per trial.
+    blamed : joint -> probability that it has a cause; the rest is divided by the missing torque.
     """
     squares = {name: np.zeros(len(labels)) for name, labels in _LABELS.items()}
     for trial, prediction in zip(trials, predictions, strict=True):
@@ -154,7 +154,7 @@ def where(
 def left_where(
     leg: Leg, trials: Sequence[AngleTrial], predictions: Sequence[Array], noise: Array
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Shares of each joint, and of each phase, in the squared error above the noise that predictions leave."""
+    """Shares of each joint, and of each phase, in the squared prediction error above the noise."""
     joints, by_phase = np.zeros(len(leg.joints)), np.zeros(len(PHASES))
     for trial, prediction in zip(trials, predictions, strict=True):
         excess = np.where(trial.counts, (prediction - trial.measured) ** 2 - noise**2, 0.0)
@@ -172,7 +172,7 @@ _LABELS: dict[str, tuple[str, ...]] = {
 
 
 def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
-    """Index 0..2 of each sample and joint by size of speed, deflection and torque carried, and by time."""
+    """Index 0..2 of each sample and joint by speed, deflection and carried torque, and by time."""
     smoothed = trial.recording.smoothed
     nearest = np.clip(np.searchsorted(smoothed.time, trial.time), 0, len(smoothed.time) - 1)
     speed = np.abs(smoothed.rate[nearest])
@@ -189,7 +189,7 @@ def _thirds(leg: Leg, trial: AngleTrial) -> dict[str, NDArray[np.int64]]:
 def _torque_shares(
     leg: Leg, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque], noise: Array
 ) -> dict[str, float]:
-    """Share of each joint in the missing torque, each in units of the angle by which its spring would give to it."""
+    """Share of each joint in the missing torque, each in units of its spring's deflection under it."""
     energy = np.zeros(len(leg.joints))
     for trial, found in zip(trials, missing, strict=True):
         floor = _torque_noise(leg, trial, noise)
@@ -200,13 +200,13 @@ def _torque_shares(
 
 
 def _torque_noise(leg: Leg, trial: AngleTrial, noise: Array) -> Array:
-    """(n,) RMS of the missing torque that the readings' noise alone makes, by adding as much again."""
+    """(n,) RMS of the apparent missing torque due to noise, found by adding the same noise again."""
     generator = np.random.default_rng(0)
     recording = trial.recording
     shaken = recording.rotation + noise * generator.standard_normal(recording.rotation.shape)
     locked = list(recording.conditions.locked)
     lost = ~recording.counts | ~np.isfinite(shaken)
-    lost[:, locked] = False  # a locked joint's samples do not count, but it is held where the recording has it
+    lost[:, locked] = False  # samples of a locked joint do not count, but it is held at the recorded angle
     again = smooth(recording.time, shaken, lost, recording.smoothed.width)
     for j in locked:
         again.angle[:, j], again.rate[:, j] = recording.smoothed.angle[:, j], 0.0

@@ -1,4 +1,4 @@
-"""The diagnosis of a swinging chain as files: gap.json, predictions, missing torques, and the diagnosed leg."""
+"""Files of a swinging chain's diagnosis: gap.json, predictions, missing torques, and the diagnosed leg."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ from synth.swing.chain import Conditions
 from synth.swing.effects import effect_named
 from synth.units import quantity
 
-ANGLES = {"free_angle": "deg"}  # tolerances that are no shares
+ANGLES = {"free_angle": "deg"}  # tolerances that are not relative
 
 
 def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
-    """Write everything but the page into ``folder``.
+    """Write everything except the page into ``folder``.
 
-    ``predicted/NAME.csv`` a scored trial, ``where/NAME.csv`` a trial, ``alone/NAME.csv`` a scored trial with each of
-    the likeliest causes alone; all are named in ``gap.json`` under ``trials``.
+    ``predicted/NAME.csv`` per scored trial, ``where/NAME.csv`` per trial, ``alone/NAME.csv`` per scored trial with
+    each of
+    the most probable causes alone; ``gap.json`` names them under ``trials``.
     """
     names = stems([trial.name for trial in result.trials])
     joints = result.leg.joint_names
@@ -50,12 +51,12 @@ def write_gap(result: GapResult, project: GapProject, folder: Path) -> None:
 
 
 def command_columns(time: Array, command: Mapping[str, Array]) -> dict[str, Array]:
-    """Time, and a driven joint the angle that it is to be commanded, deg: a file that can be played as it is."""
+    """Time, and each driven joint's command angle, deg: a file that can be played as it is."""
     return {"time [s]": time, **{f"{name} command [deg]": np.degrees(angle) for name, angle in command.items()}}
 
 
 def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
-    """Time, and a joint its measured angle beside the nominal leg at its best and with the explanation in, deg."""
+    """Time, and each joint's measured angle, the nominal leg's best fit and the explanation, deg."""
     columns: dict[str, Array] = {"time [s]": trial.time}
     for j, name in enumerate(joints):
         for kind in ("measured", "before", "after"):
@@ -64,7 +65,7 @@ def predicted_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array
 
 
 def alone_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
-    """Time, and a joint its angle with each of the likeliest causes alone, deg."""
+    """Time, and each joint's angle with each of the most probable causes alone, deg."""
     columns: dict[str, Array] = {"time [s]": trial.time}
     for cause, angles in trial.alone.items():
         for j, name in enumerate(joints):
@@ -73,7 +74,7 @@ def alone_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
 
 
 def where_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
-    """Time, phase, and a joint the torque that the nominal leg at its best lacks beside speed, deflection and error."""
+    """Time, phase, and for each joint the torque missing from the nominal best fit, speed, deflection and error."""
     columns: dict[str, Array] = {"time [s]": trial.time, "phase [1]": trial.phase.astype(float)}
     for j, name in enumerate(joints):
         columns[f"{name} missing torque [N*m]"] = trial.missing_torque[:, j]
@@ -85,7 +86,7 @@ def where_columns(trial: TrialGap, joints: Sequence[str]) -> dict[str, Array]:
 
 
 def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> dict[str, Any]:
-    """The content of ``gap.json``: the diagnosis, then what it rests on; ``names``: a file name a trial."""
+    """The content of ``gap.json``: the diagnosis, then its input; ``names``: file name of each trial."""
     document = result.as_json()
     gap, inputs = document.pop("gap"), document.pop("inputs")
     of_best = shrink_of_best(
@@ -106,7 +107,7 @@ def gap_json(result: GapResult, project: GapProject, names: Sequence[str]) -> di
 
 
 def _by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, Any]:
-    """Joint -> RMS angle error as designed, before and after, over the trials given; locked joints are left out."""
+    """Joint -> RMS angle error as designed, before and after, over the given trials; locked joints are left out."""
     found: dict[str, Any] = {}
     for j, name in enumerate(joints):
         for stage in STAGES:
@@ -118,7 +119,7 @@ def _by_joint(trials: Sequence[TrialGap], joints: Sequence[str]) -> dict[str, An
 
 
 def _conditions(project: GapProject, name: str) -> dict[str, Any]:
-    """What was done to the leg in the trial of that name."""
+    """The conditions of the trial with that name."""
     names = project.leg.joint_names
     trial = next((trial for trial in project.trials if trial.name == name), None)
     if trial is None:

@@ -1,9 +1,9 @@
-"""Command trajectories that a servo-driven leg could follow next, within the limits that its trials kept to.
+"""Command trajectories for a servo-driven leg's next trial, within the limits of its earlier trials.
 
-What tells two causes apart depends on both: friction that falls with speed wants creep and haste, a current limit a
-hard step, a dead band small steps about one place, a load's share the same motion with and against gravity. So the menu
-holds one command for each of these, compositions of them, and a chirp to compare with; ``next_experiment`` weighs them
-by what the rivals that are still open predict of each.
+The best command depends on the causes to be separated: friction that falls with speed needs slow and fast motion, a
+current limit a hard step, a dead band small steps about one angle, a share of the load the same motion with and against
+gravity. The menu has one command for each of these, combinations, and a chirp for comparison;
+``next_experiment`` weighs them by the predictions of the remaining rivals.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from synth.motion.smoothing import Smoothed
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 
-LENGTH, RATE = 6.0, 100.0  # s and samples a second: as long as the logs of the servo benches that were looked at
-CHIRP = (0.2, 2.5)  # Hz: the band in which a position servo with a limb follows at all
-LEVELS = 5  # places at which a staircase rests: with and against gravity, and between
-SEEDS = 3  # sums of sines with other phases, of which one may happen to be the better
+LENGTH, RATE = 6.0, 100.0  # s and samples per second: as long as the logs of the servo benches examined
+CHIRP = (0.2, 2.5)  # Hz: the bandwidth of a position servo with a limb
+LEVELS = 5  # angles of a staircase: with and against gravity, and between
+SEEDS = 3  # sums of sines with different phases, of which the best is used
 
 
 @dataclass(frozen=True)
 class CommandLimits:
-    """What a command may ask of each joint: ``low``, ``high`` (n,) rad on q, ``speed`` (n,) rad/s."""
+    """Limits of a command per joint: ``low``, ``high`` (n,) rad on q, ``speed`` (n,) rad/s."""
 
     low: Array
     high: Array
@@ -52,19 +52,19 @@ class CommandLimits:
 
 
 def _fastest(signals: ServoSignals) -> Array:
-    """(n,) rad/s, the fastest that a command changes but for its jumps."""
+    """(n,) rad/s, the largest rate of change of a command apart from jumps."""
     rate = np.abs(np.diff(signals.command, axis=0)) / np.diff(signals.time)[:, None]
     return np.asarray(np.percentile(rate, 98, axis=0))
 
 
 def has_servo(leg: Leg, trials: Sequence[AngleTrial]) -> bool:
-    """Whether a joint of the leg follows commands, and some trial holds them."""
+    """Whether a joint of the leg follows commands, and some trial records them."""
     driven = any(isinstance(joint.drive, Servo) and joint.drive.gain > 0.0 for joint in leg.joints)
     return driven and any(trial.recording.signals is not None for trial in trials)
 
 
 def command_menu(leg: Leg, bench: Workbench, trials: Sequence[AngleTrial]) -> list[MenuItem[AngleTrial]]:
-    """A trial for each command; all driven joints follow it at once, each within its own limits."""
+    """One trial per command; all driven joints follow it together, each within its own limits."""
     limits, time = CommandLimits.of(leg, trials), np.arange(0.0, LENGTH, 1.0 / RATE)
     made = []
     for what, shape in _shapes().items():
@@ -90,7 +90,7 @@ def _within(shape: Shape, time: Array, limits: CommandLimits, joint: int) -> Arr
 
 
 def _no_faster(wanted: Array, most: float) -> Array:
-    """(m,) a course after ``wanted`` that changes by at most ``most`` a second, between -1 and 1."""
+    """(m,) a signal that follows ``wanted`` with at most ``most`` change per second, between -1 and 1."""
     made, step = np.clip(wanted, -1.0, 1.0), most / RATE
     for k in range(1, len(made)):
         made[k] = made[k - 1] + np.clip(made[k] - made[k - 1], -step, step)
@@ -103,7 +103,7 @@ def _triangle(time: Array, crossing: float) -> Array:
 
 
 def _staircase(time: Array, crossing: float) -> Array:
-    """Up and down over ``LEVELS`` places, with a rest at each, at full speed between."""
+    """Up and down over ``LEVELS`` angles, with a pause at each and full speed between."""
     places = np.r_[np.linspace(0.0, 1.0, LEVELS), np.linspace(1.0, -1.0, 2 * LEVELS - 1)[1:], 0.0]
     hold = LENGTH / len(places)
     starts = hold * np.arange(len(places))
@@ -112,7 +112,7 @@ def _staircase(time: Array, crossing: float) -> Array:
 
 
 def _small_steps(time: Array, crossing: float) -> Array:
-    """Steps of a tenth and less about three places: what a dead band, play or presliding swallows."""
+    """Steps of a tenth and less about three angles, sensitive to dead band, backlash and presliding."""
     index = (time / 0.25).astype(int)
     place = np.array([0.0, 0.6, -0.6])[np.minimum((time / (LENGTH / 3.0)).astype(int), 2)]
     size = np.array([0.0, 0.05, 0.0, -0.05, 0.0, 0.1, 0.0, -0.1])[index % 8]
@@ -120,14 +120,14 @@ def _small_steps(time: Array, crossing: float) -> Array:
 
 
 def _hard_steps(time: Array, crossing: float) -> Array:
-    """From one end to the other as fast as may be, a rest of half a second at each."""
+    """From one end to the other at full speed, with a pause of half a second at each."""
     period = crossing + 0.5
     inside = np.mod(time, 2.0 * period)
     return np.interp(inside, [0.0, crossing, period, period + crossing, 2.0 * period], [-1.0, 1.0, 1.0, -1.0, -1.0])
 
 
 def _chirp(time: Array, crossing: float) -> Array:
-    """A sine whose frequency rises over ``CHIRP``, smaller where it would be too fast."""
+    """A sine with rising frequency over ``CHIRP``, with smaller amplitude where it would be too fast."""
     first, last = CHIRP
     rate = (last / first) ** (time / LENGTH) * first
     phase = 2.0 * np.pi * first * LENGTH / np.log(last / first) * ((last / first) ** (time / LENGTH) - 1.0)
@@ -135,7 +135,7 @@ def _chirp(time: Array, crossing: float) -> Array:
 
 
 def _sines(seed: int) -> Shape:
-    """A sum of sines over ``CHIRP`` with phases of this seed, as large and as fast as may be."""
+    """A sum of sines over ``CHIRP`` with phases of this seed, with the largest possible amplitude."""
 
     def shape(time: Array, crossing: float) -> Array:
         generator = np.random.default_rng(seed)
@@ -150,7 +150,7 @@ def _sines(seed: int) -> Shape:
 
 
 def _then(first: Shape, second: Shape) -> Shape:
-    """One in the first half, the other in the second, each twice as fast where it fills the length."""
+    """One in the first half, the other in the second, each at twice the speed if it fills the length."""
 
     def shape(time: Array, crossing: float) -> Array:
         half = 0.5 * LENGTH
@@ -174,8 +174,8 @@ def _shapes() -> dict[str, Shape]:
         "a chirp": _chirp,
         "a slow ramp up and down": creep,
         "ramps at full speed": haste,
-        "a staircase with rests": _staircase,
-        "small steps about three places": _small_steps,
+        "a staircase with pauses": _staircase,
+        "small steps about three angles": _small_steps,
         "hard steps from end to end": _hard_steps,
     }
     plain |= {f"a sum of sines ({seed + 1})": _sines(seed) for seed in range(SEEDS)}

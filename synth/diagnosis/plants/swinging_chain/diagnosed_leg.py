@@ -1,4 +1,4 @@
-"""The diagnosed leg: the nominal one at its best within the tolerances, with the accepted effects in."""
+"""The diagnosed leg: the nominal one fitted within the tolerances, with the accepted effects."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def parts(fit: EvaluatedHypothesis, n_tolerance: int) -> list[tuple[Candidate, A
 
 
 def diagnosed_leg(leg: Leg, tolerances: Tolerances, fit: EvaluatedHypothesis, coarse: Sequence[Coarse]) -> Leg:
-    """A leg that a leg file can hold; effects that change a number of the leg are in that number."""
+    """A leg for a leg file; effects that change a number of the leg are included in that number."""
     made = tolerances.leg(leg, fit.unknowns[: tolerances.size])
     for candidate, x in parts(fit, tolerances.size):
         made = _changed(made, candidate, x) if candidate.effect.way == "leg" else _with_effect(made, candidate, x)
@@ -48,7 +48,7 @@ def _with_effect(leg: Leg, candidate: Candidate, x: Array) -> Leg:
 
 
 def _changed(leg: Leg, candidate: Candidate, x: Array) -> Leg:
-    """The leg with the numbers that the effect changes."""
+    """The leg with the numbers changed by the effect."""
     legs = LegLanes.of(leg)
     values = candidate.values(x[:, None])
     candidate.effect.function()(legs, candidate.joint, candidate.leg.joints[candidate.joint].sign, *values)

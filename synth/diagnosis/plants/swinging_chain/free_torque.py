@@ -1,10 +1,10 @@
-"""A torque of free shape at each joint, fitted beside the library: it describes what no effect of the library says.
+"""A free-form torque at each joint, fitted in addition to the library: it describes effects outside the library.
 
-The shape is a sum of hat functions (``torque_hats``), once over deflection for each direction of motion, once over
-speed. Tolerances, with their priors, and initial states take part in the fit. It begins from the torque that is missing
-along the recordings, and its derivatives are taken anew from the motion that it makes, so that it holds too where
-phases run off by radians. Each fold of trials is then predicted by a fit without it: what a shape takes away there is
-what it is worth.
+The torque is a sum of hat functions (``torque_hats``): over deflection for each direction of motion, or over
+speed. Tolerances, with their priors, and initial states are fitted together with it. The fit starts from the torque
+missing along the recordings, and its derivatives are renewed along the resulting motion, so that it also converges if
+phases differ by radians. Each fold of trials is then predicted by a fit without it; the value of a shape is the error
+that it removes there.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from synth.swing.leg_model import Leg
 from synth.threads import in_parallel
 
 SHAPES: tuple[Over, ...] = ("deflection", "speed")
-# Prior deviation of a hat, in natural torques: a torque that rivals what moves the joint is rare. It is fixed: picked
-# by the error on left-out trials it would make that error too kind.
+# Prior deviation of a hat, in natural torques: a missing torque as large as the driving torque is rare. It is fixed:
+# choosing it by the error on left-out trials would bias that error.
 SIZE = 0.1
-TELLING = 0.2  # share of the error that a free torque must take on unseen trials to be worth a sentence
-LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: less is no gap
-FRAMES = 3  # times that derivatives are taken from the motion that the torque makes
-RANKED = 2  # joints that are gone on with: those that fit best on a few trials after the first
-STEPS = 2  # with the same derivatives
-FOLD_STEPS = 2  # to the fit without a fold, with the derivatives of the fit to all trials
-SAMPLES, TOLERANCE = 300, 1e-5  # of a trial, of the integrator: a shape needs no more
-CLOSE = 0.5  # fall of the cost below which a step is the last
-FACTORS = (1.0, 1e3)  # on the damping, tried side by side
+TELLING = 0.2  # least share of the error on unseen trials for a free torque to be mentioned
+LEAST_GAP = 0.05  # of the noise's squares, as for the shrink: a smaller gap counts as none
+FRAMES = 3  # times that derivatives are renewed along the resulting motion
+RANKED = 2  # joints that continue: those with the best fit on a few trials after the first step
+STEPS = 2  # iterations with the same derivatives
+FOLD_STEPS = 2  # iterations of the fit without a fold, with the derivatives of the fit to all trials
+SAMPLES, TOLERANCE = 300, 1e-5  # per trial; of the integrator: sufficient for a shape
+CLOSE = 0.5  # decrease of the cost below which a step is the last
+FACTORS = (1.0, 1e3)  # on the damping, tried in parallel
 
 
 @dataclass(frozen=True)
 class _TorqueFit(EvaluatedHypothesis):
-    """A fit beside a free torque to all trials but ``out``; below the tolerances ``unknowns`` holds the whitened hats.
+    """A fit with a free torque to all trials except ``out``; ``unknowns`` holds the whitened hats after the tolerances.
 
-    ``slopes`` a trial (M, k): whitened derivatives by these, of the point at which ``frame`` was taken.
+    ``slopes`` (M, k) per trial: whitened derivatives by the hats, at the point of ``frame``.
     """
 
     slopes: tuple[Array, ...] = ()
@@ -59,7 +59,7 @@ class _TorqueFit(EvaluatedHypothesis):
 
 @dataclass(frozen=True)
 class _TorqueFits(LeastSquares[_TorqueFit]):
-    """Fits beside a torque of one joint's hats."""
+    """Fits with a torque of one joint's hats."""
 
     bench: Workbench
     hats: Hats
@@ -74,12 +74,12 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return np.asarray(self.root @ point.unknowns[self.bench.n_tolerance :])
 
     def driven(self, point: _TorqueFit) -> Workbench:
-        """The trials with the torque in."""
+        """The trials with the torque applied."""
         heights = self.heights(point)
         return replace(self.bench, trials=tuple(self.hats.driven(trial, heights) for trial in self.bench.trials))
 
     def evaluate(self, points: Sequence[_TorqueFit]) -> list[_TorqueFit]:
-        """Residuals and cost of each; each has a known torque of its own, so none share lanes."""
+        """Residuals and cost of each; each has its own known torque, so none share lanes."""
         return [self._evaluated(point) for point in points]
 
     def _evaluated(self, point: _TorqueFit) -> _TorqueFit:
@@ -90,7 +90,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return replace(point, residuals=residuals, cost=cost if np.isfinite(cost) else np.inf)
 
     def framed(self, point: _TorqueFit) -> _TorqueFit:
-        """With derivatives of its own point."""
+        """With derivatives at its own point."""
         plain = EvaluatedHypothesis((), point.unknowns[: self.bench.n_tolerance], point.states, point.residuals)
         heights = self.heights(point)
 
@@ -104,7 +104,7 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return replace(point, frame=self.driven(point).frame(plain), slopes=tuple(found))
 
     def normal(self, point: _TorqueFit) -> LinearisedNormal:
-        """Of the trials that count; the others' states follow."""
+        """Of the trials that count; the others' states are refitted."""
         squares, total = kept(self.bench, point.residuals, point.out)
         residuals = [np.nan_to_num(r, nan=DIVERGED, posinf=DIVERGED) for r in point.residuals]
         assert point.frame is not None
@@ -112,17 +112,17 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return normal.without_fold(point.out, point.unknowns)
 
     def bounds(self, point: _TorqueFit) -> tuple[Array, Array]:
-        """Of the tolerances; the hats have none."""
+        """Of the tolerances; the hats have no bounds."""
         low, high = self.bench.bounds(())
         free = np.full(self.hats.count, np.inf)
         return np.concatenate([low, -free]), np.concatenate([high, free])
 
     def limits(self, point: _TorqueFit) -> StepLimits:
-        """The states follow."""
+        """The states are refitted."""
         return StepLimits(follow=True)
 
     def factors(self, point: _TorqueFit) -> tuple[float, ...]:
-        """A free shape is easily led astray where the motion bends."""
+        """Limited, because a free shape diverges easily where the motion is nonlinear."""
         return FACTORS
 
     def moved(self, point: _TorqueFit, step: ParameterStep) -> _TorqueFit:
@@ -131,11 +131,11 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
         return replace(point, unknowns=point.unknowns + step.common, states=states, residuals=(), cost=np.inf)
 
     def least_gain(self, cost: float) -> float:
-        """Whatever the cost."""
+        """Independent of the cost."""
         return CLOSE
 
     def improved(self, points: Sequence[_TorqueFit], steps: int) -> list[_TorqueFit]:
-        """Evaluated points with derivatives after so many steps at most."""
+        """Evaluated points with derivatives after at most so many steps."""
         ends = minimise(self, [Iterate(point, 1e-3) for point in points], RULE, steps)
         return [end.point for end in ends]
 
@@ -143,16 +143,16 @@ class _TorqueFits(LeastSquares[_TorqueFit]):
 def free_torques(
     leg: Leg, nominal: Leg, bench: Workbench, base: EvaluatedHypothesis, scales: NaturalSizes
 ) -> tuple[FreeTorque, ...]:
-    """The better of both shapes at the joints that it promises most for, the joint that it does most for first.
+    """The better of both shapes at the most promising joints, the most effective joint first.
 
     Parameters
     ----------
-    base : the nominal leg at its best, from which the torque is missing; ``nominal`` that leg.
+    base : the nominal leg's best fit, which lacks the torque; ``nominal`` that leg.
 
     Returns
     -------
-    Empty where the nominal leg is as near as the noise, or where there is only one trial, so that nothing can be
-    predicted that took no part.
+    Empty if the nominal leg reaches the noise, or if there is only one trial, which cannot be predicted from
+    others.
     """
     if len(bench.trials) < 2 or sum(float(r @ r) for r in base.residuals) <= (1.0 + LEAST_GAP) * bench.total:
         return ()
@@ -176,7 +176,7 @@ def free_torques(
 def _promising(
     leg: Leg, bench: Workbench, base: EvaluatedHypothesis, scales: NaturalSizes, missing: Sequence[MissingTorque]
 ) -> list[Hats]:
-    """The better shape of each joint, the joint first that fits best on a few trials."""
+    """The better shape of each joint, joints in order of their fit on a few trials."""
     few = few_trials(bench)
     some = replace(bench, trials=tuple(bench.trials[i] for i in few))
     best: dict[int, tuple[float, Hats]] = {}
@@ -193,14 +193,14 @@ def _promising(
 
 
 def _begun(problem: _TorqueFits, base: EvaluatedHypothesis, heights: Array) -> _TorqueFit:
-    """At the torque that is missing along the recordings, at a part of it, or at none: where it fits best."""
+    """Starting from the torque missing along the recordings, from a part of it, or from zero, whichever fits best."""
     white = np.linalg.solve(problem.root, heights)
     starts = [_TorqueFit((), np.concatenate([base.unknowns, share * white]), base.states) for share in (1.0, 0.3, 0.0)]
     return min(problem.evaluate(starts), key=lambda fit: fit.cost)
 
 
 def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[HeldOutError, Array]:
-    """What the shape leaves on unseen trials, and its heights (n_fold, k) without each fold."""
+    """The error of the shape on unseen trials, and its heights (n_fold, k) without each fold."""
     for _ in range(FRAMES - 1):
         before = fit.cost
         fit = problem.improved([problem.framed(fit)], STEPS)[0]
@@ -216,14 +216,14 @@ def _left_out(problem: _TorqueFits, fit: _TorqueFit) -> tuple[HeldOutError, Arra
 
 
 def described(found: Sequence[FreeTorque]) -> str:
-    """What the first of them says of a gap that no effect explains; empty where it takes too little to tell."""
+    """The sentence on the first of them for an unexplained gap; empty if it removes too little."""
     if not found or found[0].taken < TELLING:
         return ""
     first = found[0]
     over = "its deflection and direction" if first.over == "deflection" else "its speed"
     return (
-        f" The missing torque acts at the {first.joint} and depends on {over}: a free shape there takes "
-        f"{first.taken:.0%} of the error on trials that it was not fitted to."
+        f" The missing torque acts at the {first.joint} and depends on {over}: a free-form torque there "
+        f"removes {first.taken:.0%} of the error on trials that it was not fitted to."
     )
 
 

@@ -1,4 +1,4 @@
-"""A wrong number in the words of whoever stated its tolerance: "three of your tolerances", not a mechanism."""
+"""A wrong number stated in its tolerances, "three of your tolerances", rather than as a mechanism."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from synth.diagnosis.diagnosis_result import Cause
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import QUANTITIES, Tolerances
 
-# Effect -> its parameter, and the number of the leg whose tolerance it is counted in.
+# Effect -> its parameter, and the number of the leg whose tolerance is the unit.
 COUNTED = {
     "link_mass": (("share", "mass"),),
     "link_inertia": (("com", "com"), ("inertia", "inertia")),
@@ -14,14 +14,14 @@ COUNTED = {
     "viscous_damping": (("rate", "damper_rate"),),
     "spring_preload": (("shift", "rest"),),
 }
-RATES = ("spring_rate", "damper_rate")  # whose cause is told in N m/rad, not as a share
-MOST = 12.0  # tolerances; a number farther off was never measured, and a count of tolerances says nothing
-LEAST = 1.5  # tolerances; less is no news
+RATES = ("spring_rate", "damper_rate")  # their values are given in N m/rad, not as a share
+MOST = 12.0  # tolerances; beyond it the number was never measured, and a count of tolerances is meaningless
+LEAST = 1.5  # tolerances; a smaller deviation is expected
 NUMBERS = ("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
 def in_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
-    """``three of your tolerances`` by which a number is off; empty where the cause is no number's, or far more."""
+    """``three of your tolerances``; empty if the cause is not a wrong number, or is far larger."""
     if cause.effect not in COUNTED or cause.joint not in leg.joint_names:
         return ""
     joint = leg.joint_names.index(cause.joint)
@@ -37,7 +37,7 @@ def in_tolerances(cause: Cause, leg: Leg, tolerances: Tolerances) -> str:
 
 
 def in_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> str:
-    """``the knee's link is 3.1 % heavier than designed, three of your tolerances``; ``plain`` where none is counted."""
+    """``the knee's link is 3.1 % heavier than designed, three of your tolerances``; ``plain`` without such a count."""
     counted = in_tolerances(cause, leg, tolerances)
     if not counted:
         return plain
@@ -49,7 +49,7 @@ def in_words(cause: Cause, plain: str, leg: Leg, tolerances: Tolerances) -> str:
 
 
 def _nominal(leg: Leg, joint: int, quantity: str) -> float:
-    """N m/rad or N m s/rad of the leg as designed; 0 where there is none, or only a curve."""
+    """N m/rad or N m s/rad of the designed leg; 0 if there is none, or only a curve."""
     spring, damper = leg.joints[joint].spring, leg.joints[joint].damper
     if quantity == "spring_rate":
         return spring.rate if spring is not None else 0.0

@@ -1,6 +1,6 @@
-"""Hat functions over a joint's deflection and direction, or over its speed: the shapes of a torque that is missing.
+"""Hat functions over a joint's deflection and direction, or over its speed: the basis of a free-form torque.
 
-Each hat, taken along the *measured* motion, is a known torque; a sum of them is one, too.
+Each hat evaluated along the *measured* motion is a known torque; so is a sum of them.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from synth.fit.recordings import Recording
 PLACES = 9  # hats over the range of deflection, for each direction of motion
 SPEEDS = 15  # hats over speed, both directions
 FINE = 0.05  # of the largest speed: below it hats are evenly spaced, above it logarithmically
-TURNING = 0.02  # of the largest speed, over which the direction of motion changes over
-SMOOTH = 2.0  # hats over which the smooth part of the prior is alike
-ALIKE = 0.5  # prior correlation of the curves for both directions of motion
-KNOTS = 250  # at which the torque along a trial is given; it is straight between them
-STEP = 0.01  # of the joint's natural torque, by which each hat is tried
+TURNING = 0.02  # of the largest speed, width of the transition between directions of motion
+SMOOTH = 2.0  # in hats, correlation length of the smooth part of the prior
+ALIKE = 0.5  # prior correlation between the curves of both directions of motion
+KNOTS = 250  # points of the torque along a trial, linear between them
+STEP = 0.01  # of the joint's natural torque, step of the derivative by each hat
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ class Hats:
 
     @classmethod
     def of(cls, trials: Sequence[AngleTrial], joint: int, over: Over, scales: NaturalSizes, rest: float) -> Hats:
-        """Over the range of what the joint does in the trials."""
+        """Over the range of the joint's motion in the trials."""
         moving = [trial.recording.smoothed for trial in trials if joint in trial.free]
         angle = np.concatenate([smoothed.angle[:, joint] for smoothed in moving])
-        # The largest speed but for the fastest hundredth, which glitches of the smoothing may hold.
+        # The largest speed without the fastest hundredth, which may contain smoothing artefacts.
         speed = float(np.percentile(np.abs(np.concatenate([smoothed.rate[:, joint] for smoothed in moving])), 99))
         if over == "deflection":
             nodes = np.linspace(angle.min(), angle.max(), PLACES)
@@ -79,7 +79,7 @@ class Hats:
         return np.concatenate([hats * forth, hats * back], axis=1)
 
     def driven(self, trial: AngleTrial, heights: Array) -> AngleTrial:
-        """The trial with the torque of these heights (k,), in natural torques, beside what was known before."""
+        """The trial with the torque of these heights (k,), in natural torques, added to its known torques."""
         if self.joint not in trial.free:
             return trial
         recording = trial.recording
@@ -92,7 +92,7 @@ class Hats:
         return replace(trial, recording=replace(recording, known_torque=(time, known)))
 
     def _along_knots(self, trial: AngleTrial) -> tuple[Array, Array]:
-        """Times (n_knot,) s and hats (n_knot, k) there; a trial that is driven keeps all moments of its torque."""
+        """Times (n_knot,) s and hats (n_knot, k) there; a driven trial keeps all times of its torque."""
         key = id(trial.recording)
         if key not in self._kept:
             smoothed, driven = trial.recording.smoothed, trial.recording.known_torque
@@ -105,13 +105,13 @@ class Hats:
 
     @cached_property
     def _kept(self) -> dict[int, tuple[Recording, Array, Array]]:
-        """What ``_along_knots`` has made."""
+        """The cached result of ``_along_knots``."""
         return {}
 
     def columns(self, bench: Workbench, fit: EvaluatedHypothesis, index: int, heights: Array) -> Array:
-        """(count, k) change of a trial's whitened prediction by each hat of the joint's natural torque.
+        """(count, k) change of a trial's whitened prediction per natural torque of each hat.
 
-        ``bench`` : without the free torque; ``heights`` (k,) of it where ``fit`` stands.
+        ``bench`` : without the free torque; ``heights`` (k,) of it at ``fit``.
         """
         trial = bench.trials[index]
         white = bench.whitener(trial)
@@ -126,9 +126,9 @@ class Hats:
         return np.column_stack([(predicted(heights + STEP * hat) - still) / STEP for hat in np.eye(self.count)])
 
     def from_missing(self, trials: Sequence[AngleTrial], missing: Sequence[MissingTorque]) -> Array:
-        """(k,) heights, in natural torques, that come nearest to the torque missing along the recordings.
+        """(k,) heights, in natural torques, nearest to the torque missing along the recordings.
 
-        Ridge regression with the prior's shape; no simulation, so that it holds however far phases run off.
+        Ridge regression with the prior's shape; without simulation, and therefore valid for any phase error.
         """
         root = self.prior_root()
         rows, wanted = [], []
@@ -148,9 +148,10 @@ class Hats:
 
 
 def _smooth(count: int) -> Array:
-    """(k, k) prior covariance of hats in a row: a constant, a straight line, and a smooth rest (squared exponential).
+    """(k, k) prior covariance of consecutive hats: a constant, a straight line, and a smooth part (squared
+    exponential).
 
-    Where the other trials did not go, a trial is then predicted by their straight line and not by nothing.
+    Outside the range of the other trials, a trial is then predicted by their straight line rather than by zero.
     """
     place = np.arange(float(count))
     line = np.linspace(-1.0, 1.0, count)
@@ -159,6 +160,6 @@ def _smooth(count: int) -> Array:
 
 
 def _hats(x: Array, nodes: Array) -> Array:
-    """(n, k) hats at even ``nodes`` (k,), the outer ones constant beyond their ends."""
+    """(n, k) hats at evenly spaced ``nodes`` (k,), constant beyond the ends."""
     place = np.clip((x - nodes[0]) / (nodes[1] - nodes[0]), 0.0, len(nodes) - 1.0)
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(len(nodes)))))

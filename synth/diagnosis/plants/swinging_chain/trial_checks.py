@@ -1,4 +1,4 @@
-"""Trials that no diagnosis can rest on are refused before any work; what they leave in doubt is said."""
+"""Checks of trials before any work: unusable trials are refused, doubtful ones are reported."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from synth.swing.leg_model import Leg
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
-LOOSE = np.radians(2.0)  # a locked joint may give that much
+LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
+LOOSE = np.radians(2.0)  # rad; acceptable motion of a locked joint
 
 
 @dataclass(frozen=True)
 class JointMotion:
-    """One free joint in one trial: ``travel`` from least to greatest smoothed angle, RMS ``motion`` and ``noise``."""
+    """One free joint in one trial: ``travel`` of the smoothed angle, RMS ``motion`` and ``noise``."""
 
     travel: float
     motion: float
@@ -30,7 +30,7 @@ class JointMotion:
 
     @property
     def told(self) -> bool:
-        """Whether the joint is seen to move."""
+        """Whether the joint moves visibly."""
         return self.travel >= LEAST_MOTION and self.motion > self.noise
 
 
@@ -39,7 +39,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
 
     Raises
     ------
-    UserError : a trial cannot be read as motion, or none of those to learn from shows any motion above its noise.
+    UserError : a trial cannot be read as motion, or no training trial shows motion above its noise.
     """
     made = recordings(leg, trials, ())
     seen = [{j: motion_of(recording, j) for j in recording.free} for recording in made]
@@ -60,7 +60,7 @@ def check_trials(leg: Leg, trials: Sequence[Trial]) -> tuple[str, ...]:
 def motion_of(recording: Recording, joint: int) -> JointMotion:
     """Travel, motion and noise of a joint, all rad.
 
-    The variance of the readings is that of the motion and that of the noise together, so their difference is the
+    The variance of the readings is the sum of those of motion and noise, so their difference is the
     motion's.
     """
     smoothed, counts = recording.smoothed, recording.counts[:, joint]
@@ -70,32 +70,34 @@ def motion_of(recording: Recording, joint: int) -> JointMotion:
 
 
 def _refuse_rest(names: Sequence[str], seen: Sequence[dict[int, JointMotion]]) -> None:
-    """Refuse trials of which none shows motion, each with what it shows instead."""
+    """Refuse trials without motion, each with a description."""
     if any(motion.told for joints in seen for motion in joints.values()):
         return
     problems = []
     for name, joints in zip(names, seen, strict=True):
         most = max(joints.values(), key=lambda motion: motion.motion)
         if most.travel < LEAST_MOTION:
-            text = f"never moves: no joint by more than {np.degrees(most.travel):.2g} deg. A leg at rest tells nothing "
-            text += "of what its motion lacks; give a trial in which it swings"
+            text = (
+                f"does not move: at most {np.degrees(most.travel):.2g} deg at any joint. A leg at rest shows nothing "
+            )
+            text += "about its motion; use a trial in which it swings"
         else:
             text = f"its noise, {np.degrees(most.noise):.2g} deg, is larger than its motion, "
-            text += f"{np.degrees(most.motion):.2g} deg RMS; release the leg from further away, or read it more finely"
+            text += f"{np.degrees(most.motion):.2g} deg RMS; use a larger release, or a sensor with finer resolution"
         problems.append(Problem(text, name))
     raise UserError(problems)
 
 
 def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list[str]:
-    """Joints that are listed as locked and move all the same."""
+    """Joints listed as locked that move nevertheless."""
     found = []
     for trial, recording in zip(trials, made, strict=True):
         for j in recording.conditions.locked:
             low, high = np.nanpercentile(trial.angles[:, j], [2.0, 98.0])
             if high - low > max(LOOSE, 6.0 * recording.smoothed.noise[j]):
                 found.append(
-                    f"{trial.name}: {leg.joint_names[j]} is listed as locked and moves by "
-                    f"{np.degrees(high - low):.2g} deg; it is taken as held at its median"
+                    f"{trial.name}: {leg.joint_names[j]} is listed as locked but moves by "
+                    f"{np.degrees(high - low):.2g} deg; it is assumed locked at its median"
                 )
     return found
 
@@ -103,8 +105,8 @@ def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list
 def _still_trials(trials: Sequence[Trial], seen: Sequence[dict[int, JointMotion]], learnt: Sequence[int]) -> list[str]:
     still = [k for k in range(len(trials)) if not any(motion.told for motion in seen[k].values())]
     return [
-        f"{trials[k].name}: no joint moves above its noise; it tells of the pose at rest only"
-        + ("" if k in learnt else ", and the gap scored on it is next to nothing")
+        f"{trials[k].name}: no joint moves above its noise; it only shows the rest pose"
+        + ("" if k in learnt else ", and the gap scored on it is close to zero")
         for k in still
     ]
 
@@ -114,23 +116,23 @@ def _still_joints(leg: Leg, seen: Sequence[dict[int, JointMotion]]) -> list[str]
     for j, name in enumerate(leg.joint_names):
         motions = [joints[j] for joints in seen if j in joints]
         if not motions:
-            found.append(f"{name}: locked in every trial that is not held out; nothing can be told of this joint")
+            found.append(f"{name}: locked in every training trial; nothing is known about this joint")
         elif not any(motion.told for motion in motions):
             most = np.degrees(max(motion.travel for motion in motions))
             found.append(
-                f"{name}: never moves above its noise (by {most:.2g} deg at most); nothing can be told of this joint. "
-                "Where it was held, list it under `locked`"
+                f"{name}: never moves above its noise (by {most:.2g} deg at most); nothing is known about this joint. "
+                "If it was held, list it under `locked`"
             )
     return found
 
 
 def _few(learnt: int, held_out: int) -> list[str]:
-    """``learnt`` : different trials to learn from."""
+    """``learnt`` : distinct training trials."""
     if learnt > 1:
         return []
-    scored = "the gap is scored on the trials held out" if held_out else "the gap is scored on the trial itself"
-    text = f"one trial only to learn from ({scored}): an effect and what was peculiar to this one release cannot be "
-    return [text + "told apart, nor how the shrink varies from trial to trial; give two more, from other poses"]
+    scored = "the gap is scored on the held-out trials" if held_out else "the gap is scored on the trial itself"
+    text = f"only one training trial ({scored}): an effect and the peculiarities of this release cannot be "
+    return [text + "separated, and the variation between trials is unknown; add two more, from other poses"]
 
 
 def _driven(leg: Leg, trials: Sequence[Trial]) -> list[str]:
@@ -141,8 +143,8 @@ def _driven(leg: Leg, trials: Sequence[Trial]) -> list[str]:
     joints = [name for j, name in enumerate(leg.joint_names) if any(np.any(t[:, j] != 0.0) for t in torques)]
     names = ", ".join(trial.name for trial in driven[:3]) + (f" and {len(driven) - 3} more" if len(driven) > 3 else "")
     if not joints:
-        return [f"{names}: the torque columns are zero throughout"]
+        return [f"{names}: the torque columns are all zero"]
     return [
-        f"{names}: the torque columns of {', '.join(joints)} are applied as known torques, without any effect of a "
-        "motor (winding, supply, gears); an error of theirs would be blamed on the joint"
+        f"{names}: the torque columns of {', '.join(joints)} are applied as known torques without a motor model "
+        "(winding, supply, gears); an error in them would be attributed to the joint"
     ]
