@@ -147,9 +147,9 @@ def test_warmup_compiles_once(tmp_path: Path) -> None:
     assert (first.returncode, second.returncode) == (0, 0)
     said = "compiling the equations of motion for 1 link (with effects, once on this machine, 8 to 15 s; "
     assert f"{said}kept in {tmp_path}" in first.stderr
-    assert first.stdout.startswith("1 of 1 compiled now")
+    assert first.stdout.startswith("1 of 1 compiled")
     assert second.stderr.startswith("loading the equations of motion for 1 link ...")
-    assert second.stdout.startswith("0 of 1 compiled now")
+    assert second.stdout.startswith("0 of 1 compiled")
     assert "MB" in synth_run("warmup", "--links", "1", env=environment).stdout
     assert synth_run("warmup", "--links", "1", "--quiet", env=environment).stderr == ""
 

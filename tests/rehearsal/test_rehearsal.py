@@ -274,7 +274,7 @@ def test_a_result_tells_sizes_confusion_and_false_alarms(rig: Rig) -> None:
     assert found["nothing_planted"] == {"cases": 2, "right": 1, "taken_for": {"latency (hip)": 1}}
     assert found["not_in_the_library"]["right"] == 1
     assert "named in 1 of 2" in found["sentence"]
-    assert "accused in 1 of 2" in found["sentence"]
+    assert "named in 1 of 2" in found["sentence"]
     assert json.dumps(found, allow_nan=False)
 
 
