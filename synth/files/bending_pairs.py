@@ -1,4 +1,4 @@
-"""A link's bending rate from torque and deflection pairs: ``deflection [deg],torque [N*m]``, a line each."""
+"""A link's bending rate from a CSV of torque and deflection: ``deflection [deg],torque [N*m]``."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from scipy.special import stdtrit
 from synth.errors import Problem, UserError
 from synth.files.csv_table import in_si, read_table
 
-FEWEST = 3  # pairs: a slope, where it crosses nought, and something left to tell how sure they are
-STRAIGHT = 0.15  # share of the largest torque that a straight line may leave (RMS) before the link is no linear spring
+FEWEST = 3  # pairs: a slope, an intercept, and one degree of freedom for their uncertainty
+STRAIGHT = 0.15  # share of the largest torque that a straight line may leave (RMS) for a linear spring
 
 
 @dataclass(frozen=True)
 class BendingRate:
-    """``rate`` N m/rad with its 90 % interval, from so many ``points``; ``offset`` N m: the gauge unloaded."""
+    """``rate`` N m/rad with its 90 % interval, from ``points`` pairs; ``offset`` N m of the unloaded gauge."""
 
     rate: float
     interval90: tuple[float, float]
@@ -30,7 +30,7 @@ def read_bending(path: Path, name: str) -> BendingRate:
 
     Raises
     ------
-    UserError : too few pairs, no spread, a slope that is not positive, or pairs that lie on no line.
+    UserError : too few pairs, no spread, a slope that is not positive, or a nonlinear relation.
     """
     table = read_table(path, name)
     values, problems = in_si(table, {"deflection": "rad", "torque": "N*m"}, "is not one of these")

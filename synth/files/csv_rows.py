@@ -1,7 +1,7 @@
-"""The rows of a user's CSV, with the line that each begins in: the one place that splits cells.
+"""The rows of a user's CSV with their line numbers; the only place that splits cells.
 
-Every reader of tables (recordings, catalogues, vendors, wound samples, foreign motion) takes its rows from here.
-What is no text, and what has cells that cannot be told apart, is refused with its line.
+Every reader of tables (recordings, catalogues, vendors, wound samples, foreign motion) uses it.
+Files that are not text, or whose cells are ambiguous, are refused with the line.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from synth.errors import Problem, UserError
 def csv_rows(
     data: bytes | str, name: str, *, separator: str = ",", strict: bool = False
 ) -> Iterator[tuple[int, list[str]]]:
-    """(line, cells) of every row, the header among them; blank lines have no cells or blank ones.
+    """(line, cells) of every row, including the header; a blank line has no cells or blank ones.
 
     Parameters
     ----------
-    data : the file, UTF-8 with or without a mark, or its text.
+    data : the file, UTF-8 with or without a byte order mark, or its text.
     name : of the file, in messages.
-    strict : refuse what stands behind a closing quote, and a quote that is never closed.
+    strict : refuse text after a closing quote, and an unclosed quote.
 
     Raises
     ------
-    UserError : while it is iterated over; it is not UTF-8 text, or ``csv`` cannot tell its cells apart.
+    UserError : during iteration; the data are not UTF-8 text, or ``csv`` cannot split the cells.
     """
     if isinstance(data, bytes):
         refuse_no_text(data, name)
@@ -45,11 +45,11 @@ def csv_rows(
 
 
 def refuse_no_text(data: bytes, name: str) -> None:
-    """Refuse a file's bytes that are no UTF-8 text.
+    """Refuse bytes that are not UTF-8 text.
 
     Raises
     ------
-    UserError : with what it looks like, and how to write it.
+    UserError : with the probable format, and how to export it.
     """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise UserError(Problem('is UTF-16 text; save it as "CSV UTF-8"', name))

@@ -1,7 +1,7 @@
 """Read a CSV of numbers whose header carries the units; every bad cell is reported with line and column.
 
-Plain files go through numpy's C reader (100 MB/s and no pandas import); whatever that refuses is read cell by
-cell, to say what is wrong with it.
+Plain files go through numpy's C reader (100 MB/s, without importing pandas); files that it refuses are read cell by
+cell to locate the mistake.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from synth.units import factor, header
 Array = NDArray[np.float64]
 
 SIZE_LIMIT = 64_000_000  # bytes: 2 million rows of four columns
-ROW_LIMIT = 2_000_000  # of any table; a larger one is most likely the wrong file
+ROW_LIMIT = 2_000_000  # of any table; a larger one is probably the wrong file
 COLUMN_LIMIT = 200  # of any table
-REPORT_LIMIT = 20  # bad cells told one by one
+REPORT_LIMIT = 20  # bad cells reported individually
 THIN = "keep every tenth row, for example with: awk 'NR==1 || NR%10==0' long.csv > short.csv"
 _MISSING = frozenset({"nan", "+nan", "-nan"})
 
 
 @dataclass(frozen=True)
 class CsvColumn:
-    """One column's name, unit and place in the file (0-based)."""
+    """One column's name, unit and 0-based index."""
 
     name: str
     unit: str
@@ -44,7 +44,7 @@ class CsvColumn:
 
     @property
     def title(self) -> str:
-        """As the header has it."""
+        """As in the header."""
         return f"{self.name} [{self.unit}]"
 
 
@@ -73,9 +73,9 @@ class CsvTable:
 
 
 def in_si(table: CsvTable, wanted: Mapping[str, str], foreign: str) -> tuple[dict[str, Array], list[Problem]]:
-    """Columns (n_row,) by name in the wanted SI units, and what is wrong: other columns, units of another kind.
+    """Columns (n_row,) by name in SI, and problems: unknown columns, units of another dimension.
 
-    ``foreign`` : what is said of a column that is not among the wanted ones.
+    ``foreign`` : the message for an unknown column.
     """
     values: dict[str, Array] = {}
     problems: list[Problem] = []
@@ -106,7 +106,7 @@ def read_table(path: Path, name: str | None = None) -> CsvTable:
         raise UserError([Problem(problem.text, name) for problem in error.problems]) from None
     refuse_no_text(data, name)
     columns, width = _columns(data, name)
-    lines = data if b"\n" in data else data.replace(b"\r", b"\n")  # as old spreadsheets for the Macintosh end them
+    lines = data if b"\n" in data else data.replace(b"\r", b"\n")  # line ends of old Macintosh spreadsheets
     if lines.count(b"\n") > ROW_LIMIT + 1:
         raise UserError(Problem(f"has more than {ROW_LIMIT} rows: {THIN}", name))
     values = _fast(lines, width)
@@ -118,7 +118,7 @@ def read_table(path: Path, name: str | None = None) -> CsvTable:
 
 
 def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
-    """The header's columns, and their number with unnamed ones at the end (trailing commas) left out."""
+    """The header's columns, and their number without unnamed ones at the end (trailing commas)."""
     try:
         line, titles = next((number, cells) for number, cells in csv_rows(data, name) if any(c.strip() for c in cells))
     except StopIteration:
@@ -150,10 +150,10 @@ def _columns(data: bytes, name: str) -> tuple[tuple[CsvColumn, ...], int]:
 
 
 def _fast(data: bytes, width: int) -> Array | None:
-    """All values by numpy's reader, or None for a file that needs a closer look."""
+    """All values by numpy's reader, or None for a file that must be read cell by cell."""
     data = data.removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n \t")
     if b'"' in data.partition(b"\n")[0] and data.partition(b"\n")[0].count(b'"') % 2:
-        return None  # a header cell that goes on in the next line
+        return None  # a header cell that continues on the next line
     body = data.partition(b"\n")[2]
     if not body.strip():
         return np.empty((0, width))
@@ -168,9 +168,9 @@ def _fast(data: bytes, width: int) -> Array | None:
 
 
 def _slow(data: bytes, name: str, columns: tuple[CsvColumn, ...], width: int) -> Array:
-    """The same cell by cell; raises what is wrong, or reads what numpy was too strict for (quotes, blanks)."""
+    """The same cell by cell; raises all mistakes, or reads what numpy refused (quotes, blanks)."""
     problems: list[Problem] = []
-    values = array("d")  # boxed floats of a file at the limit would take 0.5 GB
+    values = array("d")  # boxed floats of the largest file would take 0.5 GB
     rows = ((line, cells) for line, cells in csv_rows(data, name) if any(cell.strip() for cell in cells))
     next(rows)
     for line, cells in rows:
@@ -178,7 +178,7 @@ def _slow(data: bytes, name: str, columns: tuple[CsvColumn, ...], width: int) ->
         problems.extend(problem)
         values.extend(numbers)
         if len(problems) >= REPORT_LIMIT:
-            problems = [*problems[:REPORT_LIMIT], Problem("the rest of the file was not looked at", name, line)]
+            problems = [*problems[:REPORT_LIMIT], Problem("the rest of the file was not checked", name, line)]
             break
     if problems:
         raise UserError(problems)
@@ -209,12 +209,12 @@ def _row(
 
 
 def _number(cell: str) -> float | None:
-    """A cell's value, nan where it is empty or says ``nan`` as MATLAB and pandas write it, None where it is bad."""
+    """A cell's value, nan for an empty cell or ``nan`` as MATLAB and pandas write it, None for a bad one."""
     try:
         number = float(cell)
     except ValueError:
         return np.nan if not cell.strip() else None
     if number != number:
         return np.nan if cell.strip().lower() in _MISSING else None
-    # Python's float also reads 1_000 and inf; no instrument writes the one, no angle is the other.
+    # Python's float also accepts 1_000 and inf, which are not valid readings.
     return number if math.isfinite(number) and "_" not in cell else None

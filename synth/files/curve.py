@@ -22,7 +22,7 @@ def read_curve(path: Path) -> DamperCurve:
     ------
     UserError
         If a column is missing or unknown, a cell is empty, speeds do not increase, or a torque is negative. A first
-        point at standstill must have no torque: the curve is odd, so a torque there would be dry friction.
+        point at standstill must have zero torque: the curve is odd, so a torque there would be dry friction.
     """
     table = read_table(path)
     scaled, problems = in_si(table, UNITS, "is not read")
@@ -41,7 +41,7 @@ def read_curve(path: Path) -> DamperCurve:
 
     refuse(np.isnan(speed) | np.isnan(torque), "has an empty cell; every point needs its speed and torque")
     refuse(np.diff(speed, prepend=-np.inf) <= 0, "speeds must increase from line to line")
-    refuse(speed < 0, "speeds must not be negative: the curve is taken to be the same in both directions")
+    refuse(speed < 0, "speeds must not be negative: the curve is assumed equal in both directions")
     refuse(torque < 0, "torques must not be negative: they are the size of the resistance")
     refuse((speed == 0) & (torque != 0), "a torque at standstill is friction: leave this point out, give the joint "
            "effects: [coulomb_friction: {torque: ...}]")  # fmt: skip
@@ -54,6 +54,6 @@ def read_curve(path: Path) -> DamperCurve:
 
 
 def write_curve(curve: DamperCurve, path: Path) -> None:
-    """Write the curve in SI at full precision; ``read_curve`` gives back the same numbers."""
+    """Write the curve in SI at full precision; ``read_curve`` restores the same numbers."""
     rows = [f"{speed!r},{torque!r}\n" for speed, torque in zip(curve.speed, curve.torque, strict=True)]
     write_text(path, "speed [rad/s],torque [N*m]\n" + "".join(rows))

@@ -1,4 +1,4 @@
-"""The key ``drive:`` of a joint in the leg file: read into ``synth.drives.servo`` and written back."""
+"""The key ``drive:`` of a joint in the leg file: conversion to and from ``synth.drives.servo``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MotorKeys(FileModel):
 class DriveKeys(FileModel):
     """What holds or turns a joint: a position servo, a motor under a known voltage, or one under a known current.
 
-    ``gain`` and ``damping_gain`` are duty an angle and duty a speed where a ``motor`` is given (1/rad, s/rad), else
+    ``gain`` and ``damping_gain`` are duty per angle and per speed with a ``motor`` (1/rad, s/rad), otherwise
     torques (N m/rad, N m s/rad).
     """
 
@@ -57,7 +57,7 @@ class DriveKeys(FileModel):
         )
         if foreign:
             bare = " without a motor" if self.kind == "servo" else ""
-            raise refusal(f'"{sorted(foreign)[0]}" means nothing for a drive of kind {self.kind}{bare}; leave it out')
+            raise refusal(f'"{sorted(foreign)[0]}" does not apply to a drive of kind {self.kind}{bare}; leave it out')
         if self.kind != "servo" and self.motor is None:
             raise refusal('"motor" is missing: write motor: {torque_constant: 0.02 N*m/A, resistance: 2 ohm}')
         if self.kind == "servo" and self.gain is None:
@@ -69,7 +69,7 @@ class DriveKeys(FileModel):
         return self
 
     def drive(self) -> Drive:
-        """The drive that these keys describe.
+        """The drive described by these keys.
 
         Raises
         ------
@@ -114,7 +114,7 @@ def _gain(key: str, value: object, unit: str) -> float:
 
 
 def drive_text(drive: Drive) -> dict[str, Any]:
-    """The mapping that reads back as this drive."""
+    """The mapping from which this drive can be read again."""
     motor = drive.motor
     made: dict[str, Any] = {"kind": "torque"}
     if isinstance(drive, Servo):

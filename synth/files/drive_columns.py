@@ -1,4 +1,4 @@
-"""Columns of a trial that tell what its drives were told: commands, currents, voltages, supply, switches."""
+"""Columns of a trial with the inputs of its drives: commands, currents, voltages, supply, switches."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SUPPLY = "supply"
 
 
 def column_units(leg: Leg) -> dict[str, str]:
-    """Name of every column that may be there -> its SI unit."""
+    """Name of every possible column -> its SI unit."""
     made = {joint + suffix: unit for suffix, unit in SUFFIXES.items() for joint in leg.joint_names}
     return made | {SUPPLY: "V"}
 
 
 def problems(table: CsvTable, leg: Leg) -> list[Problem]:
-    """Columns that a joint's drive lacks, or that tell of a drive that is not there."""
+    """Missing columns of a joint's drive, and columns of drives that do not exist."""
     present = {column.name for column in table.columns}
     found = []
     for joint in leg.joints:
@@ -44,7 +44,7 @@ EXAMPLES = {" command": "deg", " voltage": "V", " current": "A", " enabled": "1"
 
 
 def _columns(joint: Joint) -> tuple[set[str], set[str]]:
-    """Suffixes that a joint's drive needs, and that it takes."""
+    """Suffixes that a joint's drive requires, and that it accepts."""
     if isinstance(joint.drive, Servo):
         needed = {" voltage"} if joint.drive.open_duty else {" command"}
         return needed, needed | {" enabled"}
@@ -52,9 +52,9 @@ def _columns(joint: Joint) -> tuple[set[str], set[str]]:
 
 
 def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSignals | None:
-    """What the servos were told, in measured angles; None where no joint has one.
+    """The inputs of the servos, in measured angles; None if no joint has a servo.
 
-    ``values``: column -> (m,) SI, empty cells nan, which are filled along a straight line; ``recorded`` (m,) s.
+    ``values``: column -> (m,) SI; empty cells are nan and are interpolated linearly; ``recorded`` (m,) s.
     """
     servos = [joint for joint in leg.joints if isinstance(joint.drive, Servo)]
     if not servos:
@@ -85,24 +85,26 @@ def signals(leg: Leg, values: Mapping[str, Array], recorded: Array) -> ServoSign
     return ServoSignals(time, command, supply, enabled)
 
 
-# Rad, and times the changes before and after: a command that changes by more between samples is held as a step.
+# Rad, and ratio to the changes before and after: a larger change of the command between samples is held as a step.
 JUMP, SUDDEN = 0.01, 3.0
-EDGE = 1e-4  # of the samples' interval, in which such a step is taken
+EDGE = 1e-4  # of the sample interval, duration of such a step
 
 
 def _knots(recorded: Array, commands: Sequence[Array]) -> Array:
-    """(k,) s at which the straight lines that stand for held commands may bend."""
+    """(k,) s, break points of the straight lines that represent held commands."""
     edge = EDGE * float(np.median(np.diff(recorded)))
     jumps = [recorded[_jumps(command)] for command in commands]
     return np.unique(np.concatenate([recorded, *jumps, *[jump - edge for jump in jumps]]))
 
 
 def _held(recorded: Array, command: Array, time: Array) -> Array:
-    """A command that is held from each sample to the next, at ``time`` (k,) s of ``_knots``.
+    """A command held from each sample to the next, at ``time`` (k,) s of ``_knots``.
 
-    A staircase of small steps is its samples' polygon half a step late, but for a ripple at the sampling frequency,
+    A staircase of small steps equals its samples' polygon delayed by half a step, apart from a ripple at the
+    sampling frequency,
     which no joint follows (a zero-order hold delays by half its period: Franklin, Powell & Workman, *Digital Control of
-    Dynamic Systems*, 3rd ed., section 5.3). A jump stays one: where the controller saturates, a ramp of the same middle
+    Dynamic Systems*, 3rd ed., section 5.3). A jump remains a jump: if the controller saturates, a ramp with the
+    same centre
     would act earlier.
     """
     half = 0.5 * float(np.median(np.diff(recorded)))
@@ -114,7 +116,7 @@ def _held(recorded: Array, command: Array, time: Array) -> Array:
 
 
 def _jumps(command: Array) -> NDArray[np.bool_]:
-    """(m,) True at a sample to which the command jumps: no ramp that is seldom sampled."""
+    """(m,) True at a sample to which the command jumps, as opposed to a coarsely sampled ramp."""
     change = np.abs(np.diff(command, prepend=command[0]))
     before, after = np.r_[0.0, change[:-1]], np.r_[change[1:], 0.0]
     return np.asarray(change > JUMP + SUDDEN * np.maximum(before, after))

@@ -1,4 +1,4 @@
-"""The project file of ``synth gap``, read whole with the nominal leg and the trials of the built one."""
+"""The project file of ``synth gap``, with the nominal leg and the trials of the built one."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class _GapFile:
 
 @dataclass(frozen=True, eq=False)
 class GapProject:
-    """What ``synth gap`` is to do: the ``leg`` as designed against ``trials`` of the leg as built.
+    """The input of ``synth gap``: the ``leg`` as designed, and ``trials`` of the built leg.
 
-    Every joint of ``leg`` has a spring and a damper; one that the file leaves out has rate 0 and stands among the
-    ``defaults``, as do the tolerances that the project leaves out. ``noise`` : joint -> RMS that its sensor is known to
-    scatter by, rad; ``accuracy`` rad: a gap below it does not matter, 0 where the user gave none.
+    Every joint of ``leg`` has a spring and a damper; one that the file omits has rate 0 and is listed in
+    ``defaults``, as are omitted tolerances. ``noise`` : joint -> known RMS noise of its sensor,
+    rad; ``accuracy`` rad: a smaller gap does not matter, 0 if not given.
     """
 
     path: Path
@@ -96,7 +96,7 @@ def read_gap_project(path: str | Path, *, resolve_part: PartResolver | None = No
 
 
 def _noise(reader: ProjectReader, written: Any, leg: Leg | None) -> dict[str, float]:
-    """Joint -> RMS of its sensor's scatter, rad, from ``noise: {knee: 0.02 deg}``."""
+    """Joint -> RMS noise of its sensor, rad, from ``noise: {knee: 0.02 deg}``."""
     if written is None:
         return {}
     if not isinstance(written, Mapping):
@@ -117,27 +117,27 @@ def _one(leg: Leg | None) -> str:
 
 
 def with_rates(leg: Leg) -> tuple[Leg, tuple[Default, ...]]:
-    """The leg with a spring and a damper at every joint, of rate 0 where the file gives none, and these defaults.
+    """The leg with a spring and a damper at every joint, of rate 0 if the file gives none, and these defaults.
 
     Raises
     ------
     UserError
-        For a leg with none at all. It is taken for one that was written for ``synth fit``, which finds them: all that
-        the springs and dampers do would pass for unmodelled effects.
+        For a leg with none at all: it was probably written for ``synth fit``, which estimates them, and
+        all effects of springs and dampers would count as unmodelled.
     """
     if all(joint.spring is None and joint.damper is None and joint.drive is None for joint in leg.joints):
         names = ", ".join(leg.joint_names)
-        text = f"no joint of {leg.name} ({names}) has a spring or a damper; the leg as designed is needed, with those "
-        text += 'that the simulation believed in. A joint that swings freely says so: "damper: {rate: 0 N*m*s/rad}"'
+        text = f"no joint of {leg.name} ({names}) has a spring or a damper; the designed leg is needed, with the "
+        text += 'springs and dampers of the simulation. A joint that swings freely has "damper: {rate: 0 N*m*s/rad}"'
         raise UserError(text)
     joints, defaults = [], []
     for joint in leg.joints:
         if joint.spring is None:
-            reason = "the leg file gives no spring: as designed there is none"
+            reason = "the leg file gives no spring: the design has none"
             defaults.append(Default(f"{leg.name}: {joint.name}.spring", "0 N*m/rad", reason))
             joint = replace(joint, spring=Spring(0.0, joint.zero))
         if joint.damper is None:
-            reason = "the leg file gives no damper: as designed there is none, and any drag is an effect"
+            reason = "the leg file gives no damper: the design has none, and any drag is an effect"
             defaults.append(Default(f"{leg.name}: {joint.name}.damper", "0 N*m*s/rad", reason))
             joint = replace(joint, damper=Damper(rate=0.0))
         joints.append(joint)
@@ -145,7 +145,7 @@ def with_rates(leg: Leg) -> tuple[Leg, tuple[Default, ...]]:
 
 
 def _with_rates(leg: Leg, reader: ProjectReader) -> Leg:
-    """``with_rates``, its defaults and its refusal recorded."""
+    """``with_rates`` with its defaults recorded and its refusal reported."""
     with gathering(reader.problems, reader.document, ("leg",)):
         leg, defaults = with_rates(leg)
         reader.defaults += defaults

@@ -1,4 +1,4 @@
-"""The project file of ``synth gap`` where its leg is a jumping one: ``leg:`` names a ``kind: hopper-design``.
+"""The project file of ``synth gap`` for a jumping leg: ``leg:`` names a ``kind: hopper-design``.
 
 A recording with a column ``hip torque`` is an inverted pull-up, any other a jump.
 """
@@ -25,11 +25,11 @@ from synth.files.schema import Because, Default
 from synth.files.validate import FileModel, Quantity, Title, check_part, gathering
 from synth.files.yaml_lines import load
 
-PULL_UP = "hip torque"  # the column that makes a recording one
+PULL_UP = "hip torque"  # the column that marks a recording as a pull-up
 JUMP_COLUMNS = {"time": "s", "upper link": "rad"}
 PULL_UP_COLUMNS = {**JUMP_COLUMNS, PULL_UP: "N*m"}
 OPTIONAL = {"ground force": "N", "current": "A", "supply": "V", "pitch": "rad", "foot slide": "m"}
-MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
+MOST = 0.5  # a quantity with a larger deviation is unknown, and nothing can be inferred from it
 
 Length = Annotated[float, Quantity("m", above=0, most=10)]
 Share = Annotated[float, Quantity("1", least=0, most=MOST)]
@@ -39,22 +39,22 @@ _BUILT = "usual for a leg that was measured after it was built"
 
 @dataclass(frozen=True)
 class JumpTolerance:
-    """What manufacturing and measuring leave open of the design: one standard deviation each, shares of the value.
+    """Uncertainty of the design due to manufacturing and measurement: standard deviations, as shares of the value.
 
-    The motor's (``motor`` its torque constant) hold for each motor on its own. Zero: known exactly, so that any error
-    of it counts as an effect.
+    The motor's values (``motor`` its torque constant) apply to each motor separately. Zero: known exactly, so that any
+    deviation counts as an effect.
     """
 
     length: Annotated[Share, Because(_BUILT)] = 0.005
     mass: Annotated[Share, Because(_BUILT)] = 0.01
-    spring: Annotated[Share, Because("what is left after a flexure's rate was measured")] = 0.05
-    damper: Annotated[Share, Because("what is left after pull-ups (synth hopper, kind hopper-pull-ups)")] = 0.15
+    spring: Annotated[Share, Because("remaining uncertainty of a measured flexure rate")] = 0.05
+    damper: Annotated[Share, Because("remaining after pull-ups (synth hopper, kind hopper-pull-ups)")] = 0.15
     motor: Annotated[Share, Because(_RUN_UPS)] = 0.02
     resistance: Annotated[Share, Because(_RUN_UPS)] = 0.02
     inductance: Annotated[Share, Because(_RUN_UPS)] = 0.2
     friction: Annotated[Share, Because(_RUN_UPS)] = 0.15
     rotor_inertia: Annotated[Share, Because(_RUN_UPS)] = 0.05
-    efficiency: Annotated[Share, Because("of the gear; the maker's line tells it so far")] = 0.03
+    efficiency: Annotated[Share, Because("of the gear; accuracy of the maker's line")] = 0.03
     supply: Annotated[Share, Because("a voltmeter's")] = 0.005
     ground: Annotated[Share, Because("the contact's stiffness is an assumption")] = 0.3
     bumper: Annotated[Share, Because("the stop's stiffness is an assumption")] = 0.3
@@ -69,13 +69,13 @@ class JumpTolerance:
         float, Quantity("rad", least=0, most=radians(30)), Because("each jump's start about the design's crouch")
     ] = radians(3.0)  # fmt: skip
     start: Annotated[
-        float, Quantity("s", least=0, most=0.1), Because("when the motors are switched on, after time 0")
+        float, Quantity("s", least=0, most=0.1), Because("switch-on time of the motors after time 0")
     ] = 0.0005  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class JumpTrial:
-    """One recording of a jump or a pull-up: columns (n_time,) in SI, and under what conditions it was made.
+    """One recording of a jump or a pull-up: columns (n_time,) in SI, and its conditions.
 
     ``payload`` kg on the body; ``supply`` V or None for the motor's own; ``lean`` rad from upright at the start.
     """
@@ -118,7 +118,7 @@ class _HopperGapFile:
 
 @dataclass(frozen=True, eq=False)
 class HopperGapProject:
-    """What ``synth gap`` is to do with a jumping leg: the ``design`` against ``trials`` of what was built."""
+    """The input of ``synth gap`` for a jumping leg: the ``design``, and ``trials`` of the built leg."""
 
     path: Path
     name: str
@@ -131,7 +131,7 @@ class HopperGapProject:
 
 
 def is_hopper_gap(path: str | Path) -> bool:
-    """Whether a project of kind ``gap`` names a jumping leg; of what cannot be read the other reader says why."""
+    """Whether a project of kind ``gap`` names a jumping leg; an unreadable file is reported by the other reader."""
     try:
         document = load(path)
         name = document.value.get("leg")
@@ -154,10 +154,10 @@ def read_hopper_gap_project(path: str | Path) -> HopperGapProject:
     file, tolerance = reader.section(_HopperGapFile), reader.section(JumpTolerance, "tolerance")
     design = design_named(reader, "leg")
     if design is not None and design.model == "point_mass":
-        reader.refuse("its model is point_mass, which has no motion to compare; choose another", ("leg",))
+        reader.refuse("its model is point_mass, which does not predict a motion; choose another", ("leg",))
     trials = _trials(reader, file) if file is not None else ()
     if file is not None and trials and all(trial.held_out for trial in trials):
-        reader.refuse("every trial is held out; at least one must be there to learn from", ("trials",))
+        reader.refuse("every trial is held out; at least one training trial is needed", ("trials",))
     reader.finish()
     assert file is not None
     assert tolerance is not None
@@ -179,7 +179,7 @@ def _trials(reader: ProjectReader, file: _HopperGapFile) -> tuple[JumpTrial, ...
         motor, length = entry.motor or file.motor, entry.length or file.length
         missing = [f'"{name}"' for name, given in (("motor", motor), ("length", length)) if given is None]
         if motor is None or length is None:
-            reader.refuse(f"{' and '.join(missing)} missing: give it here, or for all trials beside them", key)
+            reader.refuse(f"{' and '.join(missing)} missing: give it here, or once for all trials", key)
             continue
         with gathering(reader.problems, reader.document, key):
             for path in matching(reader.folder, entry.file):

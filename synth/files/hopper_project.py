@@ -1,4 +1,4 @@
-"""The project file of ``synth hopper``: the leg, its motors, what is swept and what counts."""
+"""The project file of ``synth hopper``: leg, motors, sweep and objectives."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class LegSection:
     ] = pi / 2 - 0.89
     crouch_lower: Annotated[float | None, Quantity("rad", above=0, most=pi / 2)] = None
     extended: Annotated[
-        float, Quantity("rad", least=-pi, most=pi), Because("an assumption: the leg's stop, short of the straight leg")
+        float, Quantity("rad", least=-pi, most=pi), Because("an assumption: the leg's stop, before the leg is straight")
     ] = radians(10.0)
     stop_rate: Annotated[float, Quantity("N*m/rad", above=0, most=1e4), Because("an assumption: firm")] = 20.0
     stop_dissipation: Annotated[float, Quantity("s/rad", least=0, most=100), Because("an assumption")] = 0.5
@@ -98,7 +98,7 @@ class ContactSection:
     """The ground."""
 
     stiffness: Annotated[
-        float, Quantity("N/m", least=300, most=1e7), Because("an assumption; a tenth of it moves the height by 6 %")
+        float, Quantity("N/m", least=300, most=1e7), Because("an assumption; a tenth of it changes the height by 6 %")
     ] = 1e4
     damping: Annotated[float, Quantity("N*s/m", least=0, most=1e3), Because(f"{LAB}; linear law only")] = 10.0
     dissipation: Annotated[
@@ -110,7 +110,7 @@ class ContactSection:
 
 @dataclass(frozen=True)
 class MotorSection:
-    """Which motors, and what is the same for all of them."""
+    """Motors, and their common properties."""
 
     use: Annotated[
         list[str], Field(min_length=1, examples=['["N20 HP *"]']), Because("all of the catalogue", "all")
@@ -129,7 +129,7 @@ class MotorSection:
     resistance: Annotated[
         float | None, Quantity("ohm", above=0, most=1e5), Because("voltage over stall current", "derived")
     ] = None
-    friction_share: Annotated[Share, Because("of the no-load torque; one point tells no more")] = 1.0
+    friction_share: Annotated[Share, Because("of the no-load torque; one point does not determine more")] = 1.0
     gearbox: Annotated[Literal["warn", "stop"], Because("the study's own 210:1 is beyond its gearbox's limit")] = "warn"
 
 
@@ -139,7 +139,7 @@ class LengthsSection:
 
     least: Annotated[Length, Because("shorter ones lock in the default crouch")] = 0.05
     most: Annotated[Length, Because("beyond any optimum found here")] = 0.2
-    step: Annotated[float, Quantity("m", above=0, most=1), Because("finer than can be built to matter")] = 0.005
+    step: Annotated[float, Quantity("m", above=0, most=1), Because("finer steps make no practical difference")] = 0.005
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class ToleranceSection:
 class _HopperFile:
     kind: str
     name: Title | None = None
-    model: Annotated[Name, Because("the one with everything in it")] = "full"
+    model: Annotated[Name, Because("the complete model")] = "full"
     leg: Any = None
     laminate: Any = None
     flexures: Any = None
@@ -182,10 +182,10 @@ class _HopperFile:
 
 @dataclass(frozen=True)
 class PartsSection:
-    """The flat layers."""
+    """The flat layers to cut."""
 
     adhesive: Annotated[Length, Because("the lab's adhesive layer")] = 0.000015
-    adhesive_gap: Annotated[Length, Because("rigid layers stay clear of the fold by that much")] = 0.0002
+    adhesive_gap: Annotated[Length, Because("clearance between rigid layers and the fold")] = 0.0002
     motor_shaft: Annotated[Length, Because("micro metal motors")] = 0.003
     sheet: Annotated[float, Quantity("m", above=0, most=10), Because("a common laser bed")] = 0.3
     kerf: Annotated[
@@ -198,9 +198,9 @@ class PartsSection:
 
 @dataclass(frozen=True, eq=False)
 class HopperProject:
-    """What ``synth hopper`` is to do; see the sections.
+    """The input of ``synth hopper``; see the sections.
 
-    ``height`` : what relative heights are made of, and what is aimed at where the file names no objective: the foot's
+    ``height`` : the height used for relative heights, and the default objective: the foot's
     clearance, or the total height, the rise of the centre of mass over the crouch.
     """
 
@@ -231,7 +231,7 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     Raises
     ------
     UserError
-        With every mistake of the file; also where no length of the sweep can be in the crouch.
+        With every mistake of the file; also if no length of the sweep allows the crouch.
     """
     reader = ProjectReader.open(path, "hopper-design")
     document, section = reader.document, reader.section
@@ -253,7 +253,7 @@ def read_hopper_project(path: str | Path) -> HopperProject:
     assert parts is not None
 
     def meant(names: Sequence[str], key: str) -> list[str]:
-        """What a file that speaks of total heights aims at where it does not say."""
+        """The default objective of a file that uses total heights."""
         if file.height == "clearance" or key in reader.written:
             return list(names)
         return ["total_height" if name == "clearance" else name for name in names]
@@ -284,10 +284,10 @@ def read_hopper_project(path: str | Path) -> HopperProject:
 
 
 def design_named(reader: ProjectReader, key: str) -> HopperProject | None:
-    """The hopper-design that another project names under ``key``; None where a mistake is noted."""
+    """The hopper-design that another project names under ``key``; None after a reported mistake."""
     name = reader.written.get(key)
     if not isinstance(name, str):
-        return None  # said by the file's own check
+        return None  # reported by the file's own check
     with gathering(reader.problems, reader.document, (key,)):
         path = shared(reader.folder, name)
         reader.note(path)
@@ -297,7 +297,7 @@ def design_named(reader: ProjectReader, key: str) -> HopperProject | None:
 
 def _lengths(reader: ProjectReader, section: LengthsSection) -> tuple[float, ...]:
     if section.most < section.least:
-        reader.refuse(f"most ({section.most * 1e3:g} mm) is less than least ({section.least * 1e3:g} mm)", ("lengths",))
+        reader.refuse(f"most ({section.most * 1e3:g} mm) is below least ({section.least * 1e3:g} mm)", ("lengths",))
         return ()
     count = int((section.most - section.least) / section.step + 1e-9) + 1
     if count > MOST_DESIGNS:
@@ -323,7 +323,7 @@ def _leg(leg: LegSection, laminate: LaminateSection, flexures: FlexureSection, s
 
 
 def _measured_bending(reader: ProjectReader, laminate: LaminateSection | None) -> LaminateSection | None:
-    """The laminate with the bending rate that ``bending:`` shows, a CSV of ``deflection [deg],torque [N*m]``."""
+    """The laminate with the bending rate from ``bending:``, a CSV of ``deflection [deg],torque [N*m]``."""
     if laminate is None or laminate.bending is None:
         return laminate
     key: Key = ("laminate", "bending")
@@ -331,7 +331,7 @@ def _measured_bending(reader: ProjectReader, laminate: LaminateSection | None) -
         reader.refuse('"beam_rate" and "bending" are both given; keep one', key)
         return laminate
     if laminate.links == "strip":
-        reader.refuse("is of a measured link, and links: strip takes the cross-section's; keep one", key)
+        reader.refuse("belongs to a measured link, but links: strip uses the cross-section; keep one", key)
         return laminate
     with gathering(reader.problems, reader.document, key):
         path = inside(reader.folder, laminate.bending)
@@ -346,7 +346,7 @@ def _measured_bending(reader: ProjectReader, laminate: LaminateSection | None) -
 
 
 def _check_pose(reader: ProjectReader, leg: HopperLeg, swept: Sequence[float]) -> None:
-    """Refuse a leg none of whose lengths can be in the crouch, that crosses, or that ends before it starts."""
+    """Refuse a leg that no length allows to crouch, that crosses, or that is extended before it starts."""
     if leg.crouch_lower is not None and ("leg", "crouch") in reader.document.lines:
         reader.refuse("crouch and crouch_lower are both given; keep one", ("leg", "crouch_lower"))
     if leg.crouch_lower is None and leg.extended >= leg.crouch:
@@ -361,9 +361,7 @@ def _check_pose(reader: ProjectReader, leg: HopperLeg, swept: Sequence[float]) -
     if not in_reach(leg, np.array(swept)).any():
         found = leg.with_length(swept[-1]).problems()
         text = found[0] if found else "the lower links lie nearly level in the crouch, and lock"
-        reader.refuse(
-            f"no length of the sweep can be in the crouch; at {swept[-1] * 1e3:g} mm {text}", ("leg", "crouch")
-        )
+        reader.refuse(f"no length of the sweep allows the crouch; at {swept[-1] * 1e3:g} mm {text}", ("leg", "crouch"))
 
 
 def model_problem(project: HopperProject, text: str) -> Problem:

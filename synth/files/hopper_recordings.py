@@ -125,7 +125,7 @@ class _Video:
 
 
 def kind_of(path: str | Path) -> str:
-    """What a project file says it is, or an empty text."""
+    """The kind stated by a project file, or an empty text."""
     return str(load(path).value.get("kind", ""))
 
 
@@ -133,7 +133,7 @@ def read_motor_runs(path: str | Path) -> MotorRuns:
     """Read ``kind: hopper-motor``; each run has ``time [s],voltage [V],current [A],speed [rad/s]`` of the output.
 
     A stall test has ``voltage [V],current [A],torque [N*m]``, a free-speed test ``voltage [V],current [A],speed
-    [rpm]``, a steady point a line, at the output too.
+    [rpm]``, one line per steady point, also at the output.
     """
     reader = ProjectReader.open(path, "hopper-motor")
     file = reader.section(_MotorFile)
@@ -223,7 +223,7 @@ def _videos(reader: ProjectReader, items: list[Any]) -> list[tuple[str, HopperRe
 
 
 def _points(reader: ProjectReader, patterns: list[str], key: str, wanted: Mapping[str, str]) -> list[HopperRecording]:
-    """Tables of steady points, a line each, without a clock."""
+    """Tables of steady points, one per line, without a clock."""
     found = []
     for index, pattern in enumerate(patterns):
         with gathering(reader.problems, reader.document, (key, index)):
@@ -247,7 +247,7 @@ def read_points(path: Path, name: str, wanted: Mapping[str, str]) -> HopperRecor
 def read_recording(
     path: Path, name: str, wanted: Mapping[str, str], optional: Mapping[str, str] | None = None
 ) -> HopperRecording:
-    """Read a CSV with the wanted columns (name -> SI unit) and such optional ones as it has; units of the same kind.
+    """Read a CSV with the required columns (name -> SI unit) and any optional ones.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The project file of ``synth import``: which foreign files, and what in them are the leg's joints."""
+"""The project file of ``synth import``: foreign files, and which of their columns or points are the leg's joints."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from synth.files.validate import Quantity, Title
 from synth.swing.leg_model import Leg
 
 Window = tuple[float, float]
-TURNS = radians(720.0)  # rad, two turns either way: more is a mistake of units
+TURNS = radians(720.0)  # rad, two turns either way: a larger angle is a mistake of units
 Formats = Literal[
     "auto", "anipose", "c3d", "csv", "deeplabcut", "deeplabcut-h5", "matlab", "mcap", "nwb-pose", "opensim", "rosbag",
     "sleap", "sleap-analysis", "trc",
@@ -31,7 +31,7 @@ Text = Annotated[str, Field(min_length=1, max_length=200)]
 
 @dataclass(frozen=True)
 class JointColumn:
-    """Where a joint's angle stands, and what it means.
+    """The column of a joint's angle, and its convention.
 
     ``zero`` : rad, the file's reading when this link points along its parent (the first: straight down); None and
         ``sign`` None: as the leg's own.
@@ -45,13 +45,13 @@ class JointColumn:
 
 @dataclass(frozen=True)
 class Mapping:
-    """How a foreign file becomes a leg's angles; each format uses what it needs.
+    """The conversion of a foreign file into a leg's angles; each format uses the options it needs.
 
-    ``time`` : the clock's column; ``time_unit`` : its unit. ``frame_rate`` : Hz, where the file has no clock.
-    ``joints`` : a column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : a point less
-    likely is missing. ``plane`` : which axes of space are right and up; ``fit`` and an axis: the plane that fits best,
-    that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
-    ``roll`` : rad, counter-clockwise, by which the picture is turned.
+    ``time`` : the clock's column; ``time_unit`` : its unit. ``frame_rate`` : Hz, if the file has no clock.
+    ``joints`` : one column each. ``points`` : proximal to distal, one more than joints. ``likelihood`` : less likely
+    points count as missing. ``plane`` : axes of space to the right and up; ``fit`` and an axis: the best-fitting plane
+    with that axis up. ``topic`` : of a robot's log. ``mirror`` : seen from the other side.
+    ``roll`` : rad, counter-clockwise rotation of the picture.
     """
 
     time: str | None = None
@@ -112,7 +112,7 @@ class _FileEntry:
 
 @dataclass(frozen=True)
 class ForeignFile:
-    """A file to import: its ``name`` relative to the project, and the window that was picked by hand, s."""
+    """A file to import: ``name`` relative to the project, and the manually chosen window, s."""
 
     path: Path
     name: str
@@ -121,7 +121,7 @@ class ForeignFile:
 
 @dataclass(frozen=True, eq=False)
 class ImportProject:
-    """What ``synth import`` is to do."""
+    """The input of ``synth import``."""
 
     name: str
     leg: Leg
@@ -176,7 +176,7 @@ def read_import_project(path: str | Path, *, resolve_part: PartResolver | None =
 
 
 def _columns(reader: ProjectReader, written: object) -> dict[str, JointColumn]:
-    """A column each, or just its name where the file says the unit and measures as the leg file does."""
+    """One column per joint, or only its name if the file states the unit and uses the leg file's convention."""
     found: dict[str, JointColumn] = {}
     for name, value in written.items() if isinstance(written, dict) else ():
         key = ("joints", str(name))

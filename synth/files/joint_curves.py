@@ -1,4 +1,4 @@
-"""A joint's damper and spring in the forms that other engines' joints have, with what each form leaves out.
+"""A joint's damper and spring in the forms of other engines' joints, with the loss of each form.
 
 MuJoCo's joints know ``a w + b w|w| + c w^3`` and dry friction; its dry friction, given its own viscous slope, is a
 clamped speed, ``slope * clamp(w, -s, s)``, and a sum of those is any curve that bends downwards, exactly.
@@ -15,9 +15,9 @@ from synth.arrays import Array
 from synth.swing.damper_curves import clamps, thin, torque_at
 from synth.swing.leg_model import Joint
 
-IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are part of the damper's curve
+IN_DAMPING = ("shear_thinning_damping", "quadratic_damping")  # effects that are included in the damper's curve
 IN_SPRING = ("hardening_spring",)
-LEAST = 1e-9  # of the largest torque, below which a term is left out
+LEAST = 1e-9  # of the largest torque, below which a term is dropped
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def damping_terms(joint: Joint, fastest: float) -> DampingTerms:
 
 
 def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
-    """The straight line (N m s/rad) nearest to the damper up to ``fastest`` rad/s, and its error as a share."""
+    """The straight line (N m s/rad) nearest to the damper up to ``fastest`` rad/s, and its relative error."""
     speed = np.linspace(0.0, fastest, 200)[1:]
     torque = damper_torque(joint, speed)
     rate = float(speed @ torque / (speed @ speed))
@@ -104,7 +104,7 @@ def linear_damping(joint: Joint, fastest: float) -> tuple[float, float]:
 
 
 def spring_torque(joint: Joint, deflection: Array) -> Array:
-    """Torque (N m) against a deflection (rad, any shape) of spring and what hardens it."""
+    """Torque (N m) over deflection (rad, any shape) of the spring with its hardening."""
     assert joint.spring is not None
     torque = joint.spring.rate * deflection
     hard = joint.effects.get("hardening_spring")

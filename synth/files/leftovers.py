@@ -1,4 +1,4 @@
-"""Temporary folders beside a result: locked while their run lives, removed by the next one when it was killed."""
+"""Temporary folders beside a result: locked during their run; those of killed runs are removed by the next one."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # no such locks on Windows: nothing is known of other runs there, and nothing of theirs is touched
+except ImportError:  # no such locks on Windows: other runs are unknown there, and their folders are left alone
     fcntl = None  # type: ignore[assignment]
 
-PARTIAL = ".{}.partial-"  # what a run writes, by the result's name
-REPLACED = ".{}.replaced-"  # an earlier result, while the new one takes its place
+PARTIAL = ".{}.partial-"  # output of a run, by the result's name
+REPLACED = ".{}.replaced-"  # an earlier result while it is being replaced
 
 
 def held_folder(parent: Path, prefix: str) -> tuple[Path, int | None]:
-    """Make a folder that this process holds: its path and the lock's handle, to be closed when it is not needed.
+    """Create a folder owned by this process: its path and the lock's handle, to be closed at the end.
 
-    The kernel lets the lock go when the process ends, however it ends.
+    The kernel releases the lock when the process ends in any way.
     """
     while True:
         path = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
         handle = _locked(path, wait=True)
         if path.is_dir():
             return path, handle
-        if handle is not None:  # another run saw it before it was locked, and removed it
+        if handle is not None:  # another run removed it before it was locked
             os.close(handle)
 
 
 @contextmanager
 def one_at_a_time(folder: Path) -> Iterator[None]:
-    """Let one process at a time look into the folder and add to it, where locks are to be had."""
+    """Let one process at a time read and extend the folder, if locks are available."""
     handle = _locked(folder, wait=True)
     try:
         yield
@@ -44,7 +44,7 @@ def one_at_a_time(folder: Path) -> Iterator[None]:
 
 
 def remove_leftovers(parent: Path, prefix: str) -> list[Path]:
-    """Remove the folders of that prefix that no living process holds; returns those that one does hold."""
+    """Remove the folders of that prefix that no living process holds; return those still held."""
     living: list[Path] = []
     for path in _named(parent, prefix):
         handle = _locked(path)
@@ -57,7 +57,7 @@ def remove_leftovers(parent: Path, prefix: str) -> list[Path]:
 
 
 def put_back(target: Path) -> None:
-    """An earlier result that a killed run had moved aside, where no other has come in its place."""
+    """Restore an earlier result that a killed run had moved aside, unless it was replaced."""
     for path in _named(target.parent, REPLACED.format(target.name)):
         handle = _locked(path)
         if handle is not None:
@@ -68,7 +68,7 @@ def put_back(target: Path) -> None:
 
 
 def remove_tree(folder: Path) -> None:
-    """Remove a folder, and folders in it that may not be written; what cannot be removed stays."""
+    """Remove a folder with its read-only folders; what cannot be removed stays."""
     with suppress(OSError):
         for place, _, _ in os.walk(folder):  # from the top, so that each can be entered
             if not os.access(place, os.W_OK | os.X_OK):
@@ -84,7 +84,7 @@ def _named(parent: Path, prefix: str) -> list[Path]:
 
 
 def _locked(folder: Path, *, wait: bool = False) -> int | None:
-    """A handle that locks the folder; None where another process holds it, or the file system has no locks."""
+    """A handle that locks the folder; None if another process holds it, or the file system has no locks."""
     if fcntl is None:
         return None
     try:

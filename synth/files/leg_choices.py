@@ -32,7 +32,7 @@ class SelectSection:
     vendors: Names = field(default_factory=list)
     without: Names = field(default_factory=list)
     system: Literal["inch", "metric"] | None = None
-    within: Annotated[Turn, Because("a tenth of what a leg's joints commonly swing")] = PartsOptions.within
+    within: Annotated[Turn, Because("a tenth of a leg's common joint amplitude")] = PartsOptions.within
     tolerance: Any = None
 
 
@@ -43,7 +43,7 @@ class JointSection:
 
 
 def read_parts_options(reader: ProjectReader, select: SelectSection | None, written: Any) -> PartsOptions:
-    """What holds for the parts of every joint."""
+    """Options of the parts of all joints."""
     if select is None:
         return PartsOptions()
     value = written.get("tolerance") if isinstance(written, dict) else None
@@ -57,7 +57,7 @@ def read_parts_options(reader: ProjectReader, select: SelectSection | None, writ
 def read_joint_choices(
     reader: ProjectReader, select: SelectSection | None, target: Leg | None
 ) -> dict[str, JointChoice]:
-    """A choice for every joint of the target, whether the file names it or not."""
+    """The choice for every joint of the target, whether the file names it or not."""
     if select is None:
         return {}
     document, problems, defaults = reader.document, reader.problems, reader.defaults
@@ -82,7 +82,7 @@ def read_joint_choices(
 
 
 def _check_spring(reader: ProjectReader, spring: SpringChoice, key: Key) -> None:
-    """What contradicts itself."""
+    """Report contradictory keys."""
     if spring.make and spring.part is not None:
         reader.refuse('"make" and "part" are both given; keep one', key)
     if spring.wire is not None and spring.make is False:
@@ -95,6 +95,6 @@ def _check_spring(reader: ProjectReader, spring: SpringChoice, key: Key) -> None
     ):
         if least is not None and most is not None and least >= most:
             text = (
-                f"no spring fits: it asks for more than {units.write(least, 'mm')}, less than {units.write(most, 'mm')}"
+                f"no spring fits: the limits are above {units.write(least, 'mm')} and below {units.write(most, 'mm')}"
             )
             reader.refuse(text, (*key, f"min_{what}"))

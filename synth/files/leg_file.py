@@ -35,14 +35,14 @@ from synth.swing.effects import Effect, registered
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
 TURNS = radians(720.0)  # no joint's angle lies beyond two turns
-COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, not that far
+COM_LIMIT = 5.0  # link lengths; a counterweight may lie outside the link, but not farther
 GYRATION_LIMIT = 5.0  # link lengths, of a link's radius of gyration about its centre of mass: a rod has 0.29
 
 # (kind, part) -> a spring's rate in N m/rad, or the damper; UserError where the catalogue has no such part.
 PartResolver = Callable[[Literal["spring", "damper"], str], float | Damper]
 
 _TAKEN = ("time", "base", "all", drive_columns.SUPPLY)
-ENDINGS = (" velocity", " torque", *drive_columns.SUFFIXES)  # of columns that tell something else of a joint
+ENDINGS = (" velocity", " torque", *drive_columns.SUFFIXES)  # of columns with other quantities of a joint
 
 
 class _Link(FileModel):
@@ -121,7 +121,7 @@ class _Leg(FileModel):
     name: Annotated[Title, Field(examples=["dog hind leg"])]
     gravity: Annotated[float, Quantity("m/s^2", least=0, most=1000)] = 9.81
     tilt: Annotated[float, Quantity("rad", least=-TURNS, most=TURNS)] = 0.0
-    # Joints are checked one by one, so that one's mistake doesn't hide what the others' files and parts hold.
+    # Joints are checked individually, so that one mistake does not hide those of other joints.
     joints: Annotated[list[Any], Field(min_length=1, max_length=6)]
     effects: list[dict[str, dict[str, Any]]] | None = None  # of the base
 
@@ -137,13 +137,13 @@ def read_leg(
     Parameters
     ----------
     path
-        the ``*.leg.yaml``; curve files are looked for in its folder's tree.
+        the ``*.leg.yaml``; curve files must lie below its folder.
     resolve_part
-        gives the rate of a spring, or the damper, that stands in a catalogue under a part number; without it a
+        gives the rate of a spring, or the damper, by its catalogue part number; without it a
         ``part`` needs its ``rate`` (or ``curve``) beside it.
     effects
-        the effects that a joint may list; all that are registered if None. What changes a number that the file gives
-        anyway (a link's mass, the free angle, the tilt) is no effect here.
+        the effects that a joint may list; None: all registered ones. Changes of a number that the file gives
+        anyway (a link's mass, the free angle, the tilt) are not effects here.
 
     Raises
     ------
@@ -167,7 +167,7 @@ def read_leg(
 
 
 def write_leg(leg: Leg, path: str | Path, *, effects: Sequence[Effect] | None = None) -> None:
-    """Write a leg file that ``read_leg`` gives back; a damper's curve goes to a CSV beside it.
+    """Write a leg file that ``read_leg`` restores; a damper's curve goes to a separate CSV.
 
     Angles are written in degrees, lengths in mm, to 15 digits: exact to 1e-14 relative.
     """
@@ -227,7 +227,7 @@ def _damper_text(damper: Damper, path: Path, number: int, joint: str) -> dict[st
     if damper.curve is None:
         raise ValueError(f"the damper of {joint} has neither a rate nor a curve")
     stem = path.name.removesuffix(".yaml").removesuffix(".leg")
-    # The number keeps joints apart whose names differ only in signs that a file name leaves out.
+    # The number distinguishes joints whose names differ only in characters that a file name leaves out.
     curve = path.with_name(f"{stem}_{number}_{re.sub(r'[^A-Za-z0-9_-]', '_', joint)}_damper.csv")
     write_curve(damper.curve, curve)
     return {"curve": curve.name} | _part(damper.part)
@@ -239,7 +239,7 @@ def _effect_text(name: str, values: Mapping[str, float], specification: Effect) 
 
 
 def _check_semantics(document: Document, problems: list[Problem]) -> None:
-    """What single fields cannot tell: names that are used twice, a centre of mass far off its link."""
+    """Checks across fields: names used twice, a centre of mass far from its link."""
     joints = document.value.get("joints")
     names: dict[str, int | None] = {}
     for index, joint in enumerate(joints if isinstance(joints, list) else []):
@@ -259,7 +259,7 @@ def _check_semantics(document: Document, problems: list[Problem]) -> None:
             try:
                 ratio = abs(units.parse(link["com"], "m")) / units.parse(link["length"], "m")
             except (UserError, ZeroDivisionError):
-                continue  # said by the field itself
+                continue  # reported by the field itself
             if ratio > COM_LIMIT:
                 text = f"{link['com']} is {ratio:.3g} lengths of the link away from its joint; check the unit"
                 problems.append(document.problem(text, ("joints", index, "link", "com")))
@@ -268,16 +268,16 @@ def _check_semantics(document: Document, problems: list[Problem]) -> None:
                 inertia, mass = units.parse(link["inertia"], "kg*m^2"), units.parse(link["mass"], "kg")
                 ratio = (inertia / mass) ** 0.5 / units.parse(link["length"], "m")
             except (UserError, ArithmeticError, TypeError):
-                continue  # said by the field itself
+                continue  # reported by the field itself
             if isinstance(ratio, float) and ratio > GYRATION_LIMIT:
-                text = f"{link['inertia']} is what {link['mass']} at {ratio:.3g} lengths of the link would have; check "
+                text = f"{link['inertia']} is the inertia of {link['mass']} at {ratio:.3g} lengths of the link; check "
                 text += "the units of inertia, mass and length"
                 problems.append(document.problem(text, ("joints", index, "link", "inertia")))
 
 
 @dataclass(frozen=True)
 class _Reader:
-    """Turns checked fields into model objects; goes on after a mistake so that all are told."""
+    """Converts checked fields into model objects; continues after a mistake to report all."""
 
     document: Document
     resolve_part: PartResolver | None
@@ -321,7 +321,7 @@ class _Reader:
     def resolve(self, kind: Literal["spring", "damper"], part: str, key: Key) -> float | Damper | None:
         if self.resolve_part is None:
             rate = "rate" if kind == "spring" else "rate or curve"
-            self.refuse(f'no catalogue is at hand to look up "{part}": write its {rate} beside it', key)
+            self.refuse(f'no catalogue is available to look up "{part}": write its {rate} beside it', key)
             return None
         with gathering(self.problems, self.document, key):
             found = self.resolve_part(kind, part)
@@ -331,7 +331,7 @@ class _Reader:
         return None
 
     def effects(self, items: object, key: Key, where: str = "joint") -> dict[str, dict[str, float]]:
-        """Effects of one joint, or of the base, from the raw list, whose keys are names and so not a model's."""
+        """Effects of one joint, or of the base, from the raw list."""
         result: dict[str, dict[str, float]] = {}
         for index, item in enumerate(items if isinstance(items, list) else []):
             for name, parameters in item.items() if isinstance(item, dict) else ():

@@ -1,4 +1,4 @@
-"""The project file of ``synth leg``: an animal's motion, the robot's links, and what to choose from."""
+"""The project file of ``synth leg``: source motion, target links, and part choices."""
 
 from __future__ import annotations
 
@@ -40,37 +40,37 @@ from synth.files.wanted_section import WantedCharacteristics, read_wanted
 from synth.files.yaml_lines import Key
 from synth.swing.leg_model import Leg
 
-# The user's catalogue files -> what looks parts up in them and in the built-in ones.
+# The user's catalogue files -> a function that looks up parts in them and in the built-in ones.
 CatalogueOpener = Callable[[Sequence[Path]], PartResolver]
 NO_MOTION = 'needs "trials" (recordings), or "wanted" (each joint\'s characteristics)'
 
 
 @dataclass(frozen=True, eq=False)
 class LegProject:
-    """What ``synth leg`` is to do.
+    """The input of ``synth leg``.
 
     Parameters
     ----------
     time_scale
-        how many times slower the robot moves than the animal; ``dynamic_similarity`` where it is the square root of
-        the ratio of leg lengths rather than a number of the file's.
+        how many times slower the robot moves than the animal; ``dynamic_similarity``: it is the square root of
+        the ratio of leg lengths instead of a number in the file.
     parts
-        which parts may be chosen at all, and how near the response is wished.
+        restrictions of the parts, and the allowed departure of the response.
     joints
-        what to choose, for every joint of the target.
+        the choice for every joint of the target.
     dampers
         measured dampers by joint.
     measured_springs
-        what was measured of the springs in hand, by joint.
+        measurements of the available springs, by joint.
     defaults
-        what the file leaves out, for the report.
+        values that the file omits, for the report.
     tolerance
-        what the source's and the target's leg files leave open of their links, joint by joint.
+        uncertainty of the links in the source's and target's leg files, joint by joint.
     wanted
-        characteristics of the source's motion, in the place of trials; ``wanted_shown`` what comes of them, and
-        ``said`` a sentence on each that comes out otherwise, once ``fit.wanted_motion`` has made the trial.
+        characteristics of the source's motion instead of trials; ``wanted_shown`` the characteristics achieved, and
+        ``said`` a sentence on each that differs, once ``fit.wanted_motion`` has made the trial.
     release
-        ``free``: what something drives at first in the source's recordings is cut; ``recorded``: all is fitted.
+        ``free``: the driven beginning of the source's recordings is cut; ``recorded``: all samples are fitted.
     """
 
     path: Path
@@ -102,7 +102,7 @@ class _LegDesignFile:
     kind: str
     source: Annotated[Any, Field(examples=["{leg: rat/rat.leg.yaml, trials: [rat/releases/*.csv]}"])]
     target: Annotated[str, Field(examples=["dog/dog.leg.yaml"])]
-    release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
+    release: Annotated[Release, Because("the driven beginning of a recording is not free motion and is cut")] = "free"
     name: Title | None = None
     scale: Any = None
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
@@ -123,7 +123,7 @@ class _SourceSection:
 
 @dataclass(frozen=True)
 class _Scale:
-    time: Annotated[Any, Because("the motion is taken at the animal's own pace")] = 1.0
+    time: Annotated[Any, Because("the motion keeps the animal's time scale")] = 1.0
 
 
 def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None = None) -> LegProject:
@@ -134,7 +134,7 @@ def read_leg_project(path: str | Path, *, open_catalogue: CatalogueOpener | None
     path
         the YAML file; everything that it names lies in its folder's tree.
     open_catalogue
-        given the user's catalogue files, returns what looks up parts that a leg file names, see ``read_leg``.
+        given the user's catalogue files, returns the function that looks up parts of a leg file, see ``read_leg``.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def _source(
     reader: ProjectReader, value: Any
 ) -> tuple[Leg | None, tuple[Trial, ...], dict[str, WantedCharacteristics]]:
     if value is None:
-        return None, (), {}  # said by the file's own check
+        return None, (), {}  # reported by the file's own check
     section = reader.entry(_SourceSection, ("source",), value)
     name = value.get("leg") if isinstance(value, dict) else None
     leg = reader.leg(name, ("source", "leg")) if isinstance(name, str) else None
@@ -235,7 +235,7 @@ def _source(
 
 
 def _time_scale(reader: ProjectReader, source: Leg | None, target: Leg | None) -> float:
-    """The factor of time; 1 where a mistake was noted."""
+    """The time scale; 1 after a reported mistake."""
     section = reader.section(_Scale, "scale")
     if section is None or (section.time == "froude" and (source is None or target is None)):
         return 1.0

@@ -1,4 +1,4 @@
-"""The sections ``measured`` and ``dampers`` of a leg design: what was measured of the parts in hand."""
+"""The sections ``measured`` and ``dampers`` of a leg design: measurements of available parts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Entries = Annotated[list[Any], Field(min_length=1, examples=["[trials/*.csv]"])]
 
 @dataclass(frozen=True)
 class MeasuredDamper:
-    """What was measured of a joint's damper: its ``curve``, or drops of ``leg`` with that damper alone."""
+    """Measurements of a joint's damper: its ``curve``, or drops of ``leg`` with only that damper."""
 
     part: str | None
     curve: DamperCurve | None
@@ -46,7 +46,7 @@ class DamperSection:
 
 
 def read_measured_springs(reader: ProjectReader, target: Leg | None) -> dict[str, MeasuredSpring]:
-    """``measured: {spring: {JOINT: {free_angle, rate}}}``: of the springs in hand."""
+    """``measured: {spring: {JOINT: {free_angle, rate}}}``, of available springs."""
     section = reader.section(MeasuredPartsSection, "measured")
     if section is None or target is None:
         return {}
@@ -106,7 +106,7 @@ def _measured_damper(reader: ProjectReader, damper: DamperSection, joint: str, k
         return None
     reader.known_joints(dict.fromkeys(damper.locked), leg, (*key, "locked"))
     if joint in damper.locked:
-        reader.refuse(f"{joint} is locked in its own drops: nothing would be seen of its damper", (*key, "locked"))
+        reader.refuse(f"{joint} is locked in its own drops, so its damper has no effect", (*key, "locked"))
         return None
     if not set(damper.locked) <= set(leg.joint_names):
         return None

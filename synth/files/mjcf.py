@@ -1,4 +1,4 @@
-"""A leg as MJCF for MuJoCo, which then moves as ours does: springs, dampers with their curve, dry friction, inertias.
+"""A leg as MJCF for MuJoCo: springs, dampers with their curves, dry friction, inertias.
 
 A torque-speed curve that bends downwards goes in exactly, as a row of MuJoCo's dry frictions on one joint (fixed
 tendons with ``frictionloss``). Below its torque limit such a friction is a constraint with reference acceleration
@@ -32,15 +32,15 @@ from synth.files.xml_text import xml_text
 from synth.swing.leg_model import Joint, Leg
 from synth.swing.mechanics import coefficients, mass_matrix
 
-IMPEDANCE = 1e-4  # the smallest that MuJoCo takes (mjMINIMP): the friction's share of the rest of the acceleration
-SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction that holds nearly as hard as ours
+IMPEDANCE = 1e-4  # the smallest value MuJoCo accepts (mjMINIMP): the friction's share of the other acceleration
+SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction almost as stiff as ours
 LARGEST_STEP = 5e-4  # s
-STABLE = 1.0  # of step times the fastest damping; Runge-Kutta bears 2.8
+STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.8
 HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING)
 
 
 def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> str:
-    """The leg as an MJCF document; ``fastest`` (n,) rad/s is how far each damper's curve must be followed.
+    """The leg as an MJCF document; ``fastest`` (n,) rad/s is the speed up to which each damper's curve is represented.
 
     Links hang along -z of their body, joints turn about -y so that a positive angle is counter-clockwise seen with x to
     the right and z up. ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod, whose
@@ -90,7 +90,7 @@ def time_step(terms: list[DampingTerms], weights: Array) -> float:
 
 
 def _tendons(parent: Element, joint: str, terms: DampingTerms, weight: float) -> None:
-    """One fixed tendon a clamp: a friction whose slope below its limit is the clamp's."""
+    """One fixed tendon per clamp: a friction whose slope below its limit is the clamp's."""
     regularisation = (1.0 - IMPEDANCE) / IMPEDANCE * weight
     for index, (speed, slope) in enumerate(zip(terms.speed, terms.slope, strict=True)):
         fixed = SubElement(parent, "fixed", {
@@ -103,7 +103,7 @@ def _tendons(parent: Element, joint: str, terms: DampingTerms, weight: float) ->
 
 
 def _geoms(body: Element, drawn: RobotLink) -> None:
-    """The drawn parts; nothing of them weighs or touches."""
+    """The drawn parts, without mass or contact."""
     for item in drawn.visuals:
         SubElement(body, "geom", {
             "name": item.name, "type": "mesh", "mesh": item.name, "pos": numbers(item.place),
@@ -159,7 +159,7 @@ def _reach(joint: Joint) -> float:
 
 
 def _polynomial(coefficients: tuple[float, float, float]) -> str:
-    """One number where it is linear, which every version of MuJoCo reads; else three."""
+    """A single number if linear, which every version of MuJoCo reads; otherwise three."""
     first, second, third = coefficients
     return f"{first:.10g}" if second == third == 0.0 else f"{first:.10g} {second:.10g} {third:.10g}"
 

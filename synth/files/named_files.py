@@ -1,4 +1,4 @@
-"""What readers of project files share: legs and trials named in them, with messages that point at the line."""
+"""Shared by readers of project files: legs and trials named in them, with messages that name the line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST = 100_000_000  # bytes; each format has a limit of its own below
 
 @dataclass(frozen=True)
 class InputFile:
-    """A file that a result rests on, by its name relative to the project's folder."""
+    """An input file of a result, by its name relative to the project's folder."""
 
     name: str
     sha256: str
@@ -30,7 +30,7 @@ class InputFile:
 
 @dataclass
 class ProjectReader:
-    """Reads what a project names; mistakes are collected and reading goes on."""
+    """Reads the files of a project; collects mistakes and continues."""
 
     document: Document
     resolve_part: PartResolver | None = None
@@ -40,7 +40,7 @@ class ProjectReader:
 
     @classmethod
     def open(cls, path: str | Path, kind: str, resolve_part: PartResolver | None = None) -> ProjectReader:
-        """Begin to read a project file.
+        """Open a project file.
 
         Raises
         ------
@@ -55,12 +55,12 @@ class ProjectReader:
 
     @property
     def folder(self) -> Path:
-        """The project's; all that it names lies below, leg files apart (``paths.shared``)."""
+        """The project's folder; all named files lie below it, except leg files (``paths.shared``)."""
         return self.document.path.parent
 
     @property
     def stem(self) -> str:
-        """The file's name without its ending: a project's own name where it has none."""
+        """The file's name without extension, the default name of a project."""
         return self.document.path.stem
 
     @property
@@ -70,13 +70,13 @@ class ProjectReader:
         return value
 
     def section(self, section: type[Section], key: str = "") -> Section | None:
-        """The mapping under ``key``, without one the whole file, as a dataclass; defaults that apply are recorded."""
+        """The mapping under ``key``, or without one the whole file, as a dataclass; applied defaults are recorded."""
         place: Key = (key,) if key else ()
         value = self.written.get(key) if key else self.written
         return read_section(section, self.document, place, self.problems, self.defaults, value)
 
     def entry(self, section: type[Section], key: Key, value: Any) -> Section | None:
-        """What stands at ``key`` as a dataclass whose defaults need no mention."""
+        """The value at ``key`` as a dataclass whose defaults are not recorded."""
         return read_section(section, self.document, key, self.problems, value=value)
 
     def refuse(self, text: str, key: Key) -> None:
@@ -84,7 +84,7 @@ class ProjectReader:
         self.problems.append(self.document.problem(text, key))
 
     def note(self, path: Path) -> None:
-        """Record a file among the inputs."""
+        """Record a file as an input."""
         name = name_from(self.folder, path)
         if all(known.name != name for known in self.inputs):
             with gathering(self.problems):
@@ -103,7 +103,7 @@ class ProjectReader:
     def leg_and_trials(self, *, other_legs: bool = False) -> tuple[Leg | None, tuple[Trial, ...]]:
         """The leg under ``leg`` and its trials under ``trials``; missing keys are reported by the check of the file.
 
-        ``other_legs`` : a trial may name a leg of its own.
+        ``other_legs`` : whether a trial may name its own leg.
         """
         name, entries = self.written.get("leg"), self.written.get("trials")
         leg = self.leg(name, ("leg",)) if isinstance(name, str) else None
@@ -124,24 +124,24 @@ class ProjectReader:
     def trials(
         self, entries: Sequence[Any], leg: Leg, key: Key, locked: Sequence[str] = (), *, other_legs: bool = False
     ) -> tuple[Trial, ...]:
-        """The trials listed at ``key``, of which at least one must be left to fit."""
+        """The trials listed at ``key``; at least one must not be held out."""
         other = self.leg if other_legs else None
         with gathering(self.problems, self.document, key):
             trials = read_trials(
                 entries, self.folder, leg, document=self.document, key=key, locked=locked, other_leg=other
             )
             if all(trial.held_out for trial in trials):
-                self.refuse("every trial is held out: none is left to fit", key)
+                self.refuse("every trial is held out: none remains to fit", key)
             return tuple(trials)
         return ()
 
     def known_joints(self, names: Mapping[str, Any], leg: Leg, key: Key) -> None:
-        """Refuse names that are no joint of ``leg``."""
+        """Refuse names that are not joints of ``leg``."""
         for name in names:
             if name not in leg.joint_names:
                 self.refuse(f'"{name}" is no joint of {leg.name}{near(name, leg.joint_names)}', (*key, name))
 
     def finish(self) -> None:
-        """Raise what was collected: the project's own mistakes by line, then those of the files it names."""
+        """Raise all collected mistakes: the project's own by line, then those of the named files."""
         own = self.document.name
         raise_if_any(sorted(self.problems, key=lambda p: (p.file != own, (p.line or 0) if p.file == own else 0)))

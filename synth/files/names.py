@@ -1,8 +1,8 @@
-"""What a name in a user's file may be.
+"""Rules for names in a user's file.
 
-A joint's name becomes a column, a file and a part of a drawing: letters and digits of every alphabet, space, ``_``,
-``.`` and ``-``. A title (of a leg, a project, a part) is only read: every character that can be printed. A file that we
-write is named by the first rule, whatever the recording that it comes from is called.
+A joint's name becomes a column, a file and a part of a drawing: letters and digits of any alphabet, space, ``_``,
+``.`` and ``-``. A title (of a leg, a project, a part) is only displayed: any printable character. Files that we
+write are named by the first rule, whatever their recording is called.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ ALLOWED = 'letters, digits, space, "_", "." and "-", no space, "." or "-" in fro
 
 
 def name_fault(name: str) -> str | None:
-    """Why ``name`` cannot name a joint, whose columns, files and drawings are called so; None where it can."""
+    """Why ``name`` cannot name a joint; None if it can."""
     if len(name) > NAME_LENGTH:
         return f"has {len(name)} characters; at most {NAME_LENGTH} are allowed"
     return None if _NAME.fullmatch(name) else f"is not allowed: write {ALLOWED}"
 
 
 def title_fault(title: str) -> str | None:
-    """Why ``title`` cannot name a leg, a project or a part, which people read and no file is called; None if it can."""
+    """Why ``title`` cannot name a leg, a project or a part; None if it can."""
     if not title.strip():
         return "is empty; write a name"
     if len(title) > TITLE_LENGTH:
@@ -50,22 +50,22 @@ def file_name(name: str) -> str:
 
 
 def written_name(name: str) -> str:
-    """A recording's name, whatever its user called it, as a result's file is called: what no joint's may hold is ``_``.
+    """A recording's name as a result file's name: characters that no joint name allows become ``_``.
 
-    ``walk (2)`` becomes ``walk _2_``. The user's own file keeps its name; only files that we write are called so.
+    ``walk (2)`` becomes ``walk _2_``. Only files that we write are renamed.
     """
     text = _UNWRITTEN.sub("_", name)[:NAME_LENGTH].rstrip(" .")
     return text if text[:1] not in ("", " ", ".", "-") else f"_{text[1:]}"
 
 
 def same_file(names: Iterable[str], name: str) -> str | None:
-    """The one of ``names`` that a disk may take for ``name``: they differ in case, or by a space for an underscore."""
+    """The one of ``names`` that a file system may confuse with ``name``: it differs in case, or in a space."""
     folded = file_name(name).casefold()
     return next((known for known in names if file_name(known).casefold() == folded), None)
 
 
 def mixed_files(names: Sequence[str]) -> str | None:
-    """Why the drawings of joints so called could not be told apart; None where they can.
+    """Why the drawings of joints with these names would collide; None if they would not.
 
     A joint's files are ``NAME.png`` and ``NAME_PART.step``, the whole leg's ``leg.png`` and ``leg_PART.step``.
     """

@@ -1,4 +1,4 @@
-"""Write results: a folder whole or not at all, numbers the same on every run."""
+"""Write results: a folder complete or not at all, with the same bytes on every run."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from synth.files.leftovers import PARTIAL, REPLACED, held_folder, one_at_a_time,
 from synth.files.names import written_name
 from synth.files.text_forms import cells, defused, json_text, plain
 
-MANIFEST = ".synth-output"  # lists what a run wrote, so that the next may replace it and nothing else
+MANIFEST = ".synth-output"  # lists a run's files, so that the next run may replace only these
 _IGNORED = frozenset({MANIFEST, ".DS_Store", "Thumbs.db", "desktop.ini"})
-_written: list[Path] = []  # the temporary folders of the runs under way, innermost last
+_written: list[Path] = []  # temporary folders of active runs, innermost last
 _USER_ERRORS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG})
 
 
 @contextmanager
 def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
-    """A folder to write into, which becomes ``path`` when the block ends well and vanishes when it does not.
+    """A temporary folder that is renamed to ``path`` when the block succeeds and deleted when it fails.
 
     Parameters
     ----------
     path
-        the folder that the user wants. Where it exists it must be empty, or hold only files of an earlier run, which
-        are then replaced; missing parents are made.
+        the result folder. If it exists it must be empty or contain only files of an earlier run, which
+        are then replaced; missing parents are created.
     overwrite
         False: refuse to replace an earlier run.
 
@@ -70,7 +70,7 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
             yield temporary
             with _told_as(name):
                 _complete(temporary)
-                _check_target(target, name, overwrite)  # the run was long: something may have come there meanwhile
+                _check_target(target, name, overwrite)  # the run was long: the target may have changed meanwhile
                 _move(temporary, target)
             finished = True
     finally:
@@ -84,10 +84,10 @@ def output_folder(path: str | Path, overwrite: bool = True) -> Iterator[Path]:
 
 @contextmanager
 def _told_as(name: str, folder: Path | None = None) -> Iterator[None]:
-    """Errors of the disk as the user's, under the result's name.
+    """Report disk errors as the user's, under the result's name.
 
-    With a ``folder``, which a run is filling, only a full or read-only disk is the user's matter, and a file elsewhere
-    is told under its own name; any other error there is a fault of the program.
+    With a ``folder`` that a run is filling, only a full or read-only disk is the user's concern, and a file elsewhere
+    is reported under its own name; any other error there is an internal one.
     """
     try:
         yield
@@ -100,7 +100,7 @@ def _told_as(name: str, folder: Path | None = None) -> Iterator[None]:
 
 
 def _own_place(target: Path, name: str) -> tuple[Path, int | None]:
-    """A temporary folder beside the target, held by this process; leftovers of killed runs there are removed.
+    """A temporary folder beside the target, locked by this process; leftovers of killed runs are removed.
 
     Raises
     ------
@@ -115,16 +115,16 @@ def _own_place(target: Path, name: str) -> tuple[Path, int | None]:
 
 
 def place(folder: Path, name: str) -> Path:
-    """The new file called ``name`` in ``folder``, whatever the name.
+    """The new file ``name`` in ``folder``.
 
     Raises
     ------
-    UserError : it leads out of the folder, or another file is called so there.
+    UserError : the path leads out of the folder, or the file exists already.
     """
     path = folder / name
     _require_inside(path, folder)
     if os.path.lexists(path):
-        raise UserError(Problem("would be written twice: two of the project's names give one file's name", name))
+        raise UserError(Problem("would be written twice: two names of the project give the same file name", name))
     return path
 
 
@@ -140,7 +140,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes_whole(path: Path, data: bytes) -> None:
-    """Write a file beside a result so that it is there whole or, after any error or kill, not at all."""
+    """Write a file beside a result, complete or, after any error or kill, not at all."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".partial")
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -192,7 +192,7 @@ def sha256_file(path: str | Path) -> str:
 
 
 def stems(names: Sequence[str]) -> list[str]:
-    """A file name a trial, from its own: unique, without folders, and of characters that every system takes."""
+    """A unique file name for each trial, without folders, in characters that every system accepts."""
     found: list[str] = []
     for name in names:
         stem = written_name(Path(name).stem)
@@ -205,13 +205,13 @@ def stems(names: Sequence[str]) -> list[str]:
 
 
 def _require_inside(path: Path, folder: Path) -> None:
-    """Refuse a path that, links followed, does not lie below the folder."""
+    """Refuse a path that, with links resolved, is not below the folder."""
     if Path(os.path.realpath(folder)) not in Path(os.path.realpath(path)).parents:
         raise UserError(Problem("leads out of the folder that is written; nothing is written there", str(path)))
 
 
 def _require_within_run(path: Path) -> None:
-    """Refuse to write elsewhere while a run writes its folder; without one, any place is the caller's to choose."""
+    """Refuse to write elsewhere while a run writes its folder."""
     if _written:
         _require_inside(path, _written[-1])
 
@@ -244,7 +244,7 @@ def _check_target(target: Path, name: str, overwrite: bool) -> None:
 
 
 def _complete(folder: Path) -> None:
-    """Add the manifest, and the permissions that the user's other folders have (mkdtemp gives 0700); flush to disk."""
+    """Add the manifest and the usual permissions of the user's folders (mkdtemp gives 0700); flush to disk."""
     entries = sorted(folder.rglob("*"))
     if any(entry.is_symlink() for entry in entries):
         raise ValueError(f"a link stands in the result: {[str(entry) for entry in entries if entry.is_symlink()]}")
@@ -258,7 +258,7 @@ def _complete(folder: Path) -> None:
 
 
 def _flush(path: Path) -> None:
-    """Bring a file, or a folder's list of files, to the disk: a rename may else be there before what it names."""
+    """Flush a file, or a folder's list of files, to disk: otherwise a rename may arrive before its content."""
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -306,10 +306,10 @@ def _remove_empty(folders: Sequence[Path]) -> None:
 
 @contextmanager
 def _terminated_as_exception() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP unwind like an interrupt, so that the temporary folder goes; in the main thread alone.
+    """Let SIGTERM and SIGHUP raise like an interrupt, so that the temporary folder is removed; main thread only.
 
-    A hang-up that is ignored (``nohup``) stays so. A library that was being loaded may turn the exception into one of
-    its own: whatever comes out after a signal is the signal's.
+    An ignored hang-up (``nohup``) stays ignored. A library being imported may convert the exception;
+    whatever is raised after a signal counts as the signal's.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,4 +1,4 @@
-"""What a page needs to draw the leg as a stick figure: ``page.json`` beside ``fit.json`` and ``gap.json``."""
+"""Data for the stick figure of a page: ``page.json`` beside ``fit.json`` and ``gap.json``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FORMAT = "synth/page/1"
 
 
 def outline_json(leg: Leg) -> dict[str, Any]:
-    """Tilt, and of each joint its name, zero, sign and its link's length, in the form of ``import.json``'s leg."""
+    """Tilt, and each joint's name, zero, sign and link length, in the form of ``import.json``'s leg."""
     joints = [
         {
             "name": joint.name,

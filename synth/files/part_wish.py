@@ -1,4 +1,4 @@
-"""The file of ``synth catalog show``: what one joint asks of its spring and damper.
+"""The file of ``synth catalog show``: the requirements of one joint for its spring and damper.
 
   kind: part-wish
   spring: {rate: 2.2 N*m/rad, rate_tolerance: 5 %, included_angle: 120 deg, max_outer_diameter: 1.25 in, travel: 40 deg}
@@ -6,7 +6,7 @@
   catalogs: [my_parts/*.csv]
   vendors: [Lee Spring]
 
-Keys of ``spring`` and ``damper`` are those of a leg design's ``select``, and what the fit finds there is said here.
+Keys of ``spring`` and ``damper`` are those of a leg design's ``select``, plus the values that a fit would give.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class SpringWished(SpringChoice):
 
 @dataclass(frozen=True)
 class DamperWished(DamperChoice):
-    """A damper and the torque, N m, that it is to give at a speed of the joint, rad/s; None: any."""
+    """A damper and its wanted torque, N m, at a speed of the joint, rad/s; None: any."""
 
     torque: Annotated[float | None, Quantity("N*m", above=0)] = None
     speed: Annotated[float | None, Quantity("rad/s", above=0)] = None
@@ -42,7 +42,7 @@ class DamperWished(DamperChoice):
 
 @dataclass(frozen=True)
 class PartWish:
-    """What is asked; ``spring`` or ``damper`` None: not asked for."""
+    """The wish; ``spring`` or ``damper`` None: not requested."""
 
     path: Path
     spring: SpringWished | None
@@ -80,9 +80,9 @@ def read_part_wish(path: str | Path) -> PartWish:
     if written.get("damper") is not None:
         damper = reader.entry(DamperWished, ("damper",), written["damper"])
     if "spring" not in written and "damper" not in written:
-        reader.refuse('asks for nothing: write "spring" or "damper", such as spring: {rate: 2.2 N*m/rad}', ("kind",))
+        reader.refuse('requests nothing: write "spring" or "damper", such as spring: {rate: 2.2 N*m/rad}', ("kind",))
     if damper is not None and (damper.torque is None) != (damper.speed is None):
-        reader.refuse("a torque belongs to a speed: give both or neither", ("damper",))
+        reader.refuse("torque and speed belong together: give both or neither", ("damper",))
     catalogs = reader.matched(file.catalogs, ("catalogs",)) if file is not None else ()
     reader.finish()
     assert file is not None

@@ -1,7 +1,7 @@
-"""Files that a user's file names: found beside it, never outside its folder tree.
+"""Files named in a user's file: they must lie in its folder's tree.
 
-A leg file may be shared by several projects: it may also lie elsewhere in the repository that holds the project, or
-anywhere once the user says so (``allowing_outside``).
+A leg file may be shared by several projects: it may also lie elsewhere in the project's repository, or
+anywhere with ``allowing_outside``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _anywhere: ContextVar[bool] = ContextVar("shared files may lie anywhere", defaul
 
 @contextmanager
 def allowing_outside() -> Iterator[None]:
-    """Within the block, what ``shared`` finds may lie anywhere: the user has said so (``--allow-outside``)."""
+    """Within the block, ``shared`` accepts files anywhere (``--allow-outside``)."""
     token = _anywhere.set(True)
     try:
         yield
@@ -32,7 +32,7 @@ def allowing_outside() -> Iterator[None]:
 
 
 def repository_root(folder: Path) -> Path | None:
-    """The nearest folder at or above ``folder`` that holds a repository; never the home folder or the whole disk."""
+    """The nearest repository folder at or above ``folder``; never the home folder or the root."""
     whole = Path(os.path.realpath(folder))
     for place in (whole, *whole.parents):
         if place == Path.home() or place == Path(place.anchor):
@@ -56,7 +56,7 @@ def text_of(path: str | Path) -> str:
 
 
 def refuse_unreadable_name(path: str | Path) -> None:
-    """Refuse a file whose name is not UTF-8 or holds control characters: results name the files that they rest on.
+    """Refuse a file whose name is not UTF-8 or contains control characters, because results list their input files.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
     Raises
     ------
     UserError
-        If it is missing, is no regular file (a pipe would block), is too large, or cannot be read.
+        If it is missing, not a regular file (a pipe would block), too large, or cannot be read.
     """
     name = text_of(path)
     refuse_unreadable_name(path.name)
@@ -105,13 +105,13 @@ def read_bytes(path: Path, limit: int, remedy: str) -> bytes:
 
 
 def inside(folder: Path, name: str) -> Path:
-    """The file ``name`` relative to ``folder``, refused where it leads out of the folder's tree.
+    """The file ``name`` relative to ``folder``, which must lie in the folder's tree.
 
     Raises
     ------
     UserError
-        For an absolute path, one that climbs or links out of the tree, or one that does not exist. The problem
-        has no file or line: the caller knows where the name was written.
+        For an absolute path, one that leaves the tree, or one that does not exist. The problem
+        has no file or line, because only the caller knows them.
     """
     return _named(folder, name, folder, "files must lie inside the folder of the file naming them")
 
@@ -178,20 +178,20 @@ def matching(folder: Path, pattern: str) -> list[Path]:
 
 
 def _globbed(folder: Path, pattern: str) -> Iterator[Path]:
-    """What a pattern matches, links that lead nowhere among it."""
+    """The matches of a pattern, broken links included."""
     head, _, last = pattern.rpartition("/")
-    if head and not any(sign in last for sign in "*?["):  # Path.glob passes over such a link under a plain name
+    if head and not any(sign in last for sign in "*?["):  # Path.glob skips such a link under a plain name
         yield from (place / last for place in folder.glob(head) if os.path.lexists(place / last))
     else:
         yield from folder.glob(pattern)
 
 
 def _is_meant(path: Path, name: str, pattern: str) -> bool:
-    """Whether what a pattern matches is a file, False for a folder that ``trials/*`` finds among files.
+    """Whether a match is a file, False for a folder that ``trials/*`` finds among files.
 
     Raises
     ------
-    UserError : the file is missing, or a folder has the ending of the files: a recording would be left out unsaid.
+    UserError : the file is missing, or a folder has the extension of a file, which would silently drop a recording.
     """
     if not os.path.isdir(path):  # noqa: PTH112 (Path.is_dir raises on a link that leads to itself)
         if not os.path.exists(path):  # noqa: PTH110
@@ -230,7 +230,7 @@ def _is_file(path: Path) -> bool:
 
 
 def _near_file(path: Path) -> str:
-    """A near miss among the files that are there, as a suggestion."""
+    """A suggestion of an existing file with a similar name."""
     try:
         names = [entry.name for _, entry in zip(range(1000), path.parent.iterdir(), strict=False)]
     except OSError:

@@ -1,8 +1,8 @@
-"""Values of the program's own classes as JSON and arrays, and back, without running anything that the data name.
+"""Values of the program's own classes as JSON and arrays, and back, without executing anything from the data.
 
-A dataclass becomes its fields by name, with its class as a number in a list that the reader knows beforehand: the
-classes that the annotations of the expected one lead to. An object that is held twice is written once, so that it is
-one object again. Numbers keep every bit; arrays go into an ``.npz`` that allows no objects.
+A dataclass becomes its fields by name, and its class an index into a list known to the reader: the
+classes reachable by annotations of the expected one. A shared object is written once and shared again after
+reading. Numbers keep every bit; arrays go into an ``.npz`` without objects.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Remade:
-    """A class whose objects are not written field by field: ``taken`` gives what is written, ``made`` the object."""
+    """A class that is not written field by field: ``taken`` gives the written value, ``made`` the object."""
 
     taken: Callable[[Any], Any]
     made: Callable[[Any], Any]
 
 
 class NotPlain(Exception):
-    """What was read is no value of the expected class."""
+    """The data are not a value of the expected class."""
 
 
 def to_bytes(value: Any, remade: Mapping[Any, Remade] | None = None) -> bytes:
@@ -62,7 +62,7 @@ def from_bytes(data: bytes, expected: type[Value], remade: Mapping[Any, Remade] 
             tree = json.loads(file["tree"].tobytes())
             arrays = [file[f"a{index}"] for index in range(len(file.files) - 1)]
         value = _ValueReader(tree["objects"], arrays, classes_of(cast(Any, expected)), remade or {}).read(tree["value"])
-    except Exception as error:  # whatever numpy, zip, JSON or a class makes of a file that is not one of ours
+    except Exception as error:  # any error that numpy, zip, JSON or a class raises for a foreign file
         raise NotPlain(str(error)) from error
     if not isinstance(value, expected):
         raise NotPlain(f"holds no {expected.__name__}")
@@ -70,7 +70,7 @@ def from_bytes(data: bytes, expected: type[Value], remade: Mapping[Any, Remade] 
 
 
 def digest_of(value: Any) -> str:
-    """Hash of a value's content; equal values made in the same way give the same."""
+    """Hash of a value's content; equal values built in the same way have equal hashes."""
     writer = _Writer({})
     digest = hashlib.sha256(json.dumps([writer.write(value), writer.objects]).encode())
     for array in writer.arrays:
@@ -80,7 +80,7 @@ def digest_of(value: Any) -> str:
 
 @cache
 def classes_of(root: type) -> dict[str, type]:
-    """The dataclasses and named tuples that the annotations of ``root``'s fields lead to, itself among them."""
+    """The dataclasses and named tuples reachable through the annotations of ``root``'s fields, including itself."""
     found: dict[str, type] = {}
     waiting: list[Any] = [root]
     while waiting:
@@ -107,13 +107,13 @@ def _fields(kind: Any) -> tuple[str, ...]:
 
 
 class _Writer:
-    """What was written, objects once each."""
+    """The written objects, once each."""
 
     def __init__(self, remade: Mapping[Any, Remade]) -> None:
         self.objects: list[Any] = []
         self.arrays: list[np.ndarray[Any, Any]] = []
         self._remade = remade
-        self._known: dict[int, tuple[int, Any]] = {}  # the object is held, so that its address stays its own
+        self._known: dict[int, tuple[int, Any]] = {}  # keeps the object alive, so that its address stays unique
 
     def write(self, value: Any) -> Any:
         """Plain values stand for themselves; anything else is ``[number]`` of an object."""
@@ -147,7 +147,7 @@ class _Writer:
 
 
 class _ValueReader:
-    """Objects by number, those of known classes alone."""
+    """Objects by number, of known classes only."""
 
     def __init__(
         self, objects: list[Any], arrays: list[Any], classes: Mapping[str, type], remade: Mapping[Any, Remade]
@@ -156,7 +156,7 @@ class _ValueReader:
         self._classes = classes
         self._remade = {_name(kind): item for kind, item in remade.items()}
         self._made: list[Any] = []
-        for content in objects:  # each refers to those before it alone
+        for content in objects:  # each refers only to earlier ones
             self._made.append(self._object(content))
 
     def read(self, written: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The options of projects: how to fit, what to choose from, how to build. SI and radians inside."""
+"""The options of projects: fit, part choice, construction. SI and radians."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Release = Literal["free", "recorded"]
 
 @dataclass(frozen=True)
 class FitOptions:
-    """How springs and dampers are found.
+    """How springs and dampers are estimated.
 
     Parameters
     ----------
@@ -35,25 +35,27 @@ class FitOptions:
         ``trajectory``: angle errors; ``transient``: the same with the first swing weighted; ``characteristics``: rise
         time, damping ratio and the like.
     weight
-        what errors are divided by: each joint's ``noise``; that times the joint's ``amplitude`` in the trial over its
+        divisor of the residuals: each joint's ``noise``; that times the joint's ``amplitude`` in the trial over its
         mean; or one number for all joints (``equal``).
     seed
         of everything random.
     intervals
-        ``sensitivities``: from the Jacobian at the answer; ``bootstrap``: 200 refits to blocks of residuals put back in
-        another order, which shows a skewed interval as such.
+        ``sensitivities``: from the Jacobian at the optimum; ``bootstrap``: 200 refits to resampled blocks of residuals,
+        which also shows skewed intervals.
     """
 
-    method: Annotated[Method, Because("the one that finds the answer without a starting guess")] = "least_squares"
+    method: Annotated[Method, Because("needs no starting guess")] = "least_squares"
     cost: Annotated[Cost, Because("uses every sample")] = "trajectory"
-    weight: Annotated[Weight, Because("each joint's errors count by how large they are: maximum likelihood")] = "noise"
+    weight: Annotated[Weight, Because("residuals are divided by each joint's noise: maximum likelihood")] = "noise"
     seed: Annotated[int, Field(ge=0, le=2**32 - 1)] = 0
-    intervals: Annotated[Intervals, Because("at no cost; where the trials fix all, both agree")] = "sensitivities"
+    intervals: Annotated[Intervals, Because("no extra cost; agrees with the bootstrap if well determined")] = (
+        "sensitivities"
+    )
 
 
 @dataclass(frozen=True)
 class RatePrior:
-    """How far the leg file's own values may be trusted, one standard deviation; None: not at all.
+    """Prior standard deviations of the leg file's own values; None: no prior.
 
     ``spring`` and ``damper`` are shares of the rate given in the leg file, ``free_angle`` is in rad.
     """
@@ -65,11 +67,11 @@ class RatePrior:
 
 @dataclass(frozen=True)
 class SpringChoice:
-    """What a joint's spring must meet; None: no limit. A ``part`` is taken whatever its numbers.
+    """Requirements of a joint's spring; None: no limit. A given ``part`` is used regardless of its values.
 
-    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one where one fits. ``objective``,
-    ``cycles`` (turns through the whole travel that it must last; without it 100 000 where that can be had) and
-    ``rate_formula`` are for one to wind.
+    ``make`` True: a spring to wind; False: a bought one or none; None: a bought one if one fits. ``objective``,
+    ``cycles`` (full turns that it must last; default 100 000 if possible) and
+    ``rate_formula`` apply to a spring to wind.
     """
 
     make: Annotated[
@@ -78,13 +80,13 @@ class SpringChoice:
     wire: str | None = None
     part: Title | None = None
     rate_tolerance: Annotated[Share, Because("vendors keep a torsion spring's rate within about 10 %")] = 0.1
-    included_angle: Annotated[Turn | None, Because("the joint's arm offset takes up any angle", "any")] = None
+    included_angle: Annotated[Turn | None, Because("the joint's arm offset compensates any angle", "any")] = None
     travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
     min_outer_diameter: Length | None = None
-    max_outer_diameter: Annotated[Length | None, Because("none was asked for", "no limit")] = None
+    max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
     min_inner_diameter: Length | None = None
     min_body_length: Length | None = None
-    max_body_length: Annotated[Length | None, Because("none was asked for", "no limit")] = None
+    max_body_length: Annotated[Length | None, Because("none is given", "no limit")] = None
     min_wire_diameter: Length | None = None
     max_wire_diameter: Length | None = None
     objective: Annotated[Literal["mass", "space", "life"], Because("of springs to wind that hold, the lightest")] = (
@@ -94,23 +96,23 @@ class SpringChoice:
     rate_formula: Annotated[
         Literal["64", "10.8"],
         BeforeValidator(str),
-        Because("bending alone, E d^4/(64 D N); 10.8 a turn reckons with friction between the coils"),
+        Because("bending only, E d^4/(64 D N); 10.8 per turn includes friction between the coils"),
     ] = "64"
     parallel: Annotated[Count, Because("one spring takes the least room")] = 1
 
 
 @dataclass(frozen=True)
 class DamperChoice:
-    """What a joint's damper must meet; None: no limit. A ``part`` is taken whatever its numbers.
+    """Requirements of a joint's damper; None: no limit. A given ``part`` is used regardless of its values.
 
-    ``parallel``: up to so many equal dampers side by side; two let one-way dampers serve as a pair, one each way.
-    ``ratios``: turns of the damper for one of the joint, by gears or a belt, that may be used.
+    ``parallel``: largest number of equal dampers; two allow one-way dampers as a pair, one per direction.
+    ``ratios``: allowed turns of the damper per turn of the joint, by gears or a belt.
     """
 
     direction: Annotated[Literal["both", "one"], Because("a free swing goes both ways")] = "both"
     travel: Annotated[Turn | None, Because("from the joint's range, else from the wanted motion", "as it moves")] = None
     part: Title | None = None
-    max_outer_diameter: Annotated[Length | None, Because("none was asked for", "no limit")] = None
+    max_outer_diameter: Annotated[Length | None, Because("none is given", "no limit")] = None
     max_body_length: Length | None = None
     parallel: Annotated[Count, Because("room for one damper is drawn")] = 1
     ratios: Annotated[
@@ -130,33 +132,33 @@ class JointChoice:
 
 @dataclass(frozen=True)
 class ToleranceOptions:
-    """Assumed tolerances of bought and wound parts; None: those of the catalogue row, else the usual ones.
+    """Assumed tolerances of bought and wound parts; None: those of the catalogue row, else usual values.
 
     ``rate`` and ``torque`` are shares (plus or minus), ``free_angle`` rad. ``measured``: torque of a damper whose
-    curve was measured. ``temperature`` K above or below the one at which a damper's torque is stated.
+    curve was measured. ``temperature`` K of deviation from the one at which a damper's torque is stated.
     """
 
     rate: Share | None = None
     free_angle: Turn | None = None
     torque: Share | None = None
-    measured: Annotated[Share, Because("what drops with the damper alone leave open")] = 0.05
+    measured: Annotated[Share, Because("remaining uncertainty after drops with only the damper")] = 0.05
     temperature: Annotated[float, Quantity("K", least=0, most=100), Because("a room, winter and summer")] = 5.0
 
 
 @dataclass(frozen=True)
 class PartsOptions:
-    """Which parts may be chosen for any joint, and what is asked of the whole leg's response.
+    """Restrictions of the parts of all joints, and of the whole leg's response.
 
     Parameters
     ----------
     vendors
-        None: any. Measured dampers and springs to wind are ours to make and always allowed.
+        None: any. Measured dampers and springs to wind are always allowed.
     without
-        parts that cannot be had.
+        unavailable parts.
     system
         ``inch`` or ``metric`` parts only; None: both.
     within
-        rad, largest RMS departure from the wanted motion that is still as wished.
+        rad, largest acceptable RMS departure from the wanted motion.
     """
 
     vendors: tuple[str, ...] = ()
@@ -172,10 +174,10 @@ Angle = Annotated[float, Quantity("rad", least=radians(-360), most=radians(360))
 
 @dataclass(frozen=True)
 class MeasuredSpring:
-    """What was measured of the spring in hand; None: not measured.
+    """Measurements of the available spring; None: not measured.
 
-    ``free_angle``: measured angle at which the assembled joint comes to rest by this spring alone, its seat at the zero
-    of its scale (link level or joint on its side, so that no weight turns it; damper off). ``rate``: of all springs of
+    ``free_angle``: measured angle at which the assembled joint rests under this spring alone, its seat at zero on
+    its scale (link or joint level, so that no weight acts; damper removed). ``rate``: of all springs of
     the joint together.
     """
 
@@ -185,10 +187,10 @@ class MeasuredSpring:
 
 @dataclass(frozen=True)
 class DamperShape:
-    """What a joint's damper is like, measured on the one bought; lengths in m, None: as the catalogue says.
+    """Measured dimensions of a joint's damper, in m; None: as in the catalogue.
 
-    ``shaft_side``: ``shaft`` where the damper has one of its own, ``bore`` where it takes the joint's. ``shaft_size``:
-    its diameter, or the width across the flats.
+    ``shaft_side``: ``shaft`` if the damper has its own, ``bore`` if it fits on the joint's. ``shaft_size``:
+    its diameter, or the width across flats.
     """
 
     outer_diameter: Length | None = None
@@ -222,12 +224,12 @@ class CadOptions:
     damper_shafts: Annotated[
         dict[str, Length],
         Field(examples=["{hip: 8 mm}"]),
-        Because("each damper takes the joint's shaft; one with a shaft of its own gets an adapter", "none"),
+        Because("each damper fits on the joint's shaft; one with its own shaft gets an adapter", "none"),
     ] = field(default_factory=dict)
     dampers: Annotated[
         dict[str, Any],
         Field(examples=["{hip: {outer_diameter: 42 mm, shaft_side: bore, shaft_form: square, shaft_size: 6 mm}}"]),
-        Because("dampers are drawn as the catalogue has them, and by assumption where it does not say", "none"),
+        Because("dampers are drawn from the catalogue, with assumed values where it has none", "none"),
     ] = field(default_factory=dict)
     masses: Annotated[
         dict[str, Annotated[float, Quantity("kg", above=0)]],

@@ -1,4 +1,4 @@
-"""The project file of ``synth fit``, read whole with the leg and the trials that it names."""
+"""The project file of ``synth fit``, with its leg and trials."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _FitFile:
     kind: str
     leg: Annotated[str, Field(examples=["rat.leg.yaml"])]
     free_angle: Annotated[FreeAngle, Because("the data decide whether each trial has its own")] = "auto"
-    release: Annotated[Release, Because("what a hand or a muscle drives at first is no free swing and is cut")] = "free"
+    release: Annotated[Release, Because("the driven beginning of a recording is not free motion and is cut")] = "free"
     trials: Annotated[list[Any] | None, Field(min_length=1, examples=["[trials/*.csv]"])] = None
     wanted: Any = None
     name: Title | None = None
@@ -46,12 +46,12 @@ class _FitFile:
 
 @dataclass(frozen=True, eq=False)
 class FitProject:
-    """What ``synth fit`` is to do.
+    """The input of ``synth fit``.
 
-    ``prior`` None: values in the leg file are starting points at most. ``defaults``: what the file leaves out.
-    ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: what the leg file leaves
-    open of its links. ``wanted``: joint -> characteristics of a motion in the place of trials. ``release``: ``free``:
-    what something drives at first is cut; ``recorded``: all is fitted.
+    ``prior`` None: values in the leg file are only starting points. ``defaults``: values that the file omits.
+    ``static``: poses in which the leg was held still, see ``static_points``. ``tolerance``: uncertainty of the
+    leg file's links. ``wanted``: joint -> characteristics of a motion instead of trials. ``release``: ``free``:
+    the driven beginning is cut; ``recorded``: all samples are fitted.
     """
 
     path: Path
@@ -116,7 +116,7 @@ def read_fit_project(path: str | Path, *, resolve_part: PartResolver | None = No
 
 
 def _check_prior(reader: ProjectReader, prior: RatePrior, leg: Leg) -> None:
-    """A prior around a value needs the value."""
+    """A prior on a value requires that value."""
     has_spring = any(joint.spring is not None for joint in leg.joints)
     has_damper = any(joint.damper is not None and joint.damper.rate is not None for joint in leg.joints)
     for key, asked, given, what in (

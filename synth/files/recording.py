@@ -1,4 +1,4 @@
-"""One recording: a CSV of time and a leg's measured angles, brought to SI and checked for what is often wrong."""
+"""One recording: a CSV of time and a leg's measured angles, converted to SI and checked for common mistakes."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from synth.swing.leg_model import Leg
 from synth.units import factor
 
 SHORTEST = 8  # samples
-HOLE = 4.5  # times its usual sample step, from which on a known torque has a hole; as in ``motion.smoothing``
-WIDEST = radians(400)  # beyond any joint's travel; a joint that really turns on says so by its range
+HOLE = 4.5  # times the usual sample step, above which a known torque has a gap; as in ``motion.smoothing``
+WIDEST = radians(400)  # beyond any joint's travel; a joint that turns farther must state its range
 SUFFIXES = {" velocity": "rad/s", " torque": "N*m"}
 EXAMPLES = {"rad": "deg", "rad/s": "deg/s", "N*m": "N*m", "s": "s"}
 
@@ -45,16 +45,16 @@ def read_recording(path: Path, leg: Leg, *, name: str | None = None) -> Recorded
     ----------
     path
         the CSV: ``time [s]``, then ``NAME [deg]`` for each joint, in any order; ``NAME velocity [deg/s]`` and
-        ``NAME torque [N*m]`` are optional; of a driven joint what its drive was told, see ``drive_columns``.
+        ``NAME torque [N*m]`` are optional; for a driven joint the inputs of its drive, see ``drive_columns``.
     leg
-        whose joints the columns are; its ranges and zeros tell a wrong angle unit.
+        whose joints the columns belong to; its ranges and zeros reveal a wrong angle unit.
     name
         the file in messages.
 
     Raises
     ------
     UserError
-        With every mistake of the file: columns, units, time that does not increase, angles that no joint reaches.
+        With every mistake of the file: columns, units, time that does not increase, implausible angles.
     """
     table = read_table(path, name)
     values = _scaled(table, leg)
@@ -130,7 +130,7 @@ def _empty_columns(table: CsvTable, values: dict[str, Array]) -> list[Problem]:
 
 
 def _angle_problems(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
-    """Angles that no joint reaches, the sign of degrees labelled radians or of radians labelled degrees."""
+    """Implausible angles, a sign of degrees labelled radians or of radians labelled degrees."""
     by_name = {column.name: column for column in table.columns}
     problems: list[Problem] = []
     for index, joint in enumerate(leg.joints):
@@ -151,8 +151,8 @@ def _between_samples(
 ) -> tuple[Array, list[Problem]]:
     """Known torques (n, n_joint) N m in every row, linear between the samples of their own columns; and mistakes.
 
-    A torque may be sampled more densely than the angles, or at other times: the cells of the other are then empty. A
-    hole in its samples, or a recording that begins before them or goes on after, is a mistake: an empty cell does not
+    A torque may be sampled more densely than the angles, or at other times, with empty cells in the other columns. A
+    gap in its samples, or a recording that extends beyond them, is a mistake, because an empty cell does not
     mean 0.
     """
     filled, problems = torques.copy(), []
@@ -187,11 +187,12 @@ def _too_wide(table: CsvTable, column: CsvColumn, angle: float, row: int) -> Pro
 
 
 def _radians_as_degrees(table: CsvTable, leg: Leg, angles: Array) -> list[Problem]:
-    """Refuse numbers under 2 pi that make sense for this leg as radians only.
+    """Refuse angles below 2 pi that are plausible for this leg only as radians.
 
-    The yardstick is where the leg file puts each joint: the middle of its range, else its spring's free angle, else
-    its straight position. Read as degrees the numbers must lie far from there (60 degrees and more in the root mean
-    square of the joints, and outside a given range), and read as radians less than half as far.
+    The reference is the position of each joint in the leg file: the middle of its range, else its spring's free
+    angle, else
+    its straight position. As degrees the angles must be far from there (60 degrees or more in the root mean
+    square over the joints, and outside a given range), and as radians less than half as far.
     """
     numbers = angles / radians(1.0)
     if np.nanmax(np.abs(numbers)) > 2 * pi:

@@ -1,6 +1,6 @@
-"""Recordings of one project beside each other: one whose clock or columns are another's is refused by name.
+"""Comparison of a project's recordings: one whose clock or columns differ from the others is refused by name.
 
-Each such file is well-formed. A fit of all would have a large error that its intervals do not show.
+Each such file is well-formed, but a common fit would have a large error that its intervals do not show.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from synth.arrays import Array
 from synth.errors import Problem
 
-SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual time from sample to sample; 1 Hz is the slowest motion sought
-ANOTHER_CLOCK = 100.0  # times the others' step: more than from a camera to the fastest encoder
-LEAST = 3  # recordings among which one can stand out
+SHORTEST_STEP, LONGEST_STEP = 1e-7, 0.5  # s, usual sample step; 1 Hz is the slowest supported motion
+ANOTHER_CLOCK = 100.0  # times the others' step: more than between a camera and the fastest encoder
+LEAST = 3  # recordings needed to identify a different one
 FAR, NEARER = radians(15.0), 3.0  # from the others' usual angles; times nearer with two columns exchanged
 
 
 def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | None:
-    """What is wrong with a recording's clock (n,) s on its own: steps that no recording of a limb has."""
+    """Faults of a recording's clock (n,) s by itself: implausible sample steps."""
     step = float(np.median(np.diff(time)))
     if SHORTEST_STEP <= step <= LONGEST_STEP:
         return None
@@ -32,7 +32,7 @@ def clock_problem(time: Array, name: str, title: str = "time [s]") -> Problem | 
 def check_together(
     names: Sequence[str], times: Sequence[Array], angles: Sequence[Array], joints: Sequence[str]
 ) -> list[Problem]:
-    """Recordings whose clock, or whose columns, cannot be of one project with the others.
+    """Recordings whose clock or columns do not match the others of the project.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def check_together(
 
 
 def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Problem]:
-    """Recordings whose step is a hundred times the others', or a hundredth."""
+    """Recordings whose step is more than a hundred times, or less than a hundredth of, the others'."""
     steps = np.array([float(np.median(np.diff(time))) for time in times])
     if len(steps) < 2:
         return []
@@ -51,14 +51,16 @@ def clocks_together(names: Sequence[str], times: Sequence[Array]) -> list[Proble
     for name, step in zip(names, steps.tolist(), strict=True):
         if max(step / usual, usual / step) >= ANOTHER_CLOCK:
             times_as = f"{step / usual:.3g} times" if step > usual else f"1/{usual / step:.3g} of"
-            text = f"its samples are {step:.3g} s apart, {times_as} what the other recordings have ({usual:.3g} s); is "
+            text = (
+                f"its samples are {step:.3g} s apart, {times_as} the step of the other recordings ({usual:.3g} s); is "
+            )
             text += "its time in another unit? Then say so in the header, such as time [ms]"
             problems.append(Problem(text, name, 1, "time"))
     return problems
 
 
 def _exchanged(names: Sequence[str], angles: Sequence[Array], joints: Sequence[str]) -> list[Problem]:
-    """Recordings whose usual angles are the others' with two columns exchanged."""
+    """Recordings whose usual angles match the others' after exchanging two columns."""
     if len(names) < LEAST:
         return []
     with np.errstate(all="ignore"):

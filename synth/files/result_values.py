@@ -39,12 +39,12 @@ def read_result(path: str | Path, kind: str, keys: tuple[str, ...] = ()) -> dict
     kind
         what it must be: ``fit``, ``leg-design``, ...
     keys
-        what it must hold beside ``format``.
+        required keys besides ``format``.
 
     Raises
     ------
     UserError
-        If it is no JSON, of another kind or a newer version, lacks a key, or holds a number that is not finite.
+        If it is not JSON, of another kind or a newer version, lacks a key, or contains a number that is not finite.
     """
     name = str(path)
     data = read_bytes(Path(path), SIZE_LIMIT, "no result is so large")

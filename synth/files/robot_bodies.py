@@ -1,4 +1,4 @@
-"""What robot files hold of a link beyond the planar leg: its whole inertia, and the drawn parts to look at.
+"""A link in robot files beyond the planar leg: its full inertia, and the drawn parts.
 
 A joint is drawn with x to the right, y up and z along the hinge towards the viewer; robot files have z up. So a drawn
 vector (x, y, z) is (x, -z, y) here: a quarter turn about x.

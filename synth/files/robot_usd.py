@@ -21,7 +21,7 @@ IN_RATE = ("shear_thinning_damping", "quadratic_damping")  # parts of the damper
 
 
 def usd_file(leg: Leg, fastest: Array) -> RobotFile:
-    """The layer; ``fastest`` (n,) rad/s is up to where each damper is to be followed."""
+    """The layer; ``fastest`` (n,) rad/s is the speed up to which each damper is represented."""
     said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     links, joints = [], []
     for joint, speed in zip(leg.joints, fastest, strict=True):
@@ -63,11 +63,11 @@ def _link(joint: Joint) -> list[str]:
 
 
 def _joint(joint: Joint, fastest: float) -> tuple[list[str], list[str]]:
-    """The joint's lines, and what they leave out."""
+    """The joint's lines, and what they omit."""
     rate, error = linear_damping(joint, fastest)
     said = []
     if error > WORTH_SAYING:
-        said.append(f"the damper's torque-speed curve is a straight line here, at most {error:.0%} of its torque off")
+        said.append(f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque")
     lost = without_held(joint, IN_RATE)
     if lost:
         said.append(f"not held: {', '.join(lost)}")

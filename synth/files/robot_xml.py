@@ -1,7 +1,7 @@
-"""A leg as URDF and as SDF, with what these can hold of springs and dampers, and a warning for what they cannot.
+"""A leg as URDF and as SDF, as far as these represent springs and dampers, with a warning for the rest.
 
-URDF's joints have a linear damping and a dry friction and no spring; SDF's have a linear spring with its rest as well.
-Neither holds a torque-speed curve or a stiffness that changes: a curve becomes the straight line nearest to it.
+URDF's joints have a linear damping and a dry friction and no spring; SDF's also have a linear spring with a rest angle.
+Neither represents a torque-speed curve or a varying stiffness: a curve becomes the nearest straight line.
 Frames as in the MJCF: links hang along -z, joints turn about -y, angles are rotations q = sign * (measured - zero).
 """
 
@@ -21,26 +21,26 @@ from synth.files.xml_text import nested, xml_text
 from synth.swing.leg_model import Joint, Leg, Link
 
 SDF_VERSION = "1.9"
-WORTH_SAYING = 0.02  # of the largest torque, that a straight line may be off without a word
+WORTH_SAYING = 0.02  # of the largest torque: a smaller error of the straight line is not reported
 UNLIMITED = 1e3  # N m and rad/s; URDF wants an effort and a velocity where it has limits
 _LINK_END = "_link"
 
 
 @dataclass(frozen=True)
 class RobotFile:
-    """The text of a model file, and a sentence for each thing of the leg that it does not hold."""
+    """The text of a model file, and a sentence for each feature of the leg that it cannot represent."""
 
     text: str
     warnings: tuple[str, ...]
 
 
 def urdf_file(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> RobotFile:
-    """The leg as URDF; ``fastest`` (n,) rad/s is up to where each damper is to be followed.
+    """The leg as URDF; ``fastest`` (n,) rad/s is the speed up to which each damper is represented.
 
     ``base`` and ``links``: whole bodies and drawn parts; without them a link is a rod.
     URDF knows no gravity either: the simulator has its own.
     """
-    said = [f"gravity of {leg.gravity:g} m/s^2 is the simulator's to set"] if leg.gravity != 9.81 else []
+    said = [f"gravity of {leg.gravity:g} m/s^2 must be set in the simulator"] if leg.gravity != 9.81 else []
     root = Element("robot", name=leg.name)
     first, shown = nested(root, "link", name="base"), list(links) or [RobotLink()] * len(leg.joints)
     for item in (base or RobotLink()).visuals:
@@ -178,7 +178,7 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
     said = []
     if error > WORTH_SAYING:
         said.append(
-            f"the damper's torque-speed curve is a straight line here, at most {error:.0%} of its torque off up to "
+            f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque up to "
             f"{fastest * 30 / pi:.3g} rpm"
         )
     friction = joint.effects.get("coulomb_friction", {}).get("torque", 0.0)
@@ -202,7 +202,7 @@ def _finished(root: Element, said: list[str]) -> RobotFile:
 def write_robot_files(
     leg: Leg, fastest: Array, folder: Path, base: RobotLink | None = None, links: Sequence[RobotLink] = ()
 ) -> list[str]:
-    """Write ``leg.urdf`` and ``leg.sdf`` into ``folder``; returns a warning a file for what it does not hold."""
+    """Write ``leg.urdf`` and ``leg.sdf`` into ``folder``; return a warning for each file with omissions."""
     said = []
     for name, made in (
         ("leg.urdf", urdf_file(leg, fastest, base, links)),
@@ -210,5 +210,5 @@ def write_robot_files(
     ):
         write_text(folder / name, made.text)
         if made.warnings:
-            said.append(f"{name} does not hold all of the leg: {'; '.join(made.warnings)}")
+            said.append(f"{name} does not represent all of the leg: {'; '.join(made.warnings)}")
     return said

@@ -1,7 +1,7 @@
 """A frozen dataclass as the schema of a mapping in a file: one definition for the checks and for the code.
 
 Fields carry their checks in ``Annotated``: a ``Quantity`` for a value with a unit (the dataclass holds SI), pydantic's
-``Field`` for the rest, and ``Because`` for the reason of a default, which then is recorded when it applies.
+``Field`` for the rest, and ``Because`` for the reason of a default, which is recorded when applied.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ Section = TypeVar("Section")
 
 @dataclass(frozen=True)
 class Because:
-    """Why a default is what it is; ``shown`` is its value in words where the value itself would not tell."""
+    """The reason of a default; ``shown`` is its value in words if the value itself is not informative."""
 
     reason: str
     shown: str | None = None
 
 
 class Default(NamedTuple):
-    """A default that was applied because the file leaves the key out."""
+    """A default that was applied because the file omits the key."""
 
     key: str
     value: str
@@ -57,7 +57,7 @@ def read_section(
     defaults
         defaults that applied are added here.
     value
-        the mapping; None where the file leaves it out, then all defaults apply.
+        the mapping; None if the file omits it, then all defaults apply.
     """
     model = schema_model(cast(Any, section))
     checked = check_part(model, document, {} if value is None else value, key, problems)

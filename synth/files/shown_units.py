@@ -1,6 +1,6 @@
-"""Which units a result is shown in: inch or metric, as asked with --units, else as the input was written.
+"""Display units of a result: inch or metric, from --units or from the input.
 
-Result files keep their units, each beside its number; only what people read on the screen and on the sheet of a
+Result files keep their units; only the screen and the winding sheet change.
 spring to wind changes.
 """
 
@@ -17,7 +17,7 @@ from synth import units
 System = Literal["inch", "metric"]
 SYSTEMS: tuple[System, ...] = ("inch", "metric")
 
-# SI unit -> the unit that a reader of each system expects on a drawing or a data sheet.
+# SI unit -> the usual unit in each system on a drawing or a data sheet.
 _UNITS: dict[str, dict[str, str]] = {
     "metric": {
         "m": "mm",
@@ -47,16 +47,16 @@ _READ = 1_000_000  # bytes of a project file: larger ones are refused anyway
 
 @dataclass(frozen=True)
 class ShownUnits:
-    """Turns SI values and a result file's quantities into the units of one system."""
+    """Converts SI values and a result file's quantities into the units of one system."""
 
     system: System = "metric"
 
     def unit(self, si: str) -> str:
-        """The unit that stands for the SI unit ``si``."""
+        """The displayed unit for the SI unit ``si``."""
         return _UNITS[self.system].get(si, si)
 
     def value(self, value: float, si: str) -> float:
-        """A value in ``si`` in the unit shown."""
+        """A value in ``si`` in the displayed unit."""
         return value * units.factor(si, self.unit(si))
 
     def text(self, value: float, si: str, digits: str = ".4g") -> str:
@@ -64,7 +64,7 @@ class ShownUnits:
         return f"{self.value(value, si):{digits}} {self.unit(si)}"
 
     def of(self, quantity: Mapping[str, Any], si: str) -> dict[str, Any]:
-        """A result file's ``{"value", "unit", "interval90"}`` in the unit shown."""
+        """A result file's ``{"value", "unit", "interval90"}`` in the displayed unit."""
         factor = units.factor(quantity["unit"], self.unit(si))
         shown = {**quantity, "value": quantity["value"] * factor, "unit": self.unit(si)}
         if quantity.get("interval90"):
@@ -76,7 +76,7 @@ METRIC = ShownUnits("metric")
 
 
 def written_system(texts: Iterable[str]) -> System:
-    """Inch where more quantities are written in inch units than in metric ones, else metric."""
+    """Inch if more quantities are written in inch units than in metric ones, else metric."""
     inch = metric = 0
     for text in texts:
         plain = _COMMENT.sub("", text)
@@ -86,9 +86,9 @@ def written_system(texts: Iterable[str]) -> System:
 
 
 def shown_for(asked: str | None, files: Iterable[Path] = (), texts: Iterable[str] = ()) -> ShownUnits:
-    """As asked with --units, else as the files and texts are written.
+    """From --units, else from the units in the files and texts.
 
-    A file that cannot be read any more, after the work is done, tells nothing.
+    A file that can no longer be read is ignored.
     """
     if asked in SYSTEMS:
         return ShownUnits("inch" if asked == "inch" else "metric")

@@ -1,4 +1,4 @@
-"""One leg for every simulator: MJCF, URDF, SDF and a USD layer, with what each of them cannot hold."""
+"""One leg for several simulators: MJCF, URDF, SDF and a USD layer, with the omissions of each."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from synth.swing.leg_model import Leg
 
 
 def write_simulator_files(leg: Leg, fastest: Array, folder: Path) -> dict[str, tuple[str, ...]]:
-    """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> what it leaves out.
+    """Write ``leg.mjcf.xml``, ``leg.urdf``, ``leg.sdf``, ``leg.usda`` and ``README.md``; file -> its omissions.
 
-    ``fastest`` : (n,) rad/s, up to where each damper is to be followed.
+    ``fastest`` : (n,) rad/s, speed up to which each damper is represented.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_text(folder / "leg.mjcf.xml", mjcf_text(leg, fastest))
@@ -33,7 +33,7 @@ def write_simulator_files(leg: Leg, fastest: Array, folder: Path) -> dict[str, t
 
 
 def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
-    """What MuJoCo's joints do not have; the file names it in comments too."""
+    """Features that MuJoCo's joints lack; the file lists them in comments too."""
     said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     for joint, speed in zip(leg.joints, fastest, strict=True):
         lost = without_held(joint, HELD)
@@ -41,16 +41,16 @@ def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
             said.append(f"{joint.name}: not held: {', '.join(lost)}")
         error = damping_terms(joint, float(speed)).error
         if error > 1e-3:
-            said.append(f"{joint.name}: the damper's curve is at most {error:.1%} of its torque off")
+            said.append(f"{joint.name}: the damper's curve has an error of at most {error:.1%} of its torque")
     return said
 
 
 def _readme(leg: Leg, lost: dict[str, tuple[str, ...]]) -> str:
-    lines = [f"# {leg.name}", "", "The same leg for several simulators. What each file does not hold:", ""]
+    lines = [f"# {leg.name}", "", "The same leg for several simulators. Omissions of each file:", ""]
     for name, said in lost.items():
         lines += [f"- `{name}`: {'nothing is lost' if not said else ''}", *(f"  - {text}" for text in said)]
     lines += [
         "",
-        "`leg.usda` is a layer of joint and mass parameters: import `leg.urdf` into Isaac Sim and put it on top.",
+        "`leg.usda` is a layer of joint and mass parameters: import `leg.urdf` into Isaac Sim and add it on top.",
     ]
     return "\n".join(line.rstrip() for line in lines) + "\n"

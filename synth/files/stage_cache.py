@@ -1,8 +1,8 @@
-"""Results of stages kept on disk by a hash of all that they depend on, so that what did not change is not done again.
+"""Results of stages cached on disk by a hash of all their input, so that unchanged stages are not repeated.
 
-A key holds the inputs' content, the program's own source and its libraries' versions: a changed input, program or
-library is another key, and nothing is ever out of date. The folder is the user's own (``synth.cache``); an entry lists
-its files with their hashes, and one that is not what was kept, to the byte, is removed and made again. Values are kept
+A key contains the inputs' content, the program's own source and its libraries' versions, so an entry never becomes
+outdated. The folder belongs to the user (``synth.cache``); an entry lists
+its files with their hashes, and a damaged one is removed and made again. Values are stored
 as JSON and arrays (``plain_value``).
 """
 
@@ -52,7 +52,7 @@ def program() -> str:
 
 
 def key_of(stage: str, *parts: object) -> str:
-    """A key for a stage from values whose ``repr`` tells all of them, and from the program itself."""
+    """A key for a stage from values fully described by their ``repr``, and from the program itself."""
     digest = hashlib.sha256(f"{stage}\n{program()}\n".encode())
     for part in parts:
         digest.update(repr(part).encode() + b"\0")
@@ -60,13 +60,13 @@ def key_of(stage: str, *parts: object) -> str:
 
 
 class StageCache:
-    """Folders and values by key; switched off, it holds nothing and keeps nothing."""
+    """Cached folders and values by key; when switched off, it is empty and stores nothing."""
 
     def __init__(self, *, on: bool = True) -> None:
         self._folder = own_folder(FOLDER) if on else None
 
     def fetch(self, key: str, target: Path) -> bool:
-        """Copy the kept folder's content into an existing ``target``; False where there is none, or it is damaged."""
+        """Copy the cached folder's content into an existing ``target``; False if there is none, or it is damaged."""
         files = self._files(key)
         if files is None:
             return False
@@ -77,7 +77,7 @@ class StageCache:
         return True
 
     def keep(self, key: str, source: Path, names: Iterable[str] | None = None) -> None:
-        """Keep a folder's files, or only those in some ``names`` of it. A full disk is no reason to fail."""
+        """Store a folder's files, or only the ``names`` given. A full disk is not an error."""
         wanted = None if names is None else set(names)
         with suppress(OSError):
             found = (path for path in sorted(source.rglob("*")) if path.is_file())
@@ -86,7 +86,7 @@ class StageCache:
             self._keep(key, {name: path.read_bytes() for name, path in chosen.items()})
 
     def value(self, key: str, expected: type[Value], remade: Mapping[Any, Remade] | None = None) -> Value | None:
-        """The kept value of that class; None where there is none, or where it is damaged."""
+        """The cached value of that class; None if there is none, or it is damaged."""
         files = self._files(key)
         if files is None:
             return None
@@ -97,13 +97,13 @@ class StageCache:
             return None
 
     def keep_value(self, key: str, value: object, remade: Mapping[Any, Remade] | None = None) -> None:
-        """Keep a value of the program's own classes."""
+        """Store a value of the program's own classes."""
         if self._folder is not None:
             with suppress(OSError):
                 self._keep(key, {_VALUE: to_bytes(value, remade)})
 
     def _files(self, key: str) -> dict[str, bytes] | None:
-        """An entry's files, all of them as they were kept; None where that is not so, and then the entry goes."""
+        """An entry's files if all are unchanged; otherwise None, and the entry is removed."""
         entry = self._entry(key)
         if entry is None or not os.path.lexists(entry):
             return None
@@ -112,7 +112,7 @@ class StageCache:
             self._drop(key)
         else:
             with suppress(OSError):
-                os.utime(entry)  # the least recently used goes first
+                os.utime(entry)  # the least recently used is removed first
         return files
 
     def _keep(self, key: str, files: Mapping[str, bytes]) -> None:
@@ -158,7 +158,7 @@ class StageCache:
 
 
 def _as_listed(entry: Path) -> dict[str, bytes] | None:
-    """The files of an entry where they are the listed ones, unchanged, and the user's own; else None."""
+    """The files of an entry if they are the listed ones, unchanged, and the user's own; else None."""
     if not is_own_folder(entry):
         return None
     try:

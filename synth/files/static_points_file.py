@@ -1,4 +1,4 @@
-"""Static points: the leg held still, so that springs, gravity and a known torque balance.
+"""Static points: poses in which springs, gravity and a known torque balance.
 
 Under ``static:`` in a project, a list of such mappings:
 
@@ -9,11 +9,12 @@ Under ``static:`` in a project, a list of such mappings:
       - {angles: {hip: 99 deg, knee: 110 deg, ankle: 133 deg}, tip_mass: 200 g}          # at rest with a mass on it
       - {angles: {hip: 140 deg}, torque: {hip: 1.4 N*m}, supported: true}                # the spring alone
 
-``angles``: the measured angle of every joint, because the leg's weight at a joint depends on the whole pose; where
-the leg is ``supported`` (carried, or off) the joints with a torque are enough. ``torque``: about which joints a known
-torque acts besides, in the measured angle's positive sense, zero for the others. The balance is taken at the joints
-under ``torque``, or at all where there is none, but never at those that are ``locked``. ``tip_mass`` and ``tilt`` as in
-a trial. ``torque_error`` and ``angle_error`` are one standard deviation, 2 % of the spring's torque and 0.5 deg where
+``angles``: the measured angle of every joint, because the leg's weight at a joint depends on the whole pose; if
+the leg is ``supported`` (carried, or removed) the joints with a torque suffice. ``torque``: joints on which a known
+torque acts, in the measured angle's positive sense, zero for the others. The balance is evaluated at the joints
+under ``torque``, or at all if there is none, but never at those that are ``locked``. ``tip_mass`` and ``tilt`` as in
+a trial. ``torque_error`` and ``angle_error`` are standard deviations, by default 2 % of the spring's torque and 0.5
+deg.
 left out.
 """
 
@@ -34,7 +35,7 @@ from synth.files.yaml_lines import Document, Key
 from synth.swing.leg_model import Leg
 
 POINT_LIMIT = 1000  # of a project
-ANGLE_ERROR = radians(0.5)  # rad, where the project does not say: a careful reading of a protractor
+ANGLE_ERROR = radians(0.5)  # rad, default: a careful reading of a protractor
 TORQUE_SHARE = 0.02  # of the spring's torque: a hand-held force gauge or a kitchen balance on a lever
 
 Angle = Annotated[float, Quantity("rad", least=-radians(3600), most=radians(3600))]
@@ -42,7 +43,7 @@ Angle = Annotated[float, Quantity("rad", least=-radians(3600), most=radians(3600
 
 @dataclass(frozen=True, eq=False)
 class StaticPoint:
-    """One pose in balance, SI and measured angles.
+    """One pose in equilibrium, SI and measured angles.
 
     ``angles`` (n,) rad, nan where not given; ``torques`` (n,) N m in the measured angles' positive sense; ``balanced``
     the indices of the joints at which the balance holds; ``torque_error`` N m, None for ``TORQUE_SHARE`` of the
@@ -76,7 +77,7 @@ class _PointEntry(FileModel):
 def read_static_points(
     entries: Any, leg: Leg, document: Document, key: Key, problems: list[Problem]
 ) -> tuple[StaticPoint, ...]:
-    """The points listed at ``key``; every mistake goes to ``problems`` and its point is left out."""
+    """The points listed at ``key``; mistakes go to ``problems`` and their points are left out."""
     if not isinstance(entries, list) or not entries:
         text = "a list of points is needed, for example [{angles: {hip: 125 deg, ...}, torque: {hip: 1.9 N*m}}]"
         problems.append(document.problem(text, key))
@@ -98,7 +99,7 @@ def read_static_points(
 
 
 def _problems(entry: _PointEntry, leg: Leg, document: Document, place: Key) -> list[Problem]:
-    """What contradicts the leg, or leaves the balance open."""
+    """Contradictions with the leg, and missing angles."""
     names, problems = leg.joint_names, []
     for what, given in (("angles", entry.angles), ("torque", entry.torque), ("locked", entry.locked)):
         for name in given:
@@ -110,8 +111,8 @@ def _problems(entry: _PointEntry, leg: Leg, document: Document, place: Key) -> l
     missing = [name for name in names if name not in entry.angles]
     if missing and not entry.supported:
         text = (
-            f"the angle of {_listed(missing)} is missing: the leg's weight at a joint depends on the whole pose. Give "
-            'every joint\'s angle, or write "supported: true" where the leg was carried and only the spring answered'
+            f"the angle of {_listed(missing)} is missing: the weight at a joint depends on the whole pose. Give "
+            'every joint\'s angle, or write "supported: true" if the leg was supported and only the spring acts'
         )
         problems.append(document.problem(text, (*place, "angles")))
     unseen = [name for name in entry.torque if name in missing]
@@ -119,13 +120,13 @@ def _problems(entry: _PointEntry, leg: Leg, document: Document, place: Key) -> l
         problems.append(document.problem(f"the angle of {_listed(unseen)} is missing", (*place, "angles")))
     held = [name for name in entry.torque if name in entry.locked]
     if held:
-        text = f"{_listed(held)} is locked and has a torque: a locked joint takes up any torque and tells nothing"
+        text = f"{_listed(held)} is locked but has a torque: a locked joint balances any torque"
         problems.append(document.problem(text, (*place, "locked")))
     if entry.supported and (entry.tip_mass or entry.tilt):
-        text = 'the leg is "supported", so that "tip_mass" and "tilt" would act on nothing; leave one out'
+        text = 'the leg is "supported", so "tip_mass" and "tilt" have no effect; leave one out'
         problems.append(document.problem(text, (*place, "supported")))
     if not problems and not _balanced(entry, leg):
-        problems.append(document.problem("every joint is locked: no spring is left to balance anything", place))
+        problems.append(document.problem("every joint is locked: no balance remains", place))
     return problems
 
 

@@ -1,4 +1,4 @@
-"""Numbers and words as JSON and CSV hold them: the same on every machine, and nothing that a spreadsheet would run."""
+"""Numbers and words in JSON and CSV: the same on every machine, and no formulas for spreadsheets."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-DIGITS = 10  # significant; below what any two machines' arithmetic agrees on, above what anyone needs
-_FORMULA = tuple("=+-@\t\r\n|%")  # a cell that begins so is a formula to a spreadsheet
+DIGITS = 10  # significant; fewer than the agreement of two machines' arithmetic, more than needed
+_FORMULA = tuple("=+-@\t\r\n|%")  # a spreadsheet would read a cell that begins so as a formula
 
 
 def plain(value: Any, key: str) -> Any:
@@ -84,11 +84,11 @@ def _cell(value: Any) -> str:
 
 
 def defused(text: str) -> str:
-    """The text of a cell, which a spreadsheet will not take for a formula: an apostrophe makes it show as text."""
+    """The text of a cell, with an apostrophe if a spreadsheet would read it as a formula."""
     return text if text.lstrip(" ")[:1] not in _FORMULA or not text else f"'{text}"
 
 
 def csv_text(words: str) -> str:
-    """A CSV cell of words, quoted where it must be, for writers of their own lines."""
+    """A CSV cell of words, quoted if necessary, for writers of their own lines."""
     safe = defused(words)
     return f'"{safe.replace(chr(34), chr(34) * 2)}"' if any(c in safe for c in ',"\n\r') else safe

@@ -1,7 +1,7 @@
-"""What manufacturing and measuring leave open of a leg: the ``tolerance:`` of ``gap``, ``fit``, ``leg``, ``reproduce``.
+"""Uncertainty from manufacturing and measurement: the ``tolerance:`` of ``gap``, ``fit``, ``leg``, ``reproduce``.
 
-``tolerance: {mass: 1 %, knee: {mass: 5 %, damper: 20 %}}``: for all joints, and where a joint's name stands for that
-joint and its link alone.
+``tolerance: {mass: 1 %, knee: {mass: 5 %, damper: 20 %}}``: for all joints, with deviating values for a joint and
+its link under the joint's name.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from synth.swing.leg_model import Joint, Leg
 from synth.swing.tolerances import LINK_QUANTITIES, MOTOR_POWERS, QUANTITIES
 from synth.units import quantity
 
-HALF_DEGREE = radians(0.5)  # what hand assembly against a drawn angle leaves: our estimate
-MOST = 0.5  # a quantity that may be off by half is not known, and nothing can be told from it
+HALF_DEGREE = radians(0.5)  # typical of manual assembly to a drawn angle: our estimate
+MOST = 0.5  # a quantity with a larger deviation is unknown, and nothing can be inferred from it
 
 Share = Annotated[float, Quantity("1", least=0, most=MOST)]
 Turn = Annotated[float, Quantity("rad", least=0, most=radians(90))]
@@ -35,7 +35,7 @@ _USUAL = "usual for a leg that was measured after it was built"
 class JointTolerance:
     """Standard deviations of a joint's and its link's numbers.
 
-    Shares of the nominal value; ``free_angle`` in rad. Zero: known exactly, so that any error of it counts as an
+    Shares of the nominal value; ``free_angle`` in rad. Zero: known exactly, so that any deviation counts as an
     effect.
     """
 
@@ -43,28 +43,28 @@ class JointTolerance:
     mass: Annotated[Share, Because(_USUAL)] = 0.01
     com: Annotated[Share, Because(_USUAL)] = 0.01
     inertia: Annotated[Share, Because(_USUAL)] = 0.02
-    spring: Annotated[Share, Because("what is left after the spring's rate was measured")] = 0.03
-    damper: Annotated[Share, Because("what is left after the damper's rate was measured")] = 0.05
-    free_angle: Annotated[Turn, Because("what assembly leaves of the spring's free angle")] = HALF_DEGREE
-    torque_constant: Annotated[Share, Because("usual between motors of one batch; of joints with a motor")] = 0.1
-    resistance: Annotated[Share, Because("usual for a winding, its warmth included; of joints with a motor")] = 0.1
+    spring: Annotated[Share, Because("remaining uncertainty of a measured spring rate")] = 0.03
+    damper: Annotated[Share, Because("remaining uncertainty of a measured damper rate")] = 0.05
+    free_angle: Annotated[Turn, Because("assembly error of the spring's free angle")] = HALF_DEGREE
+    torque_constant: Annotated[Share, Because("usual between motors of one batch; for joints with a motor")] = 0.1
+    resistance: Annotated[Share, Because("usual for a winding, with its temperature; for joints with a motor")] = 0.1
 
 
 @dataclass(frozen=True)
 class Tolerance(JointTolerance):
-    """The same for every joint but for what ``joints`` says: name of a joint -> quantities that differ there."""
+    """The same for every joint except ``joints``: name of a joint -> deviating quantities."""
 
     joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def of_joint(self, name: str) -> JointTolerance:
-        """What is left open of one joint."""
+        """The tolerances of one joint."""
         common = {item.name: getattr(self, item.name) for item in fields(JointTolerance)}
         return JointTolerance(**{**common, **self.joints.get(name, {})})
 
     def widths(self, leg: Leg) -> Array:
-        """(9, n) one standard deviation of each quantity, in the order of the fields, at each joint.
+        """(9, n) standard deviation of each quantity, in the order of the fields, at each joint.
 
-        Those of a motor are 0 at a joint whose drive has none, or whose motor's torque is known.
+        Those of a motor are 0 for a joint without a motor, or whose motor's torque is known.
         """
         found = [self.of_joint(name) for name in leg.joint_names]
         width = np.array([[getattr(one, item.name) for one in found] for item in fields(JointTolerance)])
@@ -74,7 +74,7 @@ class Tolerance(JointTolerance):
 
 
 def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance") -> Tolerance | None:
-    """The project's tolerances, with defaults that apply recorded; None after a mistake, which ``reader`` holds.
+    """The project's tolerances, with applied defaults recorded; None after a mistake, which ``reader`` holds.
 
     ``leg`` None: it could not be read; names of joints are then not checked.
     """
@@ -86,7 +86,7 @@ def read_tolerance(reader: ProjectReader, leg: Leg | None, key: str = "tolerance
 
 
 def _has_motor(joint: Joint) -> bool:
-    """Whether a motor drives it whose torque is not known."""
+    """Whether it is driven by a motor of unknown torque."""
     return isinstance(joint.drive, Servo) and joint.drive.motor is not None
 
 
@@ -118,13 +118,13 @@ def _of_joint(reader: ProjectReader, value: Any, key: str, name: str) -> dict[st
 
 
 def links_json(tolerance: Tolerance, leg: Leg) -> dict[str, Any]:
-    """What is left open of each joint's link, as ``fit.json`` has it: one standard deviation each."""
+    """The uncertainty of each joint's link for ``fit.json``, as standard deviations."""
     found = {name: tolerance.of_joint(name) for name in leg.joint_names}
     return {name: {item: quantity(getattr(one, item), "%") for item in LINK_QUANTITIES} for name, one in found.items()}
 
 
 def of_links(defaults: Sequence[Default]) -> list[Default]:
-    """The defaults without those of springs, dampers and free angles, which a fit seeks and does not assume."""
+    """The defaults except those of springs, dampers and free angles, which a fit estimates."""
     sought = {"tolerance.spring", "tolerance.damper", "tolerance.free_angle"}
     sought |= {f"tolerance.{name}" for name in MOTOR_POWERS}
     return [default for default in defaults if default.key not in sought]

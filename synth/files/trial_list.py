@@ -1,4 +1,4 @@
-"""Trials: which recordings a project lists, and what was done to the leg in each."""
+"""Trials: the recordings of a project, and their conditions."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class Trial:
         (n, n_joint) rad/s as recorded, nan where missing; None where no joint has such a column.
     torques
         (n, n_joint) N m, known torques in the measured angles' positive sense, zero for joints without a column;
-        None where no joint has one.
+        None if no joint has one.
     locked
-        joints that were held at their recorded angle.
+        joints held at their recorded angle.
     tip_mass
         kg, a mass added at the last link's end, or at ``tip_at`` m from the last joint along it, of ``tip_inertia``
         kg m^2 about its own centre.
@@ -52,9 +52,9 @@ class Trial:
     held_out
         never used to fit or to choose, only to score.
     leg
-        another leg with the same joints that this trial was made with; None: the project's.
+        another leg with the same joints, used in this trial; None: the project's.
     signals
-        what the joints' servos were told, commands in measured angles; None where no joint has one.
+        inputs of the joints' servos, commands in measured angles; None if no joint has a servo.
     sha256
         of the file.
     """
@@ -76,7 +76,7 @@ class Trial:
 
 
 class TipMass(FileModel):
-    """A body on the last link: its mass, its inertia about its own centre, and where along the link that lies."""
+    """A body on the last link: mass, inertia about its own centre, and position along the link."""
 
     mass: Annotated[float, Quantity("kg", least=0)]
     inertia: Annotated[float, Quantity("kg*m^2", least=0)] = 0.0
@@ -84,7 +84,7 @@ class TipMass(FileModel):
 
 
 class TrialEntry(FileModel):
-    """One item under ``trials:``; ``file`` may be a glob, whose files then share what the item says."""
+    """One item under ``trials:``; ``file`` may be a glob, whose files share the item's keys."""
 
     file: Annotated[str, Field(min_length=1, examples=["trials/*.csv"])]
     locked: list[str] = Field(default_factory=list)
@@ -103,7 +103,7 @@ class TrialEntry(FileModel):
 
 @dataclass(frozen=True)
 class _Source:
-    """Where the entries were written, for the messages; a bare list has no document."""
+    """The document of the entries, for messages; a bare list has none."""
 
     document: Document | None = None
     key: Key = ()
@@ -149,13 +149,13 @@ def read_trials(
     base_folder
         the project's folder; files are relative to it and must lie inside its tree.
     leg
-        whose joints the columns are.
+        whose joints the columns belong to.
     document, key
-        the project and where in it the entries stand, so that a message can name the line.
+        the project and the key of the entries, for line numbers in messages.
     locked
-        joints that are locked in all of them, besides what an entry says.
+        joints locked in all of them, in addition to an entry's own.
     other_leg
-        reads the leg file that an entry names at a place of the document; None: no entry may name one.
+        reads the leg file that an entry names; None: no entry may name one.
 
     Raises
     ------
@@ -186,13 +186,13 @@ def _other_legs(
     other_leg: Callable[[str, Key], Leg | None] | None,
     problems: list[Problem],
 ) -> dict[int, Leg]:
-    """Index of each entry that names a leg of its own -> that leg, which must have the same joints."""
+    """Index of each entry with its own leg -> that leg, which must have the same joints."""
     found: dict[int, Leg] = {}
     for entry, index in {listed.index: (listed.entry, listed.index) for listed in listing.files}.values():
         if entry.leg is None:
             continue
         if other_leg is None:
-            problems.append(source.problem("a trial with a leg of its own is for synth gap alone", index, "leg"))
+            problems.append(source.problem("a trial with its own leg is supported by synth gap only", index, "leg"))
             continue
         other = other_leg(entry.leg, (*source.key, index, "leg"))
         if other is None:
@@ -238,7 +238,7 @@ def _listing(
     source: _Source,
     locked: frozenset[str],
 ) -> _Listing:
-    """All files that the entries stand for; a file that is listed twice is a mistake."""
+    """All files of the entries; a file listed twice is a mistake."""
     listing = _Listing()
     first: dict[Path, int] = {}
     for index, raw in enumerate(entries):

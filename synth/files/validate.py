@@ -1,4 +1,4 @@
-"""Check a YAML document against its model and report every mistake at once, in the user's words."""
+"""Check a YAML document against its model and report all mistakes together, in the user's terms."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from synth.errors import Problem, UserError, did_you_mean
 from synth.files.names import title_fault
 from synth.files.yaml_lines import Document, Key
 
-# What each kind of file is for: the command that reads it, or the key by which other files name it.
+# The purpose of each kind of file: the command that reads it, or the key by which other files name it.
 COMMANDS = {
     "fit": '"synth fit"',
     "gap": '"synth gap"',
@@ -31,7 +31,7 @@ COMMANDS = {
     "hopper-jumps": '"synth hopper"',
     "leg": None,
 }
-# Keys that a file of a kind must have, by which one is told that does not say what it is; the most telling first.
+# Required keys of each kind, which identify a file without ``kind:``; the most specific first.
 _KEYS = {
     "hopper-motor": {"gear_ratio", "runs"},
     "hopper-pull-ups": {"design", "body_mass", "trials"},
@@ -43,7 +43,7 @@ _KEYS = {
 
 
 class FileModel(BaseModel):
-    """A mapping of a user's file: unknown keys are mistakes, nothing is coerced."""
+    """A mapping of a user's file: unknown keys are mistakes, values are not coerced."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -63,7 +63,7 @@ def _title(value: str) -> str:
     return value
 
 
-Title = Annotated[str, AfterValidator(_title)]  # the name of a leg, a project or a part, which no file is called by
+Title = Annotated[str, AfterValidator(_title)]  # the title of a leg, a project or a part; never a file name
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ class Quantity:
 
     @property
     def shown(self) -> str:
-        """The unit that a user would write."""
+        """The user's unit."""
         return self.example.split(" ", 1)[1]
 
     def read(self, value: object) -> float:
-        """The value in ``unit``, or a refusal."""
+        """The value in ``unit``; raises if not allowed."""
         try:
             number = units.parse(value, self.unit)
         except UserError as error:
@@ -108,9 +108,9 @@ class Quantity:
 
 @contextmanager
 def gathering(problems: list[Problem], document: Document | None = None, key: Key = ()) -> Iterator[None]:
-    """Go on after a mistake: a ``UserError`` in the block is added to ``problems``.
+    """Continue after a mistake: a ``UserError`` in the block is added to ``problems``.
 
-    Problems without a file get the place ``key`` of ``document``, where the thing at fault was named.
+    Problems without a file get the place ``key`` of ``document``, which named the faulty file.
     """
     try:
         yield
@@ -121,7 +121,7 @@ def gathering(problems: list[Problem], document: Document | None = None, key: Ke
 
 
 def raise_if_any(problems: Sequence[Problem]) -> None:
-    """Raise one ``UserError`` with all problems, each said once, in the order of the file."""
+    """Raise one ``UserError`` with all problems, without duplicates, in the order of the file."""
     if problems:
         raise UserError(list(dict.fromkeys(problems)))
 
@@ -154,7 +154,7 @@ def check_kind(document: Document, kind: str) -> None:
 
 
 def _meant(document: Document, kind: str) -> str:
-    """The kind whose keys a file without one has: ``kind``, unless another's are there and its own are not."""
+    """The kind of a file without ``kind:``, from its keys; ``kind`` unless they fit another one better."""
     written = set(document.value)
     if kind in _KEYS and _KEYS[kind] <= written:
         return kind
@@ -177,7 +177,7 @@ def check(model: type[Model], document: Document) -> Model:
 
 
 def check_part(model: type[Model], document: Document, value: Any, key: Key, problems: list[Problem]) -> Model | None:
-    """Validate one part of a document; mistakes go to ``problems`` and the result is then None."""
+    """Validate one part of a document; mistakes go to ``problems``, and the result is then None."""
     try:
         return model.model_validate(value)
     except ValidationError as error:
@@ -188,7 +188,7 @@ def check_part(model: type[Model], document: Document, value: Any, key: Key, pro
 
 
 def near(value: object, names: Sequence[str] | dict[str, Any]) -> str:
-    """``; did you mean knee?`` where one is near, else the list of what is allowed."""
+    """``; did you mean knee?`` if a name is similar, else the list of allowed names."""
     known = list(names)
     meant = did_you_mean(value, known) if isinstance(value, str) else ""
     if meant:
@@ -246,7 +246,7 @@ def _field(model: type[BaseModel], where: Key) -> tuple[type[BaseModel] | None, 
         if isinstance(part, int) or current is None:
             continue
         if field is not None and _is_mapping(field):
-            owner, field = None, None  # a free name, such as a joint's, not a key of a model
+            owner, field = None, None  # a name chosen by the user, such as a joint's, not a key of a model
             continue
         owner = current
         field = current.model_fields.get(part)
@@ -259,7 +259,7 @@ def _is_mapping(field: FieldInfo) -> bool:
 
 
 def _options(annotation: Any) -> tuple[Any, ...]:
-    """The members of a union, or the annotation alone."""
+    """The members of a union, or the annotation itself."""
     if get_origin(annotation) in (Union, types.UnionType):
         return get_args(annotation)
     return (annotation,)
@@ -277,7 +277,7 @@ def _inner_model(annotation: Any) -> type[BaseModel] | None:
 
 
 def _example(name: str, field: FieldInfo | None) -> str:
-    """How the key could be written, where that is known."""
+    """An example of the key, if there is one."""
     marks = [mark.example for mark in field.metadata if isinstance(mark, Quantity)] if field else []
     examples = marks or list(field.examples or () if field else ())
     return f", for example {name}: {examples[0]}" if examples else ""

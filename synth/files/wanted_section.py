@@ -1,4 +1,4 @@
-"""A wanted motion stated by each joint's characteristics: ``wanted:`` in the place of ``trials:``.
+"""A wanted motion given by each joint's characteristics: ``wanted:`` instead of ``trials:``.
 
 ``wanted: {knee: {rest: 111 deg, amplitude: 25 deg, damping_ratio: 0.38, damped_frequency: 2.2 Hz}}``
 """
@@ -17,12 +17,12 @@ from synth.files.validate import Quantity
 from synth.files.yaml_lines import Key
 from synth.swing.leg_model import Leg
 
-SMALLEST = radians(0.5)  # what moves less is no release (``fit.recordings``)
+SMALLEST = radians(0.5)  # a smaller motion is not a release (``fit.recordings``)
 
 
 @dataclass(frozen=True)
 class HertzOrRadians(Quantity):
-    """A frequency as people write it, ``2.2 Hz``, or as results have it, ``13.8 rad/s``."""
+    """A frequency as ``2.2 Hz``, or as in results, ``13.8 rad/s``."""
 
     def read(self, value: object) -> float:
         """In rad/s, or a refusal."""
@@ -37,8 +37,8 @@ class HertzOrRadians(Quantity):
 class WantedCharacteristics:
     """One joint in a release of the whole leg from rest, SI.
 
-    ``rest`` the measured angle at which it comes to rest; ``amplitude`` from there to where it is let go, in the
-    measured angle's sense; ``damping_ratio`` by the logarithmic decrement, 1 and above without a swing;
+    ``rest`` the measured angle of the equilibrium; ``amplitude`` from there to the release, in the
+    measured angle's sense; ``damping_ratio`` by the logarithmic decrement, at least 1 without oscillation;
     ``damped_frequency`` in rad/s, ``rise_time`` from 10 to 90 % of the way: one of the two, or both.
     """
 
@@ -71,7 +71,7 @@ def read_wanted(
             continue
         found[name] = joint
         if abs(joint.amplitude) < SMALLEST:
-            reader.refuse("is less than 0.5 deg: nothing would move", (*key, name, "amplitude"))
+            reader.refuse("is less than 0.5 deg: too small for a motion", (*key, name, "amplitude"))
         if joint.damped_frequency is None and joint.rise_time is None:
             reader.refuse('needs "damped_frequency", "rise_time" or both beside its damping ratio', (*key, name))
         if joint.damping_ratio >= 1 and joint.damped_frequency is not None:

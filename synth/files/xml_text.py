@@ -1,4 +1,4 @@
-"""XML trees as text, whatever stands in their names and comments."""
+"""XML trees as text, with any characters in names and comments."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Comment, Element, indent, tostring
 
 
 def xml_text(root: Element, *, declared: bool = False) -> str:
-    """The tree as an indented document, with its declaration if asked for; comments are made such as XML allows."""
+    """The tree as an indented document, with its declaration if requested; comments are made valid."""
     for node in root.iter():
         if node.tag is Comment:  # type: ignore[comparison-overlap]
             node.text = comment_text(node.text or "")
@@ -16,7 +16,7 @@ def xml_text(root: Element, *, declared: bool = False) -> str:
 
 
 def comment_text(text: str) -> str:
-    """Text without two hyphens in a row, and none at its end, which no XML comment may hold."""
+    """Text without two consecutive hyphens, and none at its end, as XML comments require."""
     while "--" in text:
         text = text.replace("--", "- -")
     return f"{text} " if text.endswith("-") else text

@@ -1,4 +1,4 @@
-"""Read YAML that a stranger wrote, and keep the line of every key for the messages."""
+"""Read untrusted YAML, and keep the line of every key for messages."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import yaml
 from synth.errors import Problem, UserError
 from synth.files.paths import read_bytes
 
-SIZE_LIMIT = 1_000_000  # bytes; the largest honest project is a few kilobytes
-NODE_LIMIT = 20_000  # keys and values, an alias counted as often as it is used
+SIZE_LIMIT = 1_000_000  # bytes; real projects have a few kilobytes
+NODE_LIMIT = 20_000  # keys and values, an alias counted at each use
 DEPTH_LIMIT = 30  # nested levels; no format has more than eight
 
 Key = tuple[str | int, ...]
@@ -36,7 +36,7 @@ class Document:
     data: bytes
 
     def line(self, key: Key) -> int | None:
-        """The line of a key path, or of its nearest parent that is written in the file."""
+        """The line of a key path, or of its nearest written parent."""
         for end in range(len(key), 0, -1):
             if key[:end] in self.lines:
                 return self.lines[key[:end]]
@@ -53,8 +53,8 @@ def load(path: str | Path) -> Document:
     Raises
     ------
     UserError
-        If the file cannot be read, is too large or too deep, is not a mapping, has a syntax error, a key that is
-        given twice, or a tag that asks for anything but plain data.
+        If the file cannot be read, is too large or too deep, is not a mapping, or has a syntax error, a
+        duplicate key, or a tag for anything but plain data.
     """
     path = Path(path)
     name = str(path)
@@ -75,7 +75,7 @@ def load(path: str | Path) -> Document:
 
 
 def dotted(key: Key, value: Any) -> str:
-    """A key path in words: ``joints.knee.link.mass``; an item without a name by its number, ``trials[3]``."""
+    """A key path in words: ``joints.knee.link.mass``; an unnamed item by its number, ``trials[3]``."""
     text = ""
     for part in key:
         if isinstance(part, int):
@@ -91,7 +91,7 @@ def dotted(key: Key, value: Any) -> str:
 
 
 def _compose(text: str, name: str) -> yaml.Node | None:
-    """Parse to nodes. Events are counted first: they come one by one, nodes are built by recursion."""
+    """Parse to nodes. Events are counted first, because nodes are built by recursion."""
     try:
         depth = 0
         for count, event in enumerate(yaml.parse(text, Loader=_Loader), start=1):
@@ -123,7 +123,7 @@ def _hint(text: str, error: yaml.MarkedYAMLError) -> str:
 
 
 class _Builder:
-    """Turns nodes into plain data, noting lines and collecting mistakes."""
+    """Converts nodes to plain data, noting lines and collecting mistakes."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -134,7 +134,8 @@ class _Builder:
     def build(self, node: yaml.Node, key: Key, depth: int) -> Any:
         self.count += 1
         if self.count > NODE_LIMIT or depth > DEPTH_LIMIT:
-            # Only aliases lead here, the events having been counted: a bomb, or one that holds itself.
+            # Only aliases lead here, because events were counted: exponential expansion, or an alias that
+            # contains itself.
             line = node.start_mark.line + 1
             raise UserError(Problem("its aliases (*name) unfold to more than a project can hold", self.name, line))
         self.lines.setdefault(key, node.start_mark.line + 1)
@@ -151,7 +152,7 @@ class _Builder:
         for key_node, value_node in node.value:
             line = key_node.start_mark.line + 1
             if not isinstance(key_node, yaml.ScalarNode):
-                self.problems.append(Problem("a key must be a word", self.name, line, dotted(key, None) or None))
+                self.problems.append(Problem("a key must be text", self.name, line, dotted(key, None) or None))
                 continue
             child: Key = (*key, key_node.value)
             if key_node.value in result:
@@ -173,7 +174,7 @@ class _Builder:
             return int(text)
         if tag in ("int", "float") and _FLOAT.fullmatch(text):
             return float(text)
-        # Dates, sexagesimal and other special numbers stay as written: no file of ours has them.
+        # Dates, sexagesimal and other special numbers are kept as text: our files have none.
         if tag not in ("str", "int", "float", "timestamp", "value", "merge"):
             self._refuse_tag(node, key)
         return text

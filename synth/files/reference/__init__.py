@@ -1,1 +1,1 @@
-"""The reference of all file formats, made from the schema classes: pages for readers, JSON Schema for editors."""
+"""The reference of all file formats, generated from the schema classes: pages, and JSON Schema for editors."""

@@ -9,7 +9,7 @@ from synth.files.reference.sections import KINDS, KeySection, kind_word
 from synth.files.validate import Quantity
 
 DRAFT = "http://json-schema.org/draft-07/schema#"  # what the YAML language server reads
-# A number and a unit; what exactly is checked by synth itself.
+# A number and a unit; synth itself checks the details.
 QUANTITY = r"^\s*[+-]?(\d|\.\d|[½¼¾⅛]).*[A-Za-z%°\"Ωµ].*$"
 
 
@@ -38,15 +38,15 @@ def _mapping(section: KeySection) -> dict[str, Any]:
 
 
 def _placed(inner: KeySection, key: str) -> dict[str, Any]:
-    """A section as it stands at its key: itself, in a list, or under names."""
+    """A section at its key: a mapping, a list, or under names."""
     mapping = _mapping(inner)
     if inner.how == "by name":
         return {"type": "object", "additionalProperties": {"anyOf": [mapping, {"type": "string"}]}}
     if inner.how == "list":
         return {"type": "array", "minItems": 1, "items": {"anyOf": [mapping, {"type": "string"}]}}
-    if key in ("tip_mass", "time"):  # a quantity or a word will do too
+    if key in ("tip_mass", "time"):  # a quantity or a word is also allowed
         return {"anyOf": [mapping, {"type": ["string", "number"]}]}
-    if key == "tolerance":  # a joint's name may stand for that joint alone
+    if key == "tolerance":  # a joint's name is allowed as a key for that joint only
         mapping["additionalProperties"] = {"type": "object"}
     return mapping
 

@@ -1,4 +1,4 @@
-"""What a schema class says of its keys: type, unit, range, default and its reason, example."""
+"""Documentation of a schema class's keys: type, unit, range, default and its reason, example."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from synth.files.validate import Quantity
 
 @dataclass(frozen=True)
 class KeyRow:
-    """One key of a section, in words; ``default`` None: it must be given."""
+    """One key of a section; ``default`` None: required."""
 
     name: str
     type: str
@@ -88,7 +88,7 @@ def _inside(annotation: Any, kind: type[Any]) -> Iterator[Any]:
 
 
 def options(annotation: Any) -> list[Any]:
-    """The members of a union without None, Annotated taken off, or the annotation alone."""
+    """The members of a union without None and without Annotated, or the annotation itself."""
     if get_origin(annotation) is Annotated:
         return options(get_args(annotation)[0])
     if get_origin(annotation) in (Union, types.UnionType):
@@ -97,7 +97,7 @@ def options(annotation: Any) -> list[Any]:
 
 
 def choices(item: FieldInfo) -> tuple[Any, ...]:
-    """The words or numbers that may be written, where they are a few."""
+    """The allowed words or numbers, if they are few."""
     found = [option for option in options(item.annotation) if get_origin(option) is Literal]
     return tuple(value for option in found for value in get_args(option))
 
@@ -108,7 +108,7 @@ def _type(name: str, item: FieldInfo, section: KeySection) -> str:
         what = {"mapping": "mapping", "list": "list of mappings", "by name": "mapping, a joint each"}[inner.how]
         return f"{what}: {inner.name.replace('_', ' ')}"
     if choices(item):
-        return "one of these"
+        return "one of the listed values"
     quantity = next(marks(item, Quantity), None)
     kinds = [get_origin(option) or option for option in options(item.annotation)]
     if any(kind in (list, tuple) for kind in kinds):
@@ -143,7 +143,7 @@ def _short(quantity: str) -> str:
 
 
 def default_text(item: FieldInfo, quantity: Quantity | None, because: Because | None) -> str | None:
-    """The default as it would be written; None where the key must be given."""
+    """The default as written in a file; None: required."""
     if because is not None and because.shown:
         return because.shown
     value = item.get_default(call_default_factory=True)
@@ -153,7 +153,7 @@ def default_text(item: FieldInfo, quantity: Quantity | None, because: Because | 
 
 
 def shown(value: Any, quantity: Quantity | None) -> str:
-    """A value as it would be written in a file."""
+    """A value as written in a file."""
     if value is None:
         return "none"
     if isinstance(value, bool):
@@ -168,7 +168,7 @@ def shown(value: Any, quantity: Quantity | None) -> str:
 
 
 def example(name: str, item: FieldInfo, quantity: Quantity | None) -> str:
-    """How the key could be written."""
+    """An example of the key."""
     given = [str(text) for found in (item.examples or (), *(mark.examples or () for mark in marks(item, FieldInfo)))
              for text in found]  # fmt: skip
     if given:

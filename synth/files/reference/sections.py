@@ -1,4 +1,4 @@
-"""Which schema class stands at which key of each kind of file; the classes themselves are the readers' own."""
+"""The schema class of each key of each kind of file."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ How = Literal["mapping", "list", "by name"]
 
 @dataclass(frozen=True)
 class KeySection:
-    """A mapping of a file: ``name`` under which its texts stand, its class, and the sections at its keys.
+    """A mapping of a file: ``name`` of its texts, its class, and the sections at its keys.
 
-    ``how`` : it stands there itself, in a list, or under names that the user chooses (joints').
+    ``how`` : as a mapping, in a list, or under names chosen by the user (joints').
     """
 
     name: str
@@ -151,12 +151,12 @@ KINDS: dict[str, KeySection] = {
 
 
 def kind_word(kind: str) -> str:
-    """What stands after ``kind:`` in such a file."""
+    """The word after ``kind:`` in such a file."""
     return "gap" if kind == "gap-of-jumps" else kind
 
 
 def sections(section: KeySection) -> dict[str, KeySection]:
-    """The section and all in it by their names, each once."""
+    """The section and all nested ones by name, once each."""
     found = {section.name: section}
     for inner in section.inner.values():
         found |= sections(inner)

@@ -5,5 +5,5 @@ from __future__ import annotations
 KIND = "What kind of file this is; the first line."
 NAME = "A title for the reports."
 SEED = "Seed of everything random; the same seed gives the same result."
-TRIALS = "The recordings: files, globs, or mappings with what was done to the leg."
+TRIALS = "The recordings: files, globs, or mappings with the conditions of a trial."
 LEG = "The leg file, relative to this file."

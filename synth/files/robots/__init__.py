@@ -1,1 +1,1 @@
-"""Robots that other programs describe, as legs: a reader a format, and the choice of a planar chain."""
+"""Robots described by other programs, as legs: one reader per format, and the choice of a planar chain."""

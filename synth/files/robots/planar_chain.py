@@ -1,4 +1,4 @@
-"""A planar chain of a robot as a leg: joints picked by name, the rest locked where it stands and lumped."""
+"""A planar chain of a robot as a leg: named joints, with all others locked and their bodies lumped."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from synth.files.names import name_fault
 from synth.files.robots.robot_tree import Robot, RobotJoint
 from synth.swing.leg_model import Damper, Joint, Leg, Link, Spring
 
-MOST_OFF_PLANE = radians(5.0)  # an axis farther off moves the limb sideways by 9 % of its motion, which a plane loses
-WORTH_SAYING = 0.01  # of a link's own length, for what lies beside its line
+MOST_OFF_PLANE = radians(5.0)  # more moves the limb sideways by over 9 % of its motion, which is lost
+WORTH_SAYING = 0.01  # of a link's own length, offset from its line
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}  # of the world
 NOTHING = 1e-12  # kg or m, that counts as none
 
 
 @dataclass(frozen=True)
 class PickedLeg:
-    """The leg and a sentence for each thing of the robot that it does not hold."""
+    """The leg, and a sentence for each feature of the robot that it omits."""
 
     leg: Leg
     said: tuple[str, ...]
@@ -48,7 +48,7 @@ class _Plane:
         )
 
     def flat(self, points: Array) -> Array:
-        """(..., 2) right and up of points (..., 3)."""
+        """(..., 2) coordinates right and up of points (..., 3)."""
         return np.asarray(points @ np.stack([self.right, self.up], axis=1))
 
 
@@ -67,7 +67,7 @@ def pick_leg(robot: Robot, chain: Sequence[str], plane: str | None = None, tip: 
     Raises
     ------
     UserError
-        For joints that are no such chain, or whose axes leave the plane by more than 5 degrees.
+        If the joints are not such a chain, or an axis deviates from the plane's normal by more than 5 degrees.
     """
     joints = _chain(robot, chain)
     seen = _plane(robot, joints, plane)
@@ -124,7 +124,7 @@ def _chain(robot: Robot, chain: Sequence[str]) -> list[RobotJoint]:
 
 
 def _plane(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) -> _Plane:
-    """The plane asked for, or the one of two world axes that the first joint's axis is nearest normal to."""
+    """The given plane, or that of two world axes nearest to the first joint's plane of motion."""
     size = float(np.linalg.norm(robot.gravity))
     vertical = -robot.gravity / size if size else np.array(AXES["z"])
     if plane is not None:
@@ -143,7 +143,7 @@ def _plane(robot: Robot, joints: Sequence[RobotJoint], plane: str | None) -> _Pl
 
 
 def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
-    """Refuse axes that leave the plane; say those that lean a little."""
+    """Refuse axes that leave the plane; report small deviations."""
     problems, said = [], []
     for joint in joints:
         off = float(np.arccos(np.clip(abs(joint.axis @ seen.normal), 0.0, 1.0)))
@@ -159,7 +159,7 @@ def _tilted(joints: Sequence[RobotJoint], seen: _Plane) -> list[str]:
 
 
 def _groups(robot: Robot, joints: Sequence[RobotJoint], said: list[str]) -> list[list[int]]:
-    """The bodies of each link: all that hang below its joint and above the next; every other joint is locked."""
+    """The bodies of each link: all below its joint and above the next; every other joint is locked."""
     owner = {joint.body: index for index, joint in enumerate(joints)}
     groups: list[list[int]] = [[] for _ in joints]
     for body in range(len(robot.bodies)):
@@ -174,7 +174,7 @@ def _groups(robot: Robot, joints: Sequence[RobotJoint], said: list[str]) -> list
     ]
     for joint in locked:
         where = f"at {degrees(joint.reading):.4g} deg" if joint.kind == "hinge" else "where it stands"
-        said.append(f"{joint.name or 'a joint without a name'} is locked {where}, and what hangs on it lumped")
+        said.append(f"{joint.name or 'a joint without a name'} is locked {where}, and its bodies are lumped")
     above = [joint.name or "the free joint" for joint in robot.joints if joint.body in base and joint.kind != "fixed"]
     if above:
         said.append(f"the body is held: {', '.join(above)} above the chain cannot move")
@@ -208,7 +208,7 @@ def _last(
 ) -> tuple[Array, float]:
     """Direction and length of the last link: through its centre of mass, as far as its farthest point along that.
 
-    Its direction is free, for nothing hangs from it: through the centre of mass nothing of its motion is lost.
+    Its direction is free because nothing is attached to it; through the centre of mass, no part of its motion is lost.
     """
     points = [seen.flat(robot.bodies[index].points) for index in bodies]
     points += [seen.flat(robot.bodies[index].position[None, :]) for index in bodies]
@@ -222,7 +222,7 @@ def _last(
     reach = float((offsets @ along).max())
     length = tip if tip is not None else reach
     if length <= NOTHING:
-        length = 2.0 * distance  # a rod's, where the file draws no shape
+        length = 2.0 * distance  # that of a rod, if the file has no shape
     if length <= NOTHING:
         raise UserError("the last link has neither a shape nor a centre of mass off its joint; give its length: --tip")
     return along, length
@@ -248,7 +248,7 @@ def _joint(
             f"a link's lies on it: its weight's torque is off by at most {lumped.mass * 9.81 * abs(beside):.2g} N*m, "
             "the inertia about the joint is kept"
         )
-    # About the joint the inertia stays what it was: that of the offset goes to the centre of mass.
+    # The inertia about the joint is kept: the offset's part is moved to the centre of mass.
     link = Link(length, lumped.mass, com, lumped.inertia + lumped.mass * beside**2)
     sign = 1 if float(joint.axis @ seen.normal) > 0.0 else -1
     rotation = (direction - above + np.pi) % (2.0 * np.pi) - np.pi
@@ -268,6 +268,6 @@ def _joint(
 
 
 def _turn(rotation: Array, seen: _Plane) -> float:
-    """How far a body's frame is turned in the plane, rad; 0 where it is turned otherwise."""
+    """The rotation of a body's frame in the plane, rad; 0 if it is rotated out of the plane."""
     up = rotation @ seen.up
     return float(atan2(-(up @ seen.right), up @ seen.up)) if abs(up @ seen.normal) < 1e-9 else 0.0

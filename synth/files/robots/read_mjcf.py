@@ -10,7 +10,7 @@ import numpy as np
 from synth.errors import Problem, UserError
 from synth.files.robots.robot_tree import Kind, Robot, RobotBody, RobotJoint
 
-LINEAR = 1e-12  # of the linear coefficient, below which a polynomial's other terms are nothing
+LINEAR = 1e-12  # of the linear coefficient, below which other terms of a polynomial are ignored
 
 
 def read_mjcf(path: Path) -> Robot:
@@ -19,7 +19,7 @@ def read_mjcf(path: Path) -> Robot:
     Raises
     ------
     UserError
-        Where MuJoCo is not installed, or cannot compile the file.
+        If MuJoCo is not installed, or cannot compile the file.
     """
     try:
         import mujoco
@@ -42,7 +42,7 @@ def read_mjcf(path: Path) -> Robot:
 
 
 def _title(path: Path) -> str:
-    """The ``model`` attribute of the file's root, which the compiled model keeps among its names only."""
+    """The ``model`` attribute of the file's root, which the compiled model keeps only among its names."""
     from xml.etree.ElementTree import ParseError, parse
 
     try:
@@ -120,7 +120,7 @@ def _joint(model: Any, data: Any, index: int) -> RobotJoint:
 
 
 def _left_out(mujoco: Any, model: Any) -> tuple[str, ...]:
-    """What acts on the robot that a leg of hinges with springs and dampers has no place for."""
+    """Forces on the robot that a leg of hinges with springs and dampers cannot represent."""
     found = []
     for count, kind, what in (
         (model.nu, "mjOBJ_ACTUATOR", "actuators"),

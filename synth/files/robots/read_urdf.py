@@ -1,4 +1,4 @@
-"""URDF, read with the standard library: links, joints, dynamics, limits. Shapes are used only to find a limb's end."""
+"""URDF, read with the standard library: links, joints, dynamics, limits. Shapes only give a limb's end."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _named(joint: Element, tag: str) -> str:
 
 
 class _UrdfReader:
-    """Reads elements and keeps every mistake."""
+    """Reads elements and collects all mistakes."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.problems = path, list[Problem]()
@@ -96,7 +96,7 @@ class _UrdfReader:
             raise UserError(self.problems)
 
     def numbers(self, element: Element | None, name: str, default: str, key: str) -> Array:
-        """An attribute of as many numbers as its default has."""
+        """An attribute with as many numbers as its default."""
         text = default if element is None else element.get(name, default)
         try:
             values = np.array([float(word) for word in text.split()])
@@ -126,7 +126,7 @@ class _UrdfReader:
         return self.numbers(element, "xyz", "0 0 0", key), turn
 
     def ordered(self, links: Mapping[str, Element], joints: list[Element]) -> list[tuple[str, Element | None]]:
-        """Links, each after its parent, with the joint that they hang by."""
+        """Links, each after its parent, with the joint to the parent."""
         by: dict[str, Element] = {}
         for joint in joints:
             child = _named(joint, "child")

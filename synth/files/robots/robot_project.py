@@ -1,4 +1,4 @@
-"""A project to start from, for a leg that was picked out of a robot's file."""
+"""A starting project for a leg taken from a robot's file."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ SMALLEST_READING = "trials/*.csv"
 
 
 def read_robot(path: str | Path) -> Robot:
-    """A robot from MJCF or URDF, told apart by the root element and not by the file's ending.
+    """A robot from MJCF or URDF, distinguished by the root element, not by the file's extension.
 
     Raises
     ------
     UserError
-        For a file that is neither, or that has mistakes.
+        If the file is neither, or has mistakes.
     """
     file = Path(path)
     start = read_bytes(file, 200_000_000, "a robot's file names its meshes and does not hold them")[:HEAD]
@@ -52,7 +52,7 @@ def robot_leg(path: str | Path, chain: Sequence[str], plane: str | None = None, 
 
 
 def write_robot_project(kind: str, picked: PickedLeg, source: str, folder: Path) -> None:
-    """The leg, a project of that kind and a README that says what is still to be added and what was lost."""
+    """The leg, a project of that kind, and a README on missing recordings and omitted features."""
     (folder / "trials").mkdir(parents=True)
     write_leg(picked.leg, folder / LEG_FILE)
     header = ",".join(["time [s]", *(f"{name} [rad]" for name in picked.leg.joint_names)])
@@ -80,7 +80,7 @@ free_angle: auto
 
 
 def _gap(leg: Leg, source: str) -> str:
-    return f"""# Why the built leg moves otherwise than {source} says.
+    return f"""# Why the built leg moves differently from {source}.
 kind: gap
 leg: {LEG_FILE}
 trials:
@@ -91,7 +91,7 @@ tolerance: {{length: 0.5 %, mass: 1 %, com: 1 %, inertia: 2 %, spring: 3 %, damp
 
 def _leg(leg: Leg, source: str) -> str:
     names = ", ".join(leg.joint_names)
-    return f"""# Springs and dampers that let {source}'s leg move as an animal's.
+    return f"""# Springs and dampers with which {source}'s leg moves like an animal's.
 kind: leg-design
 source: {{leg: animal/animal.leg.yaml, trials: [animal/*.csv]}}    # the animal's leg, joints named {names}
 scale: {{time: froude}}
@@ -103,6 +103,6 @@ PROJECT_NAMES = {"fit": "fit", "gap": "gap", "leg": "leg-design"}
 _PROJECTS = {"fit": _fit, "gap": _gap, "leg": _leg}
 _TO_ADD = {
     "fit": "",
-    "gap": "A joint that swings freely says so in the leg file: `damper: {rate: 0 N*m*s/rad}`. ",
+    "gap": "For a joint that swings freely write in the leg file: `damper: {rate: 0 N*m*s/rad}`. ",
     "leg": "The animal's leg file and recordings go into `animal/` instead; `synth import` makes them. ",
 }

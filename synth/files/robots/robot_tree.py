@@ -1,4 +1,4 @@
-"""A robot as a tree of rigid bodies, whatever file it came from."""
+"""A robot as a tree of rigid bodies, independent of the file format."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Kind = Literal["hinge", "slide", "fixed", "free"]
 
 @dataclass(frozen=True, eq=False)
 class RobotBody:
-    """A body in the robot's reference pose, all of it in world coordinates, SI.
+    """A body in the robot's reference pose, in world coordinates, SI.
 
-    ``parent`` : index of the body that it hangs from, -1 for the world. ``rotation`` (3, 3) body to world.
+    ``parent`` : index of the body that it is attached to, -1 for the world. ``rotation`` (3, 3) body to world.
     ``position``, ``com`` (3,) m. ``inertia`` (3, 3) kg m^2 about the centre of mass. ``points``
     (k, 3) m: ends of its shapes.
     """
@@ -35,9 +35,9 @@ class RobotBody:
 class RobotJoint:
     """A joint between ``body`` and its parent, SI and radians.
 
-    ``axis``, ``anchor`` (3,) in the world. ``reading`` : what the joint reads in the reference pose. ``stiffness`` with
+    ``axis``, ``anchor`` (3,) in the world. ``reading`` : the joint's value in the reference pose. ``stiffness`` with
     ``rest``, the reading at which its spring is unloaded. ``friction`` N m, dry. ``range`` of the reading. ``left_out``
-    : what of it a leg cannot hold.
+    : its features that a leg cannot represent.
     """
 
     name: str
@@ -57,7 +57,7 @@ class RobotJoint:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """Bodies, each after its parent, and joints. ``gravity`` (3,) m/s^2. ``left_out`` : what no leg can hold."""
+    """Bodies, each after its parent, and joints. ``gravity`` (3,) m/s^2. ``left_out`` : unsupported features."""
 
     name: str
     bodies: tuple[RobotBody, ...]
@@ -80,7 +80,7 @@ class Robot:
         raise UserError(f'"{name}" is no joint of {self.name}{near(name, names)}')
 
     def above(self, body: int) -> list[int]:
-        """The body and all that it hangs from, nearest first."""
+        """The body and its ancestors, nearest first."""
         found = []
         while body >= 0:
             found.append(body)
