@@ -94,7 +94,7 @@ def test_a_fit_to_characteristics_finds_a_leg_that_shows_them(tmp_path: Path) ->
         (WANTED.replace(", damped_frequency: 2.2 Hz", ""), '"damped_frequency", "rise_time" or both'),
         (WANTED.replace("rise_time: 250 ms", "damped_frequency: 1 Hz"), "does not swing"),
         (WANTED.replace("2.2 Hz", "2.2 mm"), "damped_frequency"),
-        (WANTED.replace("-25 deg", "0.1 deg"), "nothing would move"),
+        (WANTED.replace("-25 deg", "0.1 deg"), "too small for a motion"),
         ("wanted: [1]\n", "a mapping"),
     ],
 )

@@ -129,7 +129,7 @@ def test_a_users_motor_is_one_more_row(tmp_path: Path) -> None:
 
 BAD = [
     ("leg: {crouch: 85 deg}", "leg.crouch", "cannot be reached: the lower links are level"),
-    ("leg: {crouch: 62 deg}", "leg.crouch", "no length of the sweep can be in the crouch"),
+    ("leg: {crouch: 62 deg}", "leg.crouch", "no length of the sweep allows the crouch"),
     ("leg: {lower_ratio: 0.1}", "leg.crouch", "too short to meet"),
     ("leg: {extended: 50 deg}", "leg.extended", "extended before it starts"),
     ("leg: {extended: -20 deg}", "leg.extended", "upper links of 140 mm cross"),
@@ -140,7 +140,7 @@ BAD = [
     ("motors: {gearbox: ignore}", "motors.gearbox", "warn"),
     ("lengths: {least: 0 mm}", "lengths.least", "more than 0"),
     ("lengths: {least: -1 cm}", "lengths.least", "more than 0"),
-    ("lengths: {least: 20 cm, most: 10 cm}", "lengths", "is less than least"),
+    ("lengths: {least: 20 cm, most: 10 cm}", "lengths", "is below least"),
     ("lengths: {step: 1e-9 mm}", "lengths.step", "larger step"),
     ("model: E", "model", "not allowed"),
     ("laminate: {modulus: 10 kg}", "laminate.modulus", "mass"),
