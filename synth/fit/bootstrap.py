@@ -1,14 +1,14 @@
-"""Intervals by block bootstrap: refits to the fit's prediction plus its residuals in resampled blocks.
+"""Intervals by block bootstrap: refits to the fit's prediction plus resampled blocks of its residuals.
 
-Residuals of neighbouring samples belong together (a model error swings with the leg), so whole blocks are drawn,
-wrapping round the trial's end, all joints at the same samples (the circular block bootstrap: Politis & Romano, in
+Residuals of neighbouring samples are correlated (a model error oscillates with the leg), so whole blocks are drawn,
+wrapping around the trial's end, with all joints at the same samples (circular block bootstrap: Politis & Romano, in
 *Exploring the Limits of Bootstrap*, 1992; blocks of residuals: Künsch, Annals of Statistics 17 (1989) 1217). The
-priors' centres, the shifts' and the static points' readings are drawn from their own distributions, so that a refit
-varies by all that the fit rests on (Bardsley et al., SIAM J. Sci. Comput. 36 (2014) A1895, "randomize-then-optimize").
+priors' centres, the shifts' and the static points' readings are drawn from their own distributions, so that refits
+reflect all inputs of the fit (Bardsley et al., SIAM J. Sci. Comput. 36 (2014) A1895, "randomize-then-optimize").
 
-All refits run side by side as lanes of the engine. Each is a Newton iteration of its own with true trajectories and the
+All refits run in parallel as lanes of the engine. Each is a separate Newton iteration with exact trajectories and the
 fit's Jacobian (the chord method, Kelley, *Iterative Methods*, 1995, section 5.4.1): 200 refits of seven trials cost
-what some thousand trajectories cost. A refit that does not settle counts as lost and is said.
+about as much as a thousand trajectories. A refit that does not converge is dropped and reported.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from synth.fit.trajectories import TrajectoryModel
 from synth.fit.uncertainty import correlation_times, residuals
 from synth.threads import shared_out
 
-REFITS = 200  # a 5 % quantile rests on ten of them: its own error is a fifth of a deviation
+REFITS = 200  # a 5 % quantile rests on ten of them, with an error of a fifth of a deviation
 ROUNDS = 8  # chord steps
-SETTLED = 0.02  # standard deviations: a step shorter than this in every unknown ends a refit
-TOLERANCE = 1e-6  # of the integrator, for derivatives only: they are differences of large steps
-LONGEST = 1.5  # of a log rate or rad, that a refit may stray in a step
-TOGETHER = 32  # trials whose motions are held at once
+SETTLED = 0.02  # standard deviations: a refit ends when a step is shorter in every unknown
+TOLERANCE = 1e-6  # of the integrator, sufficient for derivatives by large differences
+LONGEST = 1.5  # of a log rate or rad, longest step of a refit
+TOGETHER = 32  # trials whose motions are kept in memory together
 
 Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """What the refits gave.
+    """The refits.
 
-    ``values`` (n_refit, p) unknowns of those that settled; ``asked`` how many were tried; ``block`` (n_trial,) samples;
-    ``sensitivity`` (p,) standard deviations that the sensitivities give.
+    ``values`` (n_refit, p) unknowns of converged refits; ``asked`` number of refits; ``block`` (n_trial,) samples;
+    ``sensitivity`` (p,) standard deviations from the sensitivities.
     """
 
     values: Array
@@ -57,12 +57,12 @@ class Bootstrap:
         return np.asarray(self.values.std(axis=0, ddof=1))
 
     def offsets(self, about: Array) -> tuple[Array, Array]:
-        """(p,) each, the 5 % and 95 % points of the refits less the fit's own values ``about`` (p,)."""
+        """(p,) each, the 5 % and 95 % points of the refits relative to the fit's values ``about`` (p,)."""
         low, high = np.quantile(self.values - about, [0.05, 0.95], axis=0)
         return np.minimum(low, 0.0), np.maximum(high, 0.0)
 
     def as_json(self, names: Sequence[str]) -> dict[str, Any]:
-        """How many refits, and by which factor their spread departs from the sensitivities'."""
+        """Number of refits, and the ratio of their spread to that of the sensitivities."""
         ratio = self.deviation / self.sensitivity
         return {
             "refits": self.asked,
@@ -79,12 +79,12 @@ def bootstrap(
 
     Parameters
     ----------
-    stage : the fit, with the weights that it was found under.
+    stage : the fit with its weights.
     covariance : (p, p) of the common unknowns, from the sensitivities.
 
     Raises
     ------
-    ArithmeticError : fewer than half of the refits settle; the sensitivities' intervals are all there is.
+    ArithmeticError : fewer than half of the refits converge; only the sensitivities' intervals are available.
     """
     generator = np.random.default_rng([seed, REFITS])
     solution = stage.solution
@@ -93,19 +93,19 @@ def bootstrap(
     problem = _Problem(model, recordings, stage, drawn, generator)
     values, settled = problem.refit(np.sqrt(np.diag(covariance)))
     if settled.sum() < REFITS / 2:
-        raise ArithmeticError(f"only {int(settled.sum())} of {REFITS} refits settle")
+        raise ArithmeticError(f"only {int(settled.sum())} of {REFITS} refits converge")
     return Bootstrap(values[:, settled].T, REFITS, tuple(blocks), np.sqrt(np.diag(covariance)))
 
 
 def _block_lengths(recordings: Sequence[Recording], solution: Solution) -> list[int]:
-    """Samples a block for each trial: several correlation times, growing with the trial's length (Künsch's m^(1/3))."""
+    """Samples per block for each trial: several correlation times, growing with its length (Künsch's m^(1/3))."""
     longest = float(correlation_times(recordings, solution.predictions).max())
     return [int(np.clip(np.ceil(longest * len(r.time) ** (1 / 3)), 2, max(2, len(r.time) // 3))) for r in recordings]
 
 
 @dataclass(frozen=True)
 class _Draw:
-    """Residuals (m, n) rad of one trial, the length of a block, and where in them each refit's blocks start."""
+    """Residuals (m, n) rad of one trial, the block length, and the start of each refit's blocks."""
 
     left: Array
     block: int
@@ -123,7 +123,7 @@ def _draw(generator: np.random.Generator, recording: Recording, prediction: Arra
     left, m = residuals(recording, prediction), len(recording.time)
     counted = recording.counts.any(axis=0)
     left[:, counted] -= np.nanmean(left[:, counted], axis=0)
-    left *= np.sqrt(m / max(m - 2.0, 1.0))  # the fit has taken up the share of the initial state
+    left *= np.sqrt(m / max(m - 2.0, 1.0))  # the initial state has absorbed its share
     for j in np.flatnonzero(counted):
         lost = np.isnan(left[:, j])
         left[lost, j] = generator.choice(left[~lost, j], int(lost.sum()))
@@ -132,7 +132,7 @@ def _draw(generator: np.random.Generator, recording: Recording, prediction: Arra
 
 
 class _Problem:
-    """All refits together: unknowns as columns, one Newton matrix for all of them, eliminated trial by trial."""
+    """All refits together: unknowns as columns, one common Newton matrix, eliminated trial by trial."""
 
     def __init__(
         self,
@@ -161,7 +161,7 @@ class _Problem:
         )
 
     def refit(self, deviation: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """(p, REFITS) unknowns and (REFITS,) which settled; ``deviation`` (p,) is the yardstick."""
+        """(p, REFITS) unknowns and (REFITS,) which converged; ``deviation`` (p,) is the scale."""
         steps = [np.zeros((len(precision), REFITS)) for precision in self.precision]
         settled, lost = np.zeros(REFITS, dtype=bool), np.zeros(REFITS, dtype=bool)
         for _ in range(ROUNDS):
@@ -192,7 +192,7 @@ class _Problem:
         return moves
 
     def _gradients(self, steps: Sequence[Array], which: Places) -> list[Array]:
-        """Gradient (p, c) by the common unknowns and (l, c) by each trial's own, at every refit's own point."""
+        """Gradient (p, c) by the common unknowns and (l, c) by each trial's own, at every refit's point."""
         gradients = [
             precision[:, None] * step + pull[:, which]
             for precision, step, pull in zip(self.precision, steps, self.pulls, strict=True)
@@ -214,7 +214,7 @@ class _Problem:
         return gradients
 
     def _motions(self, trials: range, steps: Sequence[Array]) -> list[Array]:
-        """(m, n, c) rad each, these trials as every refit has them."""
+        """(m, n, c) rad each, these trials in every refit."""
 
         def one(k: int) -> Array:
             t = trials[k]

@@ -1,4 +1,4 @@
-"""Candidate torque-speed laws of a damper, each with its parameters as the unknowns of a fit."""
+"""Candidate torque-speed laws of a damper, with their parameters as unknowns of a fit."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import DamperCurve
 from synth.units import quantity
 
-TABLE_POINTS = 6  # of a tabulated law: one a factor of about two in speed
+TABLE_POINTS = 6  # of a tabulated law: one per factor of about two in speed
 
 
 @dataclass(frozen=True)
 class CandidateLaw:
-    """A candidate: its name, formula, and the names and units of its numbers."""
+    """A candidate: name, formula, and names and units of its parameters."""
 
     name: str
     formula: str
@@ -39,7 +39,7 @@ LAWS = (LINEAR, POWER, FRICTION, TABLE)
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """Speeds (rad/s) that the drops really show: 2nd and 98th percentile of the moving samples, and the fastest."""
+    """Speeds (rad/s) covered by the drops: 2nd and 98th percentile of the moving samples, and the fastest."""
 
     low: float
     high: float
@@ -47,20 +47,20 @@ class SpeedRange:
 
     @property
     def creep(self) -> float:
-        """Speed under which nothing is known and a law is drawn straight to the origin."""
+        """Speed below which there are no data and a law is a straight line to the origin."""
         return 0.3 * self.low
 
 
 @dataclass(frozen=True)
 class LawUnknowns:
-    """One law's numbers as the unknowns of a fit: logarithms, except the power law's exponent."""
+    """One law's parameters as unknowns: logarithms, except the power law's exponent."""
 
     chain: Chain
     law: CandidateLaw
     joint: int
     speeds: SpeedRange
     scale: float  # N m s/rad, a rate to start from
-    like: DamperCurve | None = None  # a law already found, to start a table from
+    like: DamperCurve | None = None  # a law already found, as starting point of a table
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -96,30 +96,30 @@ class LawUnknowns:
 
     @property
     def lower(self) -> Array:
-        """(n_unknown,) least values."""
+        """(n_unknown,) lower bounds."""
         return self._bounds[0]
 
     @property
     def upper(self) -> Array:
-        """(n_unknown,) greatest values."""
+        """(n_unknown,) upper bounds."""
         return self._bounds[1]
 
     @property
     def prior(self) -> tuple[Array, Array]:
-        """None, but for the table's slopes: each within three times the power law's, so that none runs wild."""
+        """None, except for the table's slopes: each within a factor of three of the power law's."""
         precision = (NORMAL90 / np.log(3.0)) ** 2 if self.law is TABLE else 0.0
         return self.start, np.full(len(self.names), precision)
 
     @property
     def rest_index(self) -> tuple[int | None, ...]:
-        """No rest angle is sought: there is no spring."""
+        """No rest angle is estimated: there is no spring."""
         return (None,) * self.chain.layout.n
 
     def measured(self, values: Array) -> None:
-        """None: only drops measure a damper."""
+        """None: a damper is measured by drops only."""
 
     def curve(self, values: Array) -> DamperCurve:
-        """The law as a curve over the speeds that the drops show, straight below and beyond them."""
+        """The law as a curve over the drops' speeds, linear below and beyond them."""
         low, high = self.speeds.creep, 1.2 * self.speeds.fastest
         if self.law is LINEAR:
             return DamperCurve((high,), (float(np.exp(values[0]) * high),))
@@ -144,7 +144,7 @@ class LawUnknowns:
         slopes[rows] = np.stack([slope for _, slope in made], axis=1)[:, column_of.ravel()]
 
     def natural(self, values: Array) -> dict[str, dict[str, Any]]:
-        """The law's numbers with units."""
+        """The law's parameters with units."""
         shown = np.exp(values)
         if self.law is POWER:
             shown[1] = values[1]

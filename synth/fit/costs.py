@@ -1,16 +1,18 @@
-"""The thesis' costs: how far a candidate's motion is from the recordings, joint by joint.
+"""The thesis' costs: the difference between a candidate's motion and the recordings, joint by joint.
 
-``trajectory``: squared angle errors over all samples. ``transient``: the same, but what comes after the first 0.2 s
-counts a tenth, for the first swing is what a leg is judged by. ``characteristics``: rise time, damping ratio by the
+``trajectory``: squared angle errors over all samples. ``transient``: the same, but samples after the first 0.2 s
+have a tenth of the weight, since a leg is judged by its first swing. ``characteristics``: rise time, damping ratio by
+the
 logarithmic decrement, and damped frequency, each as a difference from the recording's (relative, the ratio absolute);
-one that only one of the two shows counts as 1. From E. Krnacik's thesis on damped biomimetic legs (Portland State
+one that only one of the two motions shows counts as 1. From E. Krnacik's thesis on damped biomimetic legs (Portland
+State
 University, sections 2.2 and 4.1; its scripts in the public repository Agile-and-Adaptive-Robotics/Published-Data): the
 knee there is judged by decrement and frequency, the hip by rise time, the ankle by squared errors of the first 0.2 s.
 
-``weight`` as everywhere: ``noise`` weighs each joint by its own residual (half the samples times the log of the mean
-square, the likelihood with the noise eliminated); ``amplitude`` does so with each trial's errors over how far the joint
-moves in it, and lets characteristics of large motions, which noise disturbs less, count more; ``equal`` adds squares as
-they are.
+``weight``: ``noise`` weighs each joint by its own residual (half the samples times the log of the mean
+square, the likelihood with the noise eliminated); ``amplitude`` divides each trial's errors by the joint's amplitude
+in it, and gives characteristics of large motions, which are less noisy, more weight; ``equal`` adds unweighted
+squares.
 """
 
 from __future__ import annotations
@@ -25,9 +27,9 @@ from synth.arrays import Array
 from synth.fit.recordings import Recording, relative_amplitudes
 from synth.motion.characteristics import Characteristics, characteristics
 
-TRANSIENT = 0.2  # s, of the first swing
-LATER = 10  # one sample of so many counts after that
-DIVERGED = 1e12  # a cost larger than any that a finite motion has
+TRANSIENT = 0.2  # s, the first swing
+LATER = 10  # after that one sample of so many counts
+DIVERGED = 1e12  # larger than the cost of any finite motion
 
 
 def emphasised(recordings: Sequence[Recording]) -> list[Recording]:
@@ -43,7 +45,7 @@ def emphasised(recordings: Sequence[Recording]) -> list[Recording]:
 class Cost:
     """One of the costs over some recordings. ``name`` trajectory, transient or characteristics; ``weight`` see above.
 
-    ``terms`` : of the characteristics, which count at each joint; None for all three at all.
+    ``terms`` : the characteristics that count at each joint; None for all three.
     """
 
     name: str
@@ -80,7 +82,7 @@ class Cost:
         return found
 
     def of(self, motions: Sequence[Array]) -> Array:
-        """(c, n) costs of candidates by joint, from their motions (m, n, c) rad a trial; large where one diverged."""
+        """(c, n) costs of candidates by joint, from their motions (m, n, c) rad per trial; large if one diverged."""
         found = self._characteristics(motions) if self.name == "characteristics" else self._squares(motions)
         return np.where(np.isfinite(found), found, DIVERGED)
 

@@ -1,8 +1,8 @@
-"""The torque-speed law of a damper, from drops of the leg with that damper alone.
+"""The torque-speed law of a damper, from drops of the leg with only that damper.
 
-Four laws compete, each fitted on whole trajectories with every drop's initial state estimated, and compared on drops
-that took no part. A drop confounds angle and speed (fast where gravity pulls most), so only whole trajectories with
-gravity in the model tell a law; and two laws that do equally well are told apart by nothing here: the simpler is used.
+Four laws compete, each fitted to whole trajectories with every drop's initial state estimated, and compared on
+left-out drops. A drop confounds angle and speed (it is fast where gravity pulls most), so only whole trajectories with
+gravity in the model identify a law; between equally good laws the simpler one is used.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
 from synth.units import quantity
 
-SIMPLER = 0.25  # share of the held-out RMS that a simpler law may be worse where drops scatter by as much
-NOISE_ROUNDS = 2  # the noise of a single joint only says from where Huber's function is linear
-SAMPLES = 150  # of a drop that take part: more of one slow motion tell nothing more
+SIMPLER = 0.25  # share by which the held-out RMS of a simpler law may be worse if drops scatter by as much
+NOISE_ROUNDS = 2  # the noise of a single joint only sets the linear range of Huber's function
+SAMPLES = 150  # of a drop that are used: more samples of one slow motion add nothing
 INTEGRATION = 1e-5  # relative tolerance: a drop is slow and smooth
-BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: where a table is drawn on as a power law
+BEYOND = (2.0, 4.0, 8.0, 16.0)  # times the fastest speed of the drops: points of a table's extension
 
 
 @dataclass(frozen=True)
 class LawFit:
-    """One law fitted: numbers, RMS (rad) on the drops it was fitted on and on drops that took no part."""
+    """One fitted law: parameters, RMS (rad) on fitted and on left-out drops."""
 
     law: CandidateLaw
     parameters: Mapping[str, Any]
@@ -59,7 +59,7 @@ class LawFit:
 
 @dataclass(frozen=True)
 class DamperLaw:
-    """All laws of one damper and the one that is used."""
+    """All laws of one damper, and the selected one."""
 
     joint: str
     fits: tuple[LawFit, ...]
@@ -81,9 +81,9 @@ class DamperLaw:
 
 
 def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: Sequence[Recording] = ()) -> DamperLaw:
-    """Fit all laws to drops of a leg whose other joints are locked, and choose on drops that took no part.
+    """Fit all laws to drops of a leg whose other joints are locked, and choose by left-out drops.
 
-    Without ``held_out`` every second drop is held out, then the others, and the two errors are put together.
+    Without ``held_out`` every second drop is held out, then the others, and the errors are combined.
     """
     index, alone = leg.joint_names.index(joint), bare(leg)
     drops, held_out = [r.thinned(SAMPLES) for r in drops], [r.thinned(SAMPLES) for r in held_out]
@@ -108,7 +108,7 @@ def find_damper_law(leg: Leg, joint: str, drops: Sequence[Recording], held_out: 
 def _fit_all(
     leg: Leg, joint: int, drops: list[Recording], held_out: list[Recording], speeds: SpeedRange
 ) -> list[LawFit]:
-    """Every law on all drops, its error on those that took no part, in the order of ``LAWS``."""
+    """Every law fitted to all drops, with its error on left-out ones, in the order of ``LAWS``."""
     chain = compiled_chain(len(leg.joints))
     folds = [(drops, held_out)] if held_out else _halves(drops)
     fits: list[LawFit] = []
@@ -123,7 +123,7 @@ def _fit_all(
             values = _fit(model, fitted, joint, values).values
             squares += _score(model, scored, values, joint)
         final = _fit(model, drops, joint, values, tolerance=0.1)
-        if law is LINEAR:  # the first: from a rate too low, friction is sent to zero and finds no way back
+        if law is LINEAR:  # the first: from too low a rate, friction converges to zero and stays there
             scale = float(np.exp(final.values[0]))
         rms = float(root_mean_square(drops, final.predictions)[joint])
         held = float(np.sqrt(np.mean(squares)))
@@ -135,13 +135,13 @@ def _fit_all(
 def _how_held_out(fitted: int, held_out: int) -> str:
     if held_out:
         return "the trials marked held_out"
-    return "every second drop in turn" if fitted > 1 else "none: there is one drop only, and it scores itself"
+    return "every second drop in turn" if fitted > 1 else "none: a single drop is fitted and scored"
 
 
 def _drawn_on(curve: DamperCurve, exponent: float) -> DamperCurve:
-    """A table continued beyond its last point along the power law's exponent, not along its last slope.
+    """A table continued beyond its last point with the power law's exponent, not with its last slope.
 
-    A slope at the end of the data is the worst known of all; what lies beyond must at least look like the damper.
+    The slope at the end of the data is the least certain; the continuation should at least resemble the damper.
     """
     end, torque = curve.speed[-1], curve.torque[-1]
     speed = curve.speed + tuple(end * factor for factor in BEYOND)
@@ -156,7 +156,7 @@ def _speed_range(drops: Sequence[Recording], joint: int) -> SpeedRange:
 
 
 def _first_rate(leg: Leg, drops: Sequence[Recording], joint: int) -> float:
-    """A rate from the balance of gravity and damping where the joint moves: the median of their quotient."""
+    """A rate from the balance of gravity and damping of the moving joint: the median of their quotient."""
     ratios = []
     for recording in drops:
         found = coefficients(leg, recording.conditions.tip)
@@ -176,7 +176,7 @@ def _halves(drops: list[Recording]) -> list[tuple[list[Recording], list[Recordin
 def _fit(
     model: TrajectoryModel, drops: Sequence[Recording], joint: int, values: Array, tolerance: float = 1.0
 ) -> Solution:
-    """Fit one law to drops; the noise follows the residual for a few rounds."""
+    """Fit one law to drops; the noise is updated from the residual for a few rounds."""
     locals_: Sequence[Local] = first_locals(drops)
     noise = np.radians(2.0)
     for _ in range(NOISE_ROUNDS):
@@ -194,7 +194,7 @@ def _fit(
 
 
 def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, joint: int) -> list[float]:
-    """Mean squared error (rad^2) of each drop with the law held and its initial state estimated."""
+    """Mean squared error (rad^2) of each drop with the law fixed and the initial state estimated."""
     n = model.chain.layout.n
     weights = Weights(np.full((len(drops), n), np.radians(1.0)), np.zeros(n))
     solution = solve(model, drops, FitStart(values, first_locals(drops)), weights, fixed=True, tolerance=1.0)
@@ -203,7 +203,7 @@ def _score(model: TrajectoryModel, drops: Sequence[Recording], values: Array, jo
 
 
 def _simplest_as_good(fits: Sequence[LawFit]) -> LawFit:
-    """The simplest law that drops which took no part do not tell from the best one.
+    """The simplest law that left-out drops do not distinguish from the best one.
 
     One-standard-error rule (Hastie, Tibshirani & Friedman, *The Elements of Statistical Learning*, 2nd ed., section
     7.10) on the differences drop by drop, and never more than ``SIMPLER`` worse. ``LAWS`` goes from simple to rich.
@@ -229,13 +229,13 @@ def _warnings(
 ) -> list[str]:
     said = [
         f"{joint}: the damper was measured between {speeds.low:.3g} and {speeds.high:.3g} rad/s "
-        f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is drawn on"
+        f"({speeds.low * 30 / np.pi:.2g} to {speeds.high * 30 / np.pi:.2g} rpm); beyond that its law is extrapolated"
     ]
     if len(drops) == 1:
-        said.append(f"{joint}: one drop alone chose the damper's law; a second would tell whether it holds")
+        said.append(f"{joint}: the damper's law was chosen from a single drop; a second one would test it")
     alike = [f.law.name for f in fits if f is not used and f.rms_held_out <= used.rms_held_out * 1.1]
     if alike:
-        said.append(f"{joint}: these drops do not tell {used.law.name} from {' or '.join(alike)}")
+        said.append(f"{joint}: these drops do not distinguish {used.law.name} from {' or '.join(alike)}")
     ends, creeps = [], []
     for recording in drops:
         found = coefficients(leg, recording.conditions.tip)
@@ -243,9 +243,9 @@ def _warnings(
         last = max(2, len(angle) // 20)
         end, before = angle[-last:].mean(axis=0), angle[-2 * last : -last].mean(axis=0)
         ends.append(abs(static_torque(found, end, leg.tilt + recording.conditions.tilt)[index]))
-        # From means, since the rate of single samples is mostly noise where the leg stands still.
+        # From means, because single rates are mostly noise when the leg stands still.
         creeps.append(abs(end - before)[index] / (last * (time[1] - time[0])))
     held = float(np.median(ends))
     if held > 0.02 and float(np.median(creeps)) < 0.2 * speeds.low:
-        said.append(f"{joint}: the leg comes to rest with {held:.2g} N*m of gravity still pulling: it sticks")
+        said.append(f"{joint}: the leg stops although gravity still exerts {held:.2g} N*m: it sticks")
     return said

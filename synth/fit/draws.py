@@ -1,7 +1,7 @@
-"""Draws of the fit's unknowns with their correlation (k and b on a ridge): legs that agree with the trials.
+"""Draws of the fit's unknowns with their correlation: legs consistent with the trials.
 
-An interval a number says too much of each and too little of all: on a ridge k and b may both be off by half, but not
-one without the other. Whoever chooses by the fit takes these draws instead.
+Separate intervals lose the correlation: on a ridge k and b may both be wrong by half, but only
+together. Choices that depend on the fit use these draws instead.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from synth.fit.link_errors import LinkErrors
 from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 
-DRAWS = 64  # legs that the trials allow, for each of which the parts are scored
+DRAWS = 64  # legs consistent with the trials, for each of which the parts are scored
 
 
 def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: LinkErrors | None, seed: int) -> Array:
-    """(DRAWS, p) unknowns: the bootstrap's refits where there are any, else normal by the sensitivities.
+    """(DRAWS, p) unknowns: the bootstrap's refits if available, else normal with the sensitivities' covariance.
 
-    ``links`` : errors of the links' numbers move each draw too, all its unknowns together.
+    ``links`` : errors of the links' parameters also move all unknowns of a draw together.
     """
     generator = np.random.default_rng([seed, DRAWS])
     moved = np.zeros((DRAWS, len(values)))
@@ -38,5 +38,5 @@ def draws(values: Array, covariance: Array, refits: Bootstrap | None, links: Lin
 
 
 def drawn_legs(unknowns: SpringsAndDampers, drawn: Array) -> list[Leg]:
-    """The leg with each draw (m, p) of its springs and dampers; known damper curves stay."""
+    """The leg with each draw (m, p) of its springs and dampers; known damper curves are kept."""
     return [unknowns.fitted_leg(values) for values in np.clip(drawn, unknowns.lower, unknowns.upper)]

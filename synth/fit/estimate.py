@@ -1,4 +1,4 @@
-"""Fit a leg to recordings: start from the weak form, then fit trajectories; choose how free angles vary."""
+"""Fit a leg to recordings: weak form, then trajectories, then the choice of common or separate free angles."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from synth.swing.leg_model import Leg
 
 
 def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | None = None) -> FitResult:
-    """Find spring rate, free angle and damper rate of every joint.
+    """Estimate spring rate, free angle and damper rate of every joint.
 
     Parameters
     ----------
-    leg : links and gravity; its own springs and dampers are not used but by ``options.prior``.
-    recordings : at least one; each trial's initial state is estimated with the rest.
+    leg : links and gravity; its own springs and dampers are used only through ``options.prior``.
+    recordings : at least one; each trial's initial state is estimated too.
 
     Raises
     ------
-    UserError : no trial is given, or no trajectory of any start stays finite.
+    UserError : there is no trial, or the simulation diverges from every start.
     """
     if not recordings:
-        raise UserError("no trial is left to fit: every one is held out")
+        raise UserError("no trial remains to fit: all are held out")
     options = options or LegFitOptions()
     model = model_of(leg, options.curves, prior=options.prior, static=options.static)
     if options.near is not None:
@@ -63,7 +63,7 @@ def fit_leg(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions | 
 
 
 def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, start: float, said: str) -> FitResult:
-    """The fit to what comes ``start`` s after each recording's first sample."""
+    """The fit to the samples from ``start`` s after each recording's first one."""
     cut = later(recordings, start)
     assert cut is not None
     result = fit_leg(leg, cut, replace(options, release="recorded"))
@@ -72,7 +72,7 @@ def _fit_later(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions
 
 @dataclass(frozen=True)
 class _Softened:
-    """A stage down its ridges, what is to be said of that, and the solution of ``least`` residual if it was left."""
+    """A stage moved along its ridges, the messages on that, and the least-residual solution if it was left."""
 
     stage: Stage
     sentences: tuple[str, ...] = ()
@@ -82,10 +82,10 @@ class _Softened:
 def _fit_near(
     model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions, near: FitResult
 ) -> FitResult:
-    """Fit from an earlier result of the same recordings, each trial's free angle staying where it was found.
+    """Fit from an earlier result of the same recordings, with each trial's free angle fixed.
 
-    Left free they would take up what the damper's curve does: a leg that creeps in the model would be said to rest
-    elsewhere in every trial, and a spring far too soft would fit.
+    Free, they would absorb the damper's curve: a slow leg in the model would appear to rest
+    elsewhere in every trial, and a spring that is far too soft would fit.
     """
     joints = [near.joints[name] for name in model.leg.joint_names]
     common = np.array([joint.free_angle.value for joint in joints])
@@ -102,7 +102,7 @@ def _fit_near(
     )
     if not np.isfinite(stage.solution.cost):
         raise UserError(NOTHING_NEAR)
-    why = "each trial's shift as in the fit before"
+    why = "each trial's shift as in the previous fit"
     treatments = {near.free_angle: Treatment(stage, spread)}
     scatter = sample_scatter(recordings)
     return result_of(model, recordings, FittedTreatments(treatments, near.free_angle, why), scatter, options)
@@ -111,9 +111,9 @@ def _fit_near(
 def _treatments(
     model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions, scatter: Array
 ) -> tuple[dict[str, Treatment], Array]:
-    """The leg with free angles a trial, if these may be, and with common ones; and how probable (n,) the shifts are.
+    """The leg with separate free angles, if allowed, and with common ones; and the probability (n,) of the shifts.
 
-    The probability is that of such shifts with no spread at all, one where they were not looked for.
+    The probability of such shifts without any spread; one if not tested.
     """
     n = len(model.leg.joints)
     guess = weak_form_start(model, recordings, options)
@@ -143,7 +143,7 @@ def _per_trial(
     options: LegFitOptions,
     scatter: Array,
 ) -> tuple[Treatment, Array]:
-    """Free angles a trial, first nearly free, then within the spread that this shows; probability (n,)."""
+    """Separate free angles, first almost free, then within the spread found; probability (n,)."""
     weight, nearly_free = options.weight, np.full(len(model.leg.joints), WIDE)
     wide = refine(model, recordings, values, locals_, weight, nearly_free)
     wide = or_another_start(model, recordings, wide, scatter, nearly_free, weight=weight, seed=options.seed)
@@ -155,7 +155,7 @@ def _per_trial(
 
 
 def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, scatter: Array) -> _Softened:
-    """The softest leg that fits as well, where the model misses so much that its least residual means little."""
+    """The softest leg that fits equally well, if the model error makes the least residual meaningless."""
     rms = clipped_rms(recordings, stage.solution.predictions)
     if not np.any(rms > MISFIT * scatter):
         return _Softened(stage)
@@ -167,9 +167,9 @@ def _softened(model: TrajectoryModel, recordings: Sequence[Recording], stage: St
 def _choose(
     leg: Leg, treatments: Mapping[str, Treatment], probability: Array, options: LegFitOptions, n_trial: int
 ) -> tuple[str, str]:
-    """Common or per_trial, and why; ``probability`` (n,) as of ``_treatments``."""
+    """Common or per_trial, with the reason; ``probability`` (n,) as in ``_treatments``."""
     if n_trial == 1:
-        return "common", "one trial alone cannot show a spread"
+        return "common", "a single trial shows no spread"
     if options.free_angle != "auto":
         return options.free_angle, "asked for"
     shifted = [j for j in range(len(leg.joints)) if probability[j] < SIGNIFICANCE / len(leg.joints)]

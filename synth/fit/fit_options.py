@@ -1,4 +1,4 @@
-"""How a leg is to be fitted."""
+"""Options of a fit."""
 
 from __future__ import annotations
 
@@ -14,16 +14,18 @@ from synth.swing.leg_model import DamperCurve
 
 @dataclass(frozen=True)
 class LegFitOptions:
-    """How to fit.
+    """Options of a fit.
 
-    ``free_angle``: auto, common or per_trial. ``weight``: noise (each joint by its own residual), amplitude (and each
-    trial by how far the joint moves in it) or equal (one noise for all). ``curves``: joint name -> its known
-    torque-speed curve. ``prior``: how far the leg file's own values may be trusted. ``near``: an earlier
-    fit of the same recordings, whose spring rates, free angles and their spread this one starts from and keeps to.
-    ``static``: poses in which the leg was held still by known torques. ``intervals``: by sensitivities, or by bootstrap
-    over blocks of residuals. ``tolerance``: what the leg file leaves open of its links, which the intervals carry;
-    None: the links are known exactly. ``release``: ``free``: what something drives at first is looked for and cut
-    (``hand``); ``recorded``: the recordings are free from their first sample on.
+    ``free_angle``: auto, common or per_trial. ``weight``: noise (residuals over each joint's noise), amplitude (and
+    over
+    the joint's amplitude in each trial) or equal (one noise for all). ``curves``: joint name -> known
+    torque-speed curve. ``prior``: standard deviations of the leg file's own values. ``near``: an earlier
+    fit of the same recordings, the start of this one, whose free angles and spread are kept.
+    ``static``: poses in which the leg was held still by known torques. ``intervals``: from sensitivities, or by
+    bootstrap
+    over blocks of residuals. ``tolerance``: uncertainty of the leg file's links, included in the intervals;
+    None: the links are known exactly. ``release``: ``free``: a driven beginning is detected and cut
+    (``free_motion_start``); ``recorded``: all samples are free motion.
     """
 
     free_angle: str = "auto"

@@ -19,7 +19,7 @@ NOTHING_NEAR = "no motion of this leg comes near the trials: check link masses, 
 
 
 def bare(leg: Leg, curves: Mapping[str, DamperCurve] | None = None) -> Leg:
-    """The leg without springs, with dampers only where their curve is known (joint name -> curve)."""
+    """The leg without springs, with dampers only of known curve (joint name -> curve)."""
     known = curves or {}
     joints = [
         replace(joint, spring=Spring(0.0, joint.zero), damper=Damper(curve=known.get(joint.name)))
@@ -35,13 +35,13 @@ def model_of(
     prior: RatePrior | None = None,
     static: Sequence[StaticPoint] = (),
 ) -> TrajectoryModel:
-    """The leg's motion by every spring rate, rest and damper rate that is not known by its curve.
+    """The leg's motion as a function of spring rates, rest angles, and damper rates without a known curve.
 
     Parameters
     ----------
-    leg : links and gravity; its own springs and dampers are left aside but by ``prior``.
-    curves : joint name -> its damper's known torque-speed curve.
-    prior : how far the leg's own values may be trusted.
+    leg : links and gravity; its own springs and dampers are used only through ``prior``.
+    curves : joint name -> known torque-speed curve of its damper.
+    prior : standard deviations of the leg's own values.
     static : poses in which the leg was held still by known torques.
     """
     known = curves or {}
@@ -53,7 +53,7 @@ def model_of(
 
 
 def sought_by(model: TrajectoryModel) -> SpringsAndDampers:
-    """The unknowns of a model that ``model_of`` made."""
+    """The unknowns of a model made by ``model_of``."""
     assert isinstance(model.unknowns, SpringsAndDampers)
     return model.unknowns
 

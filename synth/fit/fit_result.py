@@ -48,9 +48,9 @@ class JointFit:
 
 @dataclass(frozen=True)
 class StartFit:
-    """A trial's first state, in the measured angle's sense; (n,) rad and rad/s, nan for a locked joint.
+    """A trial's initial state, in the measured angle's sense; (n,) rad and rad/s, nan for a locked joint.
 
-    ``angle``, ``rate`` as fitted; ``recorded`` as the first samples alone show it, with its uncertainty.
+    ``angle``, ``rate`` as fitted; ``recorded`` from the first samples only, with its uncertainty.
     """
 
     angle: Array
@@ -78,7 +78,7 @@ class StartFit:
         return written
 
     def misfit(self) -> Array:
-        """(2, n) how far fitted angle and rate lie from the recorded ones, in the recorded ones' deviations."""
+        """(2, n) deviation of fitted angle and rate from the recorded ones, in standard deviations of the latter."""
         seen = self.recorded
         off = [(self.angle - seen.angle) / seen.angle_deviation, (self.rate - seen.rate) / seen.rate_deviation]
         return np.abs(off)
@@ -86,7 +86,7 @@ class StartFit:
 
 @dataclass(frozen=True)
 class TrialFit:
-    """One trial beside its fit, measured angles in rad.
+    """One trial and its fit, measured angles in rad.
 
     ``time`` (m,) s; ``measured`` (m, n) with nan where no sample counted; ``fitted`` (m, n); ``rms`` (n,) rad, nan for
     a locked joint; ``free_angle`` (n,) rad in this trial; ``rotation`` and ``rate`` (n,), initial state in q;
@@ -152,10 +152,10 @@ class Variant:
 
 @dataclass(frozen=True)
 class FitResult:
-    """A fitted leg. ``leg`` carries the found springs and dampers.
+    """A fitted leg; ``leg`` has the estimated springs and dampers.
 
     By joint, over all counted samples of the fitted trials: ``rms`` rad, the plain root mean square; ``clipped_rms``
-    rad, with residuals cut at six robust standard deviations, from which the fit takes its noise.
+    rad, with residuals truncated at six robust standard deviations, from which the fit estimates its noise.
     """
 
     leg: Leg
@@ -175,15 +175,15 @@ class FitResult:
     lost_samples: int
     inputs: Mapping[str, str] = field(default_factory=dict)
     cost: str = "trajectory"
-    static: tuple[JudgedPoint, ...] = ()  # the static points beside the fit
-    proposals: tuple[Proposal, ...] = ()  # what to measure to fix what is open
-    drawn: tuple[Leg, ...] = ()  # legs that the trials allow, for whoever chooses by the fit
+    static: tuple[JudgedPoint, ...] = ()  # the static points and their fit
+    proposals: tuple[Proposal, ...] = ()  # measurements that would determine what is open
+    drawn: tuple[Leg, ...] = ()  # legs consistent with the trials, for choices that depend on the fit
     intervals: Mapping[str, Any] = field(default_factory=lambda: {"by": "sensitivities"})
-    sources: tuple[IntervalSource, ...] = ()  # what the intervals are made of, a rate or free angle each
-    tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, as the project and its defaults say
-    cut: float = 0.0  # s after each recording's first sample, from which on it was fitted
-    defaults: tuple[Mapping[str, str], ...] = ()  # what the project leaves out
-    wanted: Mapping[str, Any] = field(default_factory=dict)  # characteristics asked for in the place of recordings
+    sources: tuple[IntervalSource, ...] = ()  # contributions to each interval
+    tolerance: Mapping[str, Any] = field(default_factory=dict)  # of the links, from the project and its defaults
+    cut: float = 0.0  # s after each recording's first sample, start of the fit
+    defaults: tuple[Mapping[str, str], ...] = ()  # values that the project omits
+    wanted: Mapping[str, Any] = field(default_factory=dict)  # characteristics given instead of recordings
 
     def as_json(self) -> dict[str, Any]:
         """The content of ``fit.json``."""

@@ -1,8 +1,9 @@
-"""One free angle for all trials, or one a trial about a common one: what do the data ask for?
+"""One free angle for all trials, or one per trial about a common one, decided from the data.
 
-An animal's rest angle drifts from trial to trial (fatigue, preload); a spring's does not. Shifts a trial are random
-effects about the common angle; their spread is DerSimonian and Laird's (Controlled Clinical Trials 7, 1986), and
-Cochran's Q (Biometrics 10, 1954) tells whether there is any.
+An animal's rest angle drifts from trial to trial (fatigue, preload); a spring's does not. Shifts per trial are random
+effects about the common angle; their spread is estimated by DerSimonian and Laird (Controlled Clinical Trials 7, 1986),
+and
+Cochran's Q (Biometrics 10, 1954) tests whether it is zero.
 """
 
 from __future__ import annotations
@@ -14,26 +15,26 @@ import numpy as np
 
 from synth.arrays import Array
 
-WIDE = np.radians(10.0)  # spread under which shifts are first estimated: nearly free
-LEAST_SPREAD = np.radians(0.01)  # rad, far below what springs and encoders hold
+WIDE = np.radians(10.0)  # spread with which shifts are first estimated: almost free
+LEAST_SPREAD = np.radians(0.01)  # rad, far below the accuracy of springs and encoders
 SIGNIFICANCE = 0.01  # of Cochran's Q, over all joints together
 
 
 @dataclass(frozen=True)
 class Heterogeneity:
-    """Spread (n,) rad of the free angle over trials, and the probability (n,) of such shifts with no spread at all."""
+    """Spread (n,) rad of the free angle over trials, and the probability (n,) of such shifts without any spread."""
 
     spread: Array
     probability: Array
 
 
 def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
-    """From shifts (n_trial, n) rad and their variances (n_trial, n); nan where a trial says nothing of a joint."""
+    """From shifts (n_trial, n) rad and their variances (n_trial, n); nan if a trial does not determine a joint's."""
     n = shift.shape[1]
     spread, probability = np.zeros(n), np.ones(n)
     for j in range(n):
         known = np.isfinite(variance[:, j])
-        # Shrinkage towards zero under the wide spread is undone, so that estimate and variance belong together.
+        # The shrinkage towards zero by the wide prior is undone, so that estimate and variance match.
         shrink = 1.0 - variance[known, j] / WIDE**2
         usable = shrink > 0.05
         value = shift[known, j][usable] / shrink[usable]
@@ -51,7 +52,7 @@ def heterogeneity(shift: Array, variance: Array) -> Heterogeneity:
 def chi_squared_tail(value: float, degrees: int) -> float:
     """P(chi-squared with ``degrees`` > value), the closed form (Abramowitz & Stegun, 26.4.4 and 26.4.5).
 
-    Not scipy's, which takes a third of a second to import.
+    Implemented here because importing scipy's takes a third of a second.
     """
     half = 0.5 * value
     if half <= 0.0:
@@ -64,7 +65,7 @@ def chi_squared_tail(value: float, degrees: int) -> float:
 
 
 def chi_squared_quantile(probability: float, degrees: int) -> float:
-    """The value that chi-squared with ``degrees`` stays below with this probability, by bisection to rounding."""
+    """The quantile of chi-squared with ``degrees`` at this probability, by bisection to rounding accuracy."""
     low, high = 0.0, float(degrees) + 10.0
     while chi_squared_tail(high, degrees) > 1.0 - probability:
         low, high = high, 2.0 * high

@@ -1,10 +1,10 @@
-"""When free motion begins: after the release a hand or a muscle may still drive the leg for a while.
+"""The beginning of free motion: after the release an external torque may still act for a while.
 
-Two looks. Each recording by itself: a torque that no spring and damper of the leg makes (``motion.release``), as
-``synth import`` looks at it. And all together: a leg that swings freely from its first sample on gives the same rates
-from all samples and from later ones alone; where the two differ by more than their covariances allow, what acts at the
-start is not the leg's own (Hausman, Econometrica 46 (1978) 1251: the estimate from all samples is the efficient one, so
-that the difference's covariance is the difference of theirs).
+Two tests. Each recording by itself: a torque that no spring and damper of the leg produces (``motion.release``, as in
+``synth import``). And all together: for free motion, all samples and only the later ones give the same rates; if the
+two differ by more than their covariances allow, an external torque acts at the
+start (Hausman, Econometrica 46 (1978) 1251: the estimate from all samples is efficient, so
+the covariance of the difference is the difference of the covariances).
 """
 
 from __future__ import annotations
@@ -27,45 +27,45 @@ from synth.fit.uncertainty import covariance
 from synth.motion.release import free_after
 from synth.swing.leg_model import Leg
 
-MANY = 0.5  # of the recordings: if a hand is seen in so many, it is believed without another look
-LATER = 0.3  # s after the start, from which a fit is compared with that from all samples: hands let go within 0.2 s
-CUTS = (0.1, 0.15, 0.2, 0.3)  # s, tried in turn until what is left agrees with later samples
-SIGNIFICANCE = 1e-4  # of the difference; a model that lacks something differs too, so only the plain case counts
-LEAST_SHARE = 0.4  # of the shortest recording, that a cut leaves
-UNTOLD = 0.05  # share of a direction's variance that later samples must add for the difference to tell anything
+MANY = 0.5  # of the recordings: external torque detected in so many is accepted without a further test
+LATER = 0.3  # s after the start of the comparison fit: external torques usually end within 0.2 s
+CUTS = (0.1, 0.15, 0.2, 0.3)  # s, tried in order until the rest agrees with later samples
+SIGNIFICANCE = 1e-4  # of the difference; a wrong model causes a difference too, so only a clear one counts
+LEAST_SHARE = 0.4  # of the shortest recording, that must remain
+UNTOLD = 0.05  # share of a direction's variance that later samples must lose for the test to use it
 
 
 @dataclass(frozen=True)
 class Seen:
-    """Until when, s from each recording's first sample, a hand is seen; None where none is."""
+    """End of the external torque, s from each recording's first sample; None if none is detected."""
 
     until: tuple[float | None, ...]
 
     @property
     def known(self) -> list[float]:
-        """Of the recordings in which one is seen."""
+        """Share of the recordings with one."""
         return [until for until in self.until if until is not None]
 
     @property
     def plain(self) -> bool:
-        """Whether it is seen in so many that it is believed."""
+        """Whether so many recordings show one that it is accepted."""
         return len(self.known) >= MANY * len(self.until) and bool(self.known)
 
 
 def look(leg: Leg, recordings: Sequence[Recording]) -> Seen:
-    """Each recording by itself; one that a known torque drives is not looked at."""
+    """Each recording by itself, except those driven by a known torque."""
     return Seen(tuple(_until(leg, recording) for recording in recordings))
 
 
 def _until(leg: Leg, recording: Recording) -> float | None:
     found = release_in(leg, recording)
     if found is None or found.driven_until is None or found.free_from < found.driven_until:
-        return None  # none, or where a hand and a leg of another law look alike
+        return None  # none, or indistinguishable from a leg with another law
     return found.free_from if found.free_from > recording.time[0] else None
 
 
 def later(recordings: Sequence[Recording], start: float) -> list[Recording] | None:
-    """The recordings from ``start`` s after their first sample on; None where too little of one would be left."""
+    """The recordings from ``start`` s after their first sample; None if too little of one would remain."""
     cut = []
     for recording in recordings:
         first = int(np.searchsorted(recording.time, start))
@@ -77,13 +77,13 @@ def later(recordings: Sequence[Recording], start: float) -> list[Recording] | No
 
 
 def cut_of(seen: Seen) -> float:
-    """Where all recordings of a series are cut for the hands that were seen in some, s."""
+    """The common cut of a series, s, from the external torques detected in some of them."""
     return free_after(seen.known)
 
 
 @dataclass(frozen=True)
 class LateFreeMotion:
-    """A hand that no recording shows by itself: from ``cut`` s on what is left agrees with later samples.
+    """An external torque that no single recording shows: from ``cut`` s the samples agree with later ones.
 
     ``probability`` : of such a difference between all samples and later ones in free motion.
     """
@@ -95,12 +95,12 @@ class LateFreeMotion:
 def unseen(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, weight: str, least: float = 0.0
 ) -> LateFreeMotion | None:
-    """Whether all samples and later ones tell of one leg; None where they do, or where there are too few to tell.
+    """Test whether all samples and later ones fit the same leg; None if they do, or if there are too few.
 
     Parameters
     ----------
     stage : the fit to all samples.
-    least : s, the shortest cut that comes into question.
+    least : s, the shortest cut considered.
     """
     longest = min(recording.time[-1] for recording in recordings)
     reference = later(recordings, min(LATER, longest * (1.0 - LEAST_SHARE)))
@@ -129,7 +129,7 @@ def _locals(recordings: Sequence[Recording], solution: Solution) -> list[Local]:
 
 
 def _difference(model: TrajectoryModel, some: Sequence[Recording], known: Stage, start: Solution) -> float:
-    """How probable it is that ``some`` and the later samples of ``known`` are of one leg, under the latter's noise."""
+    """The probability that ``some`` and the later samples of ``known`` belong to one leg, given the latter's noise."""
     noise = np.array(known.weights.noise)
     weights = Weights(noise, known.weights.spread, None, known.weights.rounding)
     here = solve(model, some, FitStart(start.values, start.locals), weights, tolerance=0.01)
@@ -141,7 +141,7 @@ def _difference(model: TrajectoryModel, some: Sequence[Recording], known: Stage,
 def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -> float:
     """Probability of so large a difference between an efficient estimate (p,) and one from part of the samples.
 
-    Directions in which the part knows as much as the whole say nothing and are left out.
+    Directions that the part determines as well as the whole are left out.
     """
     root = np.linalg.cholesky(later_cov + 1e-15 * np.eye(len(values)) * np.trace(later_cov))
     whitened = np.linalg.solve(root, np.linalg.solve(root, cov).T)
@@ -154,16 +154,16 @@ def same_leg(values: Array, cov: Array, later_values: Array, later_cov: Array) -
 
 
 def said_of(seen: Seen, cut: float, hidden: LateFreeMotion | None) -> str:
-    """What was found and done, in a sentence."""
+    """The finding and the action in a sentence."""
     if hidden is not None:
-        few = f" (a hand is seen in {len(seen.known)} of {len(seen.until)})" if seen.known else ""
+        few = f" (an external torque is detected in {len(seen.known)} of {len(seen.until)})" if seen.known else ""
         return (
-            f"release: the first samples and the later ones are not of one leg{few}: p = {hidden.probability:.1g} for "
-            f"free motion throughout. Something drives it at first; only what comes {1e3 * cut:.0f} ms after each "
-            "recording's start is fitted. To fit all: release: recorded"
+            f"release: the first samples and the later ones do not fit one leg{few}: p = {hidden.probability:.1g} for "
+            f"free motion. An external torque acts at first; only samples from {1e3 * cut:.0f} ms after each "
+            "recording's start are fitted. To fit all: release: recorded"
         )
     return (
         f"release: in {len(seen.known)} of {len(seen.until)} recordings a torque acts at first that the leg's springs "
-        f"and dampers do not make; only what comes {1e3 * cut:.0f} ms after each recording's start is fitted. To fit "
+        f"and dampers do not produce. Only samples from {1e3 * cut:.0f} ms after each start are fitted. To fit "
         "all: release: recorded"
     )

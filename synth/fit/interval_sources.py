@@ -1,4 +1,4 @@
-"""Sources of an interval: the share of the trials' noise, and the share of each number of the leg file."""
+"""Sources of an interval: the trials' noise, and each parameter of the leg file."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.units import quantity
 
 TRIALS = "trials"
-WORTH_A_WORD = 0.5  # of the variance, from which one number of the leg file is named
-NAMED = 3  # numbers at most in a sentence
+WORTH_A_WORD = 0.5  # share of the variance from which a parameter of the leg file is named
+NAMED = 3  # most parameters in a sentence
 
 
 @dataclass(frozen=True)
 class IntervalSource:
     """One estimate's variance by source.
 
-    ``shares`` : source -> share, summing to 1: ``trials``, or a number of the leg file such as ``mass of the knee's
-    link``. ``half`` : the 90 % half-width, a share of a rate, or rad of a free angle.
+    ``shares`` : source -> share, summing to 1: ``trials``, or a parameter of the leg file such as ``mass of the knee's
+    link``. ``half`` : the 90 % half-width, relative for a rate, in rad for a free angle.
     """
 
     joint: str
@@ -34,12 +34,12 @@ class IntervalSource:
 
     @property
     def of_links(self) -> float:
-        """The share that comes from the leg file's numbers."""
+        """The share due to the leg file's parameters."""
         return 1.0 - self.shares[TRIALS]
 
     @property
     def sentence(self) -> str | None:
-        """What dominates, in words; None where the trials do."""
+        """The dominant source in words; None if it is the trials."""
         if self.of_links < WORTH_A_WORD:
             return None
         wide = f"{np.degrees(self.half):.2g} deg" if self.quantity == "free_angle" else f"{100 * self.half:.2g} %"
@@ -52,8 +52,8 @@ class IntervalSource:
         named = ", ".join(f"{name} ({100 * share:.0f} %)" for share, name in told)
         return (
             f"{self.joint}: {100 * self.of_links:.0f} % of the variance in the {self.quantity.replace('_', ' ')}'s "
-            f"+-{wide} comes from the leg file's tolerances: {named}. More trials would not narrow it; a better "
-            "measured link would"
+            f"+-{wide} comes from the leg file's tolerances: {named}. More trials would not reduce it; better "
+            "measured links would"
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -70,7 +70,7 @@ class IntervalSource:
 
 
 def sources_of(unknowns: SpringsAndDampers, covariance: Array, links: LinkErrors | None) -> tuple[IntervalSource, ...]:
-    """Of every estimate; none where the links are known exactly. ``covariance`` (p, p) of the trials alone."""
+    """Of every estimate; empty if the links are known exactly. ``covariance`` (p, p) of the trials alone."""
     if links is None:
         return ()
     shares = links.considered.shares(covariance)
@@ -87,7 +87,7 @@ def sources_of(unknowns: SpringsAndDampers, covariance: Array, links: LinkErrors
 
 
 def _places(unknowns: SpringsAndDampers) -> list[tuple[str, str, int]]:
-    """Joint, quantity and place among the unknowns, joint by joint."""
+    """Joint, quantity and index of the unknown, joint by joint."""
     found = []
     for j, name in enumerate(unknowns.leg.joint_names):
         if j in unknowns.rates:

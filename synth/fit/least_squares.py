@@ -1,7 +1,7 @@
-"""Levenberg-Marquardt over all trials at once: common unknowns and each trial's own, by Schur complement.
+"""Levenberg-Marquardt over all trials: common unknowns, and each trial's own eliminated by Schur complement.
 
-Cost, in units of log-likelihood: Huber's function of the residuals over their noise, the shifts of the rest angles over
-their spread, the weak priors of the common unknowns and of the initial states, and static points beside the trials. The
+Cost, in units of log-likelihood: Huber's function of the residuals over their noise, shifts of the rest angles over
+their spread, weak priors of the common unknowns and of the initial states, and static points. The
 normal equations are arrow-shaped (see ``estimation.normal_equations``); damping after Nielsen 1999.
 """
 
@@ -21,20 +21,20 @@ from synth.fit.trajectories import Local, Sensitivity, TrajectoryModel
 from synth.threads import shared_out
 
 HUBER = 3.0  # noise standard deviations beyond which a residual counts linearly
-FLAT = 1e-6  # least curvature of a count's likelihood: in the middle of a wide count there is next to none
-LARGEST_STEP = 1.0  # of a log rate, or rad of a rest: beyond a factor of e the linearisation says nothing of the motion
-DAMPING = 1e-3  # at first, of the diagonal (Nielsen 1999: 1e-3 where the start is good)
-# A scale halves at most in a step; a step that promises less than a tenth of the tolerance is not tried.
+FLAT = 1e-6  # least curvature of a count's likelihood, which almost vanishes in the middle of a wide count
+LARGEST_STEP = 1.0  # of a log rate, or rad of a rest angle: the linearisation is invalid beyond a factor of e
+DAMPING = 1e-3  # initial, relative to the diagonal (Nielsen 1999: 1e-3 for a good start)
+# A scale at most halves in a step; a step that predicts less than a tenth of the tolerance is not tried.
 RULE = Nielsen(least=1e-12, most=1e10, memory=0.5, settled=0.1, hardly_damped=DAMPING)
-KEPT = 2**26  # bytes of lanes that are kept, so that other weights at the same point need no simulation
+KEPT = 2**26  # bytes of lanes that are stored, so that other weights at the same point need no simulation
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Noise (n_trial, n_joint) rad that residuals are divided by, and spread (n_joint,) rad of the rest shifts.
+    """Divisors of the residuals (n_trial, n_joint) rad, and spread (n_joint,) rad of the rest shifts.
 
-    A spread of zero holds the shifts at zero, or at ``centre`` (n_trial, n_joint) rad where that is given.
-    ``rounding`` : for each joint, the treatment of counts that are coarser than its noise; else none.
+    A spread of zero fixes the shifts at zero, or at ``centre`` (n_trial, n_joint) rad if given.
+    ``rounding`` : for each joint, the treatment of counts that are coarser than its noise; else None.
     """
 
     noise: Array
@@ -45,10 +45,10 @@ class Weights:
 
 @dataclass(frozen=True)
 class Solution:
-    """Where the iteration ended: unknowns, each trial's own, predictions (m, n) a trial, cost, steps, and why.
+    """The end of the iteration: unknowns, each trial's own, predictions (m, n) per trial, cost, steps, reason.
 
-    ``damping`` as it was at the end, and ``lanes`` a trial, empty where they are too large to keep: what another
-    ``solve`` from here can begin with.
+    ``damping`` at the end, and ``lanes`` per trial (empty if too large to store), for another
+    ``solve`` starting here.
     """
 
     values: Array
@@ -72,7 +72,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class _State:
-    """A point of the iteration; without predictions and normal equations until it is evaluated."""
+    """A point of the iteration, without predictions and normal equations until evaluated."""
 
     unknowns: Array
     locals: tuple[Local, ...]
@@ -86,7 +86,7 @@ class _State:
 
 @dataclass(frozen=True)
 class _TrajectoryFit(LeastSquares[_State]):
-    """Whole trajectories as a least-squares problem; ``fixed`` : only what belongs to each trial is estimated."""
+    """Whole trajectories as a least-squares problem; ``fixed`` : only per-trial unknowns are estimated."""
 
     model: TrajectoryModel
     recordings: Sequence[Recording]
@@ -105,12 +105,12 @@ class _TrajectoryFit(LeastSquares[_State]):
         return ArrowNormal.of(point.information, point.gradient, point.own_gradient)
 
     def bounds(self, point: _State) -> tuple[Array, Array]:
-        """The box of the unknowns, or the point itself where they are fixed."""
+        """The bounds of the unknowns, or the point itself if they are fixed."""
         unknowns = self.model.unknowns
         return (point.unknowns, point.unknowns) if self.fixed else (unknowns.lower, unknowns.upper)
 
     def limits(self, point: _State) -> StepLimits:
-        """No common unknown by more than ``LARGEST_STEP``."""
+        """No common unknown moves by more than ``LARGEST_STEP``."""
         return StepLimits(LARGEST_STEP)
 
     def moved(self, point: _State, step: ParameterStep) -> _State:
@@ -119,15 +119,15 @@ class _TrajectoryFit(LeastSquares[_State]):
         return _State(point.unknowns + step.common, tuple(self.model.step_local(r, at, own) for r, at, own in moved))
 
     def least_gain(self, cost: float) -> float:
-        """The tolerance, whatever the cost."""
+        """The tolerance, independent of the cost."""
         return self.tolerance
 
 
 @dataclass(frozen=True)
 class FitStart:
-    """Where a fit starts: common unknowns (p,), what belongs to each trial, and the damping of its first step.
+    """The start of a fit: common unknowns (p,), per-trial unknowns, and the damping of its first step.
 
-    ``lanes`` : the sensitivities at this very point, from an earlier solution, so that they are not run again.
+    ``lanes`` : the sensitivities at this point from an earlier solution, so that they need not be simulated.
     """
 
     values: Array
@@ -137,7 +137,7 @@ class FitStart:
 
     @classmethod
     def at(cls, solution: Solution) -> FitStart:
-        """To go on from a solution under other weights."""
+        """To continue from a solution with other weights."""
         return cls(solution.values, solution.locals, solution.damping, solution.lanes)
 
 
@@ -155,12 +155,12 @@ def solve(
 
     Parameters
     ----------
-    tolerance : fall of the cost (a log-likelihood) below which the iteration has converged.
-    fixed : hold the common unknowns and estimate only what belongs to each trial (to score a given leg).
+    tolerance : decrease of the cost (a log-likelihood) below which the iteration has converged.
+    fixed : fix the common unknowns and estimate only per-trial ones (to score a given leg).
 
     Returns
     -------
-    Solution ; its ``cost`` is inf if even the start diverges.
+    Solution ; its ``cost`` is inf if the start diverges.
     """
     problem = _TrajectoryFit(model, recordings, weights, tolerance, fixed)
     begun = Iterate(_assess(problem, start.values, tuple(start.locals), start.lanes), start.damping)
@@ -176,7 +176,7 @@ def solve(
 def _assess(
     problem: _TrajectoryFit, values: Array, locals_: tuple[Local, ...], lanes: Sequence[Sensitivity] = ()
 ) -> _State:
-    """Cost, gradient and information at one point; ``lanes`` there, if they are known already."""
+    """Cost, gradient and information at one point; ``lanes`` there, if available."""
     model, recordings, weights = problem.model, problem.recordings, problem.weights
     mean, precision_common = model.unknowns.prior
     common, gradient = np.diag(precision_common), precision_common * (values - mean)
@@ -213,7 +213,7 @@ def _assess(
 def _own_priors(
     part: _Part, recording: Recording, local: Local, weights: Weights, t: int, shifted: Sequence[int]
 ) -> None:
-    """Add what is known of a trial's own unknowns: its initial state, and its shifts' spread."""
+    """Add the priors of a trial's own unknowns: initial state, and shifts."""
     free, start = recording.free, recording.start
     precision = start_precision(recording, weights.spread, shifted)
     off = local.shift[shifted] if weights.centre is None else (local.shift - weights.centre[t])[shifted]
@@ -262,20 +262,20 @@ def _normal(
 def sample_weights(
     recording: Recording, prediction: Array, noise: Array, rounding: Sequence[Rounding | None] = ()
 ) -> Array:
-    """(m, n) 1/rad: factors on a trial's residuals and sensitivities, 0 where no sample counts."""
+    """(m, n) 1/rad: factors on a trial's residuals and sensitivities, 0 for samples that do not count."""
     return _weighted(recording, prediction, noise, rounding)[1]
 
 
 def _weighted(
     recording: Recording, prediction: Array, noise: Array, rounding: Sequence[Rounding | None]
 ) -> tuple[float, Array, Array]:
-    """A trial's cost, the factors (m, n) 1/rad on its residuals, and the residuals so weighted, by Huber's function."""
+    """A trial's cost, the factors (m, n) 1/rad on its residuals, and the weighted residuals, by Huber's function."""
     root = recording.counts / noise
     rounded = [j for j, item in enumerate(rounding) if item is not None]
     root[:, rounded] = 0.0
     residual = (prediction - recording.rotation) * root
     size = np.abs(residual)
-    if np.max(size) <= HUBER:  # the usual case; not if it is no number
+    if np.max(size) <= HUBER:  # the usual case; False for nan
         cost = 0.5 * float(np.vdot(residual, residual))
     else:
         inside = size <= HUBER

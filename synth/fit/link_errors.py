@@ -1,8 +1,8 @@
-"""What errors of the leg file's link data do to the estimates: length, mass, centre of mass and inertia of each link.
+"""The effect of errors in the leg file's links on the estimates: length, mass, centre of mass and inertia.
 
-The spring and damper rates that explain a swing are in proportion to the links' inertia, so a fit knows no rate better
-than it knows the links. How far the estimates move with each number follows from the sensitivities of the trajectories
-(``estimation.consider``): one run of a few lanes more for each trial, no refit.
+The spring and damper rates that explain a swing are proportional to the links' inertia, so no rate is known better
+than the links. The change of the estimates with each parameter follows from the sensitivities of the trajectories
+(``estimation.consider``): one simulation with a few more lanes per trial, without refits.
 """
 
 from __future__ import annotations
@@ -26,15 +26,16 @@ from synth.swing.leg_model import Leg
 from synth.swing.tolerances import LINK_QUANTITIES, QUANTITIES, Tolerances
 from synth.threads import shared_out
 
-STEP = 1e-4  # of a logarithm: a tenth of a thousandth; the integration's error at 1e-7 is a thousandth of the change
+STEP = 1e-4  # of a logarithm; the integration's error at 1e-7 is a thousandth of the change
 WORDS = {"length": "length", "mass": "mass", "com": "centre of mass", "inertia": "inertia"}
 
 
 @dataclass(frozen=True)
 class LinkErrors:
-    """Which of the links' numbers are open, and what that does to the common unknowns.
+    """Uncertain parameters of the links, and their effect on the common unknowns.
 
-    ``names`` : (joint, quantity) of each considered number, quantity one of ``LINK_QUANTITIES``. ``deviation`` (c,) of
+    ``names`` : (joint, quantity) of each considered parameter, quantity one of ``LINK_QUANTITIES``. ``deviation``
+    (c,) of
     its logarithm.
     """
 
@@ -44,7 +45,7 @@ class LinkErrors:
 
     @property
     def covariance(self) -> Array:
-        """(p, p) that the links' errors add to the common unknowns' covariance."""
+        """(p, p) covariance of the common unknowns due to the links' errors."""
         return self.considered.covariance
 
 
@@ -55,12 +56,12 @@ def link_errors(
     widths: Array,
     static: Sequence[StaticPoint] = (),
 ) -> LinkErrors | None:
-    """The estimates' sensitivity to the links' numbers; None where all are known exactly, or the motion diverges.
+    """The sensitivity of the estimates to the links' parameters; None if all are exact, or the motion diverges.
 
     Parameters
     ----------
     widths : (4, n) standard deviation of the logarithm of each link's length, mass, centre of mass and inertia.
-    static : the static points that the fit used; the weight in them is of the same links.
+    static : the static points of the fit, which depend on the same links' weight.
     """
     open_ = np.flatnonzero(widths.ravel() > 0.0)
     solution, weights = stage.solution, stage.weights
@@ -88,7 +89,7 @@ def link_errors(
 
 
 def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
-    """Groups of lanes that step together, the nominal leg first, each other one with one number moved by ``STEP``."""
+    """Groups of lanes that step together: the nominal leg first, then each parameter moved by ``STEP``."""
     n, groups = len(leg.joints), []
     unit = Tolerances(np.ones((len(QUANTITIES), n)))
     for first in range(0, len(numbers), LANES - 1):
@@ -104,7 +105,7 @@ def _moved_legs(leg: Leg, numbers: Index) -> list[tuple[LegLanes, int]]:
 def _moved(
     model: TrajectoryModel, recording: Recording, legs: Sequence[tuple[LegLanes, int]], values: Array, local: Local
 ) -> Array:
-    """(m, n, c) rad by which one trial's prediction moves for a unit of each number's logarithm."""
+    """(m, n, c) rad, change of one trial's prediction per unit of each parameter's logarithm."""
     layout, found = model.chain.layout, []
     for group, count in legs:
         lanes = model.chain.lanes(group, recording.conditions)
@@ -117,7 +118,7 @@ def _moved(
 
 
 def _of_points(model: TrajectoryModel, values: Array, numbers: Index, static: Sequence[StaticPoint]) -> Array:
-    """(p, c) change of the static points' gradient for a unit of each number's logarithm."""
+    """(p, c) change of the static points' gradient per unit of each parameter's logarithm."""
     unknowns = model.unknowns
     assert isinstance(unknowns, SpringsAndDampers)
     unit = Tolerances(np.ones((len(QUANTITIES), len(model.leg.joints))))

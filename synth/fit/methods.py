@@ -1,8 +1,8 @@
-"""The way to the springs and dampers that a project asks for: least squares, or one of the thesis' searches.
+"""The estimation method of a project: least squares, or one of the thesis' searches.
 
-``least_squares`` finds the answer without a starting guess and is the default. ``piecewise`` and ``swarm`` are the
-thesis' (``search``, ``simplex``, ``swarm``), for those who want to reproduce it or to compare: what least squares find
-on the same recordings is always computed too, and said beside the search's answer.
+``least_squares`` needs no starting guess and is the default. ``piecewise`` and ``swarm`` are the
+thesis' methods (``rate_search``, ``simplex``, ``swarm``), to reproduce or compare it: the least-squares result
+for the same recordings is always computed and reported too.
 """
 
 from __future__ import annotations
@@ -28,30 +28,30 @@ from synth.fit.report_fit import FittedTreatments, Treatment, result_of
 from synth.fit.uncertainty import clipped_rms, correlation_times, root_mean_square
 from synth.swing.leg_model import DamperCurve, Leg
 
-WORSE = 1.05  # times the RMS of least squares, from which a search is said to have missed
+WORSE = 1.05  # times the RMS of least squares, above which a search counts as failed
 
 
 def require_method(choice: Choice, file: str, *, static: bool = False, prior: bool = False) -> None:
-    """Refuse what does not go together.
+    """Refuse contradictory options.
 
     Raises
     ------
-    UserError : with the key in ``fit:`` that is to change.
+    UserError : with the key in ``fit:`` to change.
     """
     problems = []
     if choice.method == "least_squares" and choice.cost == "characteristics":
         text = (
-            "characteristics jump when a swing falls under the noise and have no derivative; least_squares needs one. "
+            "characteristics are discontinuous when a swing falls below the noise; least_squares needs derivatives. "
             "Write method: piecewise or swarm, or cost: trajectory or transient"
         )
         problems.append(Problem(text, file, key="fit.cost"))
     if choice.method != "least_squares":
         for key, given in (("static", static), ("prior", prior)):
             if given:
-                text = f"{choice.method} looks at the recordings alone and would not heed it; use method: least_squares"
+                text = f"{choice.method} uses the recordings only and would ignore it; use method: least_squares"
                 problems.append(Problem(text, file, key=key))
         if choice.intervals == "bootstrap":
-            text = f"its refits are of least squares, not of {choice.method}; use method: least_squares"
+            text = f"its refits use least squares, not {choice.method}; use method: least_squares"
             problems.append(Problem(text, file, key="fit.intervals"))
     if problems:
         raise UserError(problems)
@@ -60,11 +60,11 @@ def require_method(choice: Choice, file: str, *, static: bool = False, prior: bo
 def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
     """Fit a leg by the project's method and cost; see ``estimate.fit_leg``.
 
-    A fit with ``options.near``, which only moves an earlier one, is by least squares whatever the method.
+    A fit with ``options.near``, which adjusts an earlier one, always uses least squares.
 
     Raises
     ------
-    UserError : nothing to fit, or no motion of the leg comes near.
+    UserError : nothing to fit, or no motion of the leg comes near the trials.
     """
     if options.near is not None:
         return fit_leg(leg, recordings, options)
@@ -75,12 +75,12 @@ def fit_by(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, ch
             return fit_leg(leg, recordings, options)
         return _over_all_samples(fit_leg(leg, emphasised(recordings), options), recordings)
     if not recordings:
-        raise UserError("no trial is left to fit: every one is held out")
+        raise UserError("no trial remains to fit: all are held out")
     return _searched(leg, recordings, options, choice)
 
 
 def _after_hands(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
-    """As ``fit_by``, to what comes after a hand that most recordings show."""
+    """Like ``fit_by``, without the driven beginning that most recordings show."""
     seen, free = look(leg, recordings), replace(options, release="recorded")
     cut = later(recordings, cut_of(seen)) if seen.plain else None
     if cut is None:
@@ -97,12 +97,12 @@ def search_of(
     *,
     common: bool = False,
 ) -> Search:
-    """A search for the rates of a leg, whose own springs and dampers are left aside but for known ``curves``."""
+    """A search for the rates of a leg; its own springs and dampers are ignored except known ``curves``."""
     return Search(model_of(leg, curves), recordings, cost, common)
 
 
 def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions, choice: Choice) -> FitResult:
-    """The thesis' way: piecewise, and from there the swarm."""
+    """The thesis' method: piecewise, and from there the swarm."""
     cost = Cost(choice.cost, tuple(recordings), options.weight)
     search = search_of(leg, recordings, cost, options.curves, common=options.free_angle == "common")
     start = search.first([options.curves.get(name) for name in leg.joint_names])
@@ -115,7 +115,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
     result = _assembled(search, rates, options, len(recordings))
     names = leg.joint_names
     edges = [
-        f"{names[j]}: the {what} lies on the edge of what the {choice.method} search was allowed, "
+        f"{names[j]}: the {what} is at a bound of the {choice.method} search, "
         f"{bounds.lower[row, j]:.3g} to {bounds.upper[row, j]:.3g} {unit}"
         for row, (what, unit) in enumerate((("spring rate", "N*m/rad"), ("damper rate", "N*m*s/rad")))
         for j in range(len(names))
@@ -133,7 +133,7 @@ def _searched(leg: Leg, recordings: Sequence[Recording], options: LegFitOptions,
 
 
 def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: int) -> FitResult:
-    """The result at these rates (2, n), with the trajectories' sensitivities there as intervals."""
+    """The result at these rates (2, n), with intervals from the trajectories' sensitivities there."""
     model, recordings = search.model, search.recordings
     middle, own = search.locals(rates[0])
     values = search.unknowns.pack(rates[0], middle, rates[1])
@@ -154,7 +154,7 @@ def _assembled(search: Search, rates: Array, options: LegFitOptions, n_trial: in
 
 
 def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
-    """Sentences that put a search's answer beside that of least squares."""
+    """Sentences that compare a search's result with least squares."""
     here, there = (np.array([r.rms[name] for name in r.leg.joint_names]) for r in (result, best))
     overall = [float(np.degrees(np.sqrt(np.nanmean(rms**2)))) for rms in (here, there)]
     said = [
@@ -162,13 +162,13 @@ def _beside(result: FitResult, best: FitResult, choice: Choice) -> list[str]:
         f"recordings {overall[1]:.3g} deg"
     ]
     if overall[0] > WORSE * overall[1]:
-        said[0] += "; the intervals say what the recordings know, not how far this search stopped from the best"
+        said[0] += "; the intervals describe the recordings, not the distance of this search from the optimum"
     for name, joint in result.joints.items():
         other = best.joints[name]
         parts = [f"k {100 * (joint.spring_rate.value / other.spring_rate.value - 1):+.0f} %"]
         if joint.damper_rate is not None and other.damper_rate is not None:
             parts.append(f"b {100 * (joint.damper_rate.value / other.damper_rate.value - 1):+.0f} %")
-        said.append(f"{name}: against least squares {', '.join(parts)}")
+        said.append(f"{name}: compared with least squares {', '.join(parts)}")
     return said
 
 

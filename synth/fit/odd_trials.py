@@ -1,4 +1,4 @@
-"""Trials that stand out from the others of a fit: named, since one wrong recording bends the estimates of all."""
+"""Trials that differ from the others of a fit: they are named, because one wrong recording biases all estimates."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 
 from synth.arrays import Array
 
-LEAST = 3  # trials among which one can stand out
-TIMES = 4.0  # the others' usual size
-LEAST_RMS = np.radians(1.0)  # a smaller misfit changes no estimate noticeably
-LEAST_SHIFT = np.radians(10.0)  # of a free angle; limbs do shift by some degrees from trial to trial
-LOOK = "look at it first: exchanged columns, another unit or clock, a joint that was held or touched"
+LEAST = 3  # trials needed to identify a different one
+TIMES = 4.0  # times the others' usual value
+LEAST_RMS = np.radians(1.0)  # a smaller misfit hardly changes any estimate
+LEAST_SHIFT = np.radians(10.0)  # of a free angle; limbs shift by some degrees between trials
+LOOK = "check it first for exchanged columns, another unit or clock, a joint that was held or touched"
 
 
 def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_angle: Array | None = None) -> list[str]:
-    """Sentences on trials whose misfit, or whose free angle, is far from that of all others.
+    """Sentences on trials whose misfit, or whose free angle, differs strongly from the others.
 
     Parameters
     ----------
@@ -31,9 +31,7 @@ def odd_trials(names: Sequence[str], joints: Sequence[str], rms: Array, free_ang
             usual = _median(rms[others, j])
             if rms[i, j] > max(TIMES * usual, LEAST_RMS):
                 off, rest = np.degrees(rms[i, j]), np.degrees(usual)
-                said.append(
-                    f"{name}: {joint} is {off:.2g} deg (RMS) off there and {rest:.2g} deg in the others; {LOOK}"
-                )
+                said.append(f"{name}: {joint} is {off:.2g} deg RMS there and {rest:.2g} deg in the others; {LOOK}")
                 break
             if free_angle is None:
                 continue

@@ -1,8 +1,8 @@
-"""Input that cannot be, or hardly can: said in a sentence, with what to look at.
+"""Impossible or implausible input, each reported in a sentence with what to check.
 
-A fit follows what it is given. A link's inertia in other units, a channel that hangs, a clock in milliseconds or a
-joint's wrong sign all give springs, and some fit well. So the leg's numbers are held against what a rigid link can
-have, the recordings against what a limb of this size does, and where the fit follows badly, the same trials are fitted
+A fit follows its input. A link's inertia in other units, a frozen channel, a clock in milliseconds or a
+joint's wrong sign all give springs, and some fit well. The leg's parameters are therefore compared with those of
+rigid links, the recordings with limbs of this size, and if the fit is poor, the same trials are fitted
 with each joint's sign or zero changed.
 """
 
@@ -26,25 +26,25 @@ from synth.swing.leg_model import Joint, Leg
 
 MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's foot
 SLOWEST, FASTEST = 0.01, 300.0  # of the pendulum frequency sqrt(g/L): a rat's and a robot dog's legs swing at 3
-POOR = 0.12  # of a joint's RMS deviation from its rest, that a fit of a right leg hardly leaves
-NOISY = 5.0  # times the samples' scatter, below which nothing is left to explain
-FITS = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must get below to be named
-TRIED, SAMPLES = 2, 100  # trials, and samples of each, with which signs and zeros are tried
-FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # readings alike, and share of the recording, from which a channel may hang
-ABRUPT = 0.3  # of the joint's greatest rate, with which a channel that hangs stops or starts
+POOR = 0.12  # of a joint's RMS deviation from its rest: larger than the residual of a correct leg
+NOISY = 5.0  # times the samples' scatter, below which nothing remains to explain
+FITS = 0.4  # of the poor fit's residual above the noise, that a changed sign or zero must reach to be named
+TRIED, SAMPLES = 2, 100  # trials, and samples of each, for testing signs and zeros
+FROZEN_SAMPLES, FROZEN_SHARE = 8, 0.1  # equal readings, and share of the recording, from which a channel may be frozen
+ABRUPT = 0.3  # of the joint's largest rate, with which a frozen channel stops or starts
 COMMON = LegFitOptions(free_angle="common")
-LEAP = 1.5  # times any other change from one sample to the next, that a channel makes up at once when it comes back
-ZEROS = (np.pi, 0.5 * np.pi, -0.5 * np.pi)  # rad, by which the zero of another convention may lie off
+LEAP = 1.5  # times any other change between samples: size of the jump after a frozen channel
+ZEROS = (np.pi, 0.5 * np.pi, -0.5 * np.pi)  # rad, usual offsets of the zero between conventions
 
 
 def doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> tuple[str, ...]:
-    """All that can be said of a fit's input."""
+    """All warnings about a fit's input."""
     said = [*leg_doubts(leg), *recording_doubts(leg, recordings), *convention_doubts(leg, recordings, result)]
     return tuple(said)
 
 
 def leg_doubts(leg: Leg) -> list[str]:
-    """Sentences on links that no rigid body, or no limb, has."""
+    """Sentences on links that are impossible for a rigid body or a limb."""
     said = []
     for joint in leg.joints:
         link, name = joint.link, joint.name
@@ -58,7 +58,7 @@ def leg_doubts(leg: Leg) -> list[str]:
         if not 0.0 <= link.com <= link.length:
             said.append(
                 f"{name}: the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
-                f"{1e3 * link.length:.4g} mm; right only with a counterweight"
+                f"{1e3 * link.length:.4g} mm; correct only with a counterweight"
             )
     ranked = sorted(leg.joints, key=lambda joint: joint.link.mass)
     light, heavy = ranked[0], ranked[-1]
@@ -71,7 +71,7 @@ def leg_doubts(leg: Leg) -> list[str]:
 
 
 def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
-    """Sentences on channels that hang, and on a pace that no limb of this size has."""
+    """Sentences on frozen channels, and on motion far too slow or fast for a limb of this size."""
     said = []
     for recording in recordings:
         for j in recording.free:
@@ -93,7 +93,7 @@ def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
 
 
 def _frozen(recording: Recording, joint: int) -> str:
-    """What a channel shows that hangs while the motion goes on; empty where it does not."""
+    """The description of a channel that freezes while the motion continues; empty if none does."""
     counts = recording.counts[:, joint]
     time, value = recording.time[counts], recording.rotation[counts, joint]
     if len(value) < 2 * FROZEN_SAMPLES:
@@ -108,7 +108,7 @@ def _frozen(recording: Recording, joint: int) -> str:
     others = [j for j in recording.free if j != joint]
     during = (smoothed.time >= time[first]) & (smoothed.time <= time[last])
     moves = any(np.abs(smoothed.rate[during, j]).max() > ABRUPT * np.abs(smoothed.rate[:, j]).max() for j in others)
-    # A joint that comes to rest on one count slows down before; one that hangs stops, or starts, at full speed.
+    # A joint that stops on one count slows down before; a frozen channel stops, or starts, at full speed.
     lag = min(max(3, round(smoothed.pace / float(np.median(np.diff(time))))), len(value) // 4)
     change = np.abs(value[lag:] - value[:-lag])
     beside = [change[max(0, first - lag)] if first >= lag else 0.0, change[last] if last + lag < len(value) else 0.0]
@@ -119,21 +119,21 @@ def _frozen(recording: Recording, joint: int) -> str:
     if not (moves if change.max() == 0.0 else leapt or max(beside) > ABRUPT * change.max()):
         return ""
     return (
-        f"reads the same from {time[first]:.3f} to {time[last]:.3f} s and moves at full speed before or after: a "
-        "channel that hangs, or a stop? Leave those cells empty if it hangs; list the joint under `locked` if it was "
+        f"reads the same from {time[first]:.3f} to {time[last]:.3f} s but moves at full speed before or after: a "
+        "frozen channel, or a stop? Leave those cells empty if it is frozen; list the joint under `locked` if it was "
         "held"
     )
 
 
 def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResult) -> list[str]:
-    """Where the fit follows badly: whether it would follow with one joint's sign or zero changed, and which."""
+    """If the fit is poor: the joint whose changed sign or zero would make it good."""
     recordings = later(recordings, result.cut) or recordings if result.cut else recordings
     left = np.array([result.rms[name] for name in leg.joint_names])
     if not np.any((left > POOR * _motion(recordings)) & (left > NOISY * sample_scatter(recordings))):
         return []
     some = [recording.thinned(SAMPLES) for recording in recordings[:TRIED]]
     floor = float(np.nansum(sample_scatter(some) ** 2))
-    # The fit itself may have been led astray by its start: what a changed leg is held against is the better of the two.
+    # The fit itself may have failed because of its start: a changed leg is compared with the better of the two.
     before = min(_left(leg, some), float(np.sqrt(np.nansum(left**2))))
     found = []
     for j, joint in enumerate(leg.joints):
@@ -163,7 +163,7 @@ def _changes(joint: Joint) -> list[tuple[Joint, str]]:
 
 
 def _seen_as(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
-    """The same readings of joint ``j`` by another convention."""
+    """The same readings of joint ``j`` in another convention."""
     turn = new.sign * old.sign
     shift = new.sign * (old.zero - new.zero)
     rotation, smoothed = recording.rotation.copy(), recording.smoothed
@@ -179,7 +179,7 @@ def _seen_as(recording: Recording, j: int, old: Joint, new: Joint) -> Recording:
 
 
 def _left(leg: Leg, recordings: Sequence[Recording]) -> float:
-    """RMS over all joints, rad, that one descent from the weak form's start leaves; infinite where it diverges."""
+    """RMS over all joints, rad, after one descent from the weak form's start; infinite if it diverges."""
     model = model_of(leg)
     guess = weak_form_start(model, recordings, COMMON)
     stage = refine(
@@ -191,7 +191,7 @@ def _left(leg: Leg, recordings: Sequence[Recording]) -> float:
 
 
 def _motion(recordings: Sequence[Recording]) -> Array:
-    """(n,) rad, RMS deviation of each joint from where its recordings end."""
+    """(n,) rad, RMS deviation of each joint from the end of its recordings."""
     stacked = [np.where(r.counts, r.rotation - r.smoothed.angle[-1], np.nan) for r in recordings]
     square = np.concatenate(stacked) ** 2
     told = np.isfinite(square).any(axis=0)

@@ -1,9 +1,9 @@
-"""What to measure next: the static point that would fix the spring rate which the trials leave open.
+"""What to measure next: the static point that determines a spring rate left open by the trials.
 
-The trials' information on the common unknowns is known from the sensitivities. A static point adds one line to it
-(``static_points.Balance``), so what it would do can be told before it is measured: the joint's angle is chosen where
+The trials' information on the common unknowns follows from the sensitivities. A static point adds one row
+(``static_points.Balance``), so its effect can be predicted: the joint's angle is the one at which
 the spring rate's variance falls most (a c-optimal design, Pukelsheim, *Optimal Design of Experiments*, 2006, ch. 2),
-and the torque's error is the largest that still reaches the aim.
+and the torque's error the largest that still reaches the goal.
 """
 
 from __future__ import annotations
@@ -28,21 +28,22 @@ from synth.swing.mechanics import coefficients, rest_pose, static_torque
 from synth.units import quantity
 
 AIM = np.log(1.1) / NORMAL90  # standard deviation of a log rate: +-10 % at 90 %
-TORQUE_SHARES = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005)  # of the torque: what gauges do, the crudest first
+TORQUE_SHARES = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005)  # of the torque: accuracy of gauges, the least accurate first
 ANGLE_ERRORS = np.radians([1.0, 0.5, 0.2])  # rad, of the reading: by eye, protractor, encoder
 ANGLES = 25  # tried over the joint's travel
-TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, hung at its tip
-FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel has an end
-LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose says nothing of the rate
+TIP_SHARES = (0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0)  # of the leg's mass, attached at its tip
+FARTHEST_SAG = np.radians(45.0)  # of any joint: a spring's travel is limited
+LEAST_AWAY = np.radians(3.0)  # a point nearer to the rest pose does not determine the rate
 
 
 @dataclass(frozen=True)
 class Proposal:
     """A static point worth measuring.
 
-    ``angles`` (n,) rad measured, the pose; ``torque`` N m about ``joint`` in the measured sense; errors one standard
-    deviation; ``before`` and ``after`` the spring rate's 90 % half-width as a factor less one. ``tip_mass`` kg: a mass
-    that would do instead of the torque, ``tip_angle`` rad where the joint would then rest, and ``tip_after``.
+    ``angles`` (n,) rad measured, the pose; ``torque`` N m about ``joint`` in the measured sense; errors as standard
+    deviations; ``before`` and ``after`` the spring rate's 90 % half-width as a factor minus one. ``tip_mass`` kg: a
+    mass
+    that could replace the torque, ``tip_angle`` rad the joint's angle with it, and ``tip_after``.
     """
 
     joint: str
@@ -59,7 +60,7 @@ class Proposal:
 
     @property
     def sentence(self) -> str:
-        """What to do, how well, and what it would tell."""
+        """What to do, how accurately, and its benefit."""
         j = self.joint_names.index(self.joint)
         angle, turned = np.degrees(self.angles[j]), quantity_text(abs(self.torque), "N*m")
         others = [
@@ -81,7 +82,7 @@ class Proposal:
                 f"{np.degrees(self.tip_angle):.0f} deg, and the pose then read to "
                 f"+-{np.degrees(self.angle_error):.1f} deg fixes it to {share_text(self.tip_after)}"
             )
-        return f"{text}. Give it under static: in the project"
+        return f"{text}. Enter it under static: in the project"
 
     def as_json(self) -> dict[str, Any]:
         """The entry under ``proposals``."""
@@ -104,7 +105,7 @@ class Proposal:
 
 
 def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> tuple[Proposal, ...]:
-    """A static point for every joint whose spring rate the trials (and the points there are) leave open."""
+    """A static point for every joint whose spring rate is not determined by the trials and existing points."""
     unknowns = sought_by(model)
     known = covariance(model, solution, with_prior=False)
     found = []
@@ -118,13 +119,13 @@ def proposals(model: TrajectoryModel, recordings: Sequence[Recording], solution:
 def _proposal(
     unknowns: SpringsAndDampers, recordings: Sequence[Recording], values: Array, known: Array, j: int
 ) -> Proposal | None:
-    """The point at which joint ``j``'s rate becomes known best, with the crudest reading that reaches the aim."""
+    """The point that determines joint ``j``'s rate best, with the least accurate reading that reaches the goal."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
     fitted = unknowns.fitted_leg(values)
     try:
         pose = rest_pose(fitted)
     except ArithmeticError:
-        return None  # a leg that rests nowhere cannot be held still by a torque at one joint
+        return None  # a leg without equilibrium cannot be held still by a torque at one joint
     rate, rest = float(np.exp(values[place])), float(values[unknowns.rest_at(j)])
     points = []
     for angle in _travel(leg, recordings, j):
@@ -165,7 +166,7 @@ def _proposal(
 def _with_tip_mass(
     made: Proposal, unknowns: SpringsAndDampers, fitted: Leg, pose: Array, values: Array, known: Array, j: int
 ) -> Proposal:
-    """The proposal with the smallest of a few masses at the tip that reaches the aim, if one does."""
+    """The proposal with the smallest mass at the tip that reaches the goal, if any."""
     leg, place = unknowns.leg, unknowns.rate_at(j)
     mass = sum(joint.link.mass for joint in leg.joints)
     for share in TIP_SHARES:
@@ -185,7 +186,7 @@ def _with_tip_mass(
 
 
 def _after(unknowns: SpringsAndDampers, values: Array, known: Array, point: Balance, place: int) -> float:
-    """Standard deviation of the log rate with one point more (Sherman-Morrison on the covariance)."""
+    """Standard deviation of the log rate with one more point (Sherman-Morrison on the covariance)."""
     places = [place, unknowns.rest_at(point.joint)]
     slope = np.zeros(len(values))
     slope[places] = point.slope(*values[places])
@@ -195,7 +196,7 @@ def _after(unknowns: SpringsAndDampers, values: Array, known: Array, point: Bala
 
 
 def _travel(leg: Leg, recordings: Sequence[Recording], j: int) -> Array:
-    """(m,) rad, rotations to try: the joint's range in the leg file, else what it went through in the trials."""
+    """(m,) rad, rotations to try: the joint's range in the leg file, else its range in the trials."""
     joint = leg.joints[j]
     if joint.ends is not None:
         low, high = joint.ends
@@ -210,7 +211,7 @@ def _half_width(deviation: float) -> float:
 
 
 def share_text(share: float) -> str:
-    """A half-width as people say it."""
+    """A half-width in words."""
     return "no better than a factor of four" if share > 3 else f"+-{100 * share:.2g} %"
 
 

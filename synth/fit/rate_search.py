@@ -1,8 +1,8 @@
-"""Springs and dampers by search, as in the thesis: nothing but spring and damper rates is sought.
+"""Springs and dampers by search, as in the thesis: only spring and damper rates are unknown.
 
-Each trial's initial state is read off its own first samples, and its free angles follow from the spring rates and the
-pose in which it ends: there spring and weight balance (the thesis' ``theta_bias``; its sign of the foot's weight is
-mended here). That leaves two numbers a joint, and any cost may be searched, however rough.
+Each trial's initial state is read from its first samples, and its free angles follow from the spring rates and the
+final pose, in which spring and weight balance (the thesis' ``theta_bias``; its sign of the foot's weight is
+corrected here). Two unknowns per joint remain, and any cost can be used, even a discontinuous one.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from synth.swing.leg_model import DamperCurve
 from synth.swing.mechanics import outboard_inertia
 from synth.threads import shared_out
 
-TOLERANCE = 1e-6  # relative, of the integration: a search gropes, it takes no derivatives
-FACTOR = 10.0  # the bounds lie so many times above and below the start
-START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I where the weak form has no answer
+TOLERANCE = 1e-6  # relative, of the integration: a direct search needs no derivatives
+FACTOR = 10.0  # factor between the start and the bounds
+START = (3.0, 20.0)  # Hz of k/I and 1/s of b/I if the weak form has no solution
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Least and greatest spring rates (n,) N m/rad and damper rates (n,) N m s/rad."""
+    """Lower and upper bounds of spring rates (n,) N m/rad and damper rates (n,) N m s/rad."""
 
     lower: Array  # (2, n)
     upper: Array  # (2, n)
 
     @classmethod
     def around(cls, start: Array, factor: float = FACTOR) -> Bounds:
-        """A factor either way of rates (2, n)."""
+        """A factor in both directions from rates (2, n)."""
         return cls(start / factor, start * factor)
 
 
 class CostByJoint(Protocol):
-    """What a search makes small."""
+    """The cost of a search."""
 
     def of(self, motions: Sequence[Array]) -> Array:
         """(c, n) costs of candidates by joint, from their motions (m, n, c) rad a trial."""
@@ -52,10 +52,10 @@ class CostByJoint(Protocol):
 
 @dataclass
 class Search:
-    """A leg, its recordings and a cost; rates are (2, n): spring rates and damper rates, in natural units.
+    """A leg, its recordings and a cost; rates are (2, n): spring and damper rates, in natural units.
 
-    ``common`` : one free angle for all trials (the median of theirs) instead of one each. ``calls`` counts how often
-    the engine was asked.
+    ``common`` : one free angle for all trials (their median) instead of one each. ``calls`` counts
+    calls of the engine.
     """
 
     model: TrajectoryModel
@@ -72,7 +72,7 @@ class Search:
         self.n = len(self.model.leg.joints)
 
     def rests(self, spring_rate: Array) -> Array:
-        """(n_trial, n, c) rad, the rests that hold each trial's end pose, for spring rates (n, c)."""
+        """(n_trial, n, c) rad, rest angles that balance each trial's final pose, for spring rates (n, c)."""
         rests = balanced_rests(self.model.leg, self.recordings, [start.end for start in self.starts], spring_rate)
         return np.repeat(np.median(rests, axis=0)[None], len(rests), axis=0) if self.common else rests
 
@@ -103,7 +103,7 @@ class Search:
         return middle, own
 
     def first(self, curves: Sequence[DamperCurve | None]) -> Array:
-        """(2, n) rates to start from: the weak form's, or a limb's where that finds none."""
+        """(2, n) starting rates: the weak form's, or typical ones if it has no solution."""
         inertia = outboard_inertia(self.model.leg)
         natural = np.array([inertia * (2 * np.pi * START[0]) ** 2, inertia * START[1]])
         found = weak_form(self.model.leg, self.recordings, curves)
@@ -118,9 +118,9 @@ class Search:
         order: Sequence[int] | None = None,
         judged: Sequence[Sequence[int]] | None = None,
     ) -> tuple[Array, list[SearchEnd]]:
-        """(2, n) rates by a simplex joint after joint, the others held: knee, hip, ankle, as in the thesis.
+        """(2, n) rates by a simplex joint after joint, the others fixed: knee, hip, ankle, as in the thesis.
 
-        Each joint's two rates are sought by its own cost and that of the joints before it in the order, or by those of
+        Each joint's two rates minimise its own cost and that of the joints before it in the order, or that of
         the joints ``judged`` at each step.
         """
         rates, found = start.copy(), []
@@ -142,7 +142,7 @@ class Search:
     def swarm(
         self, seeded: Array, bounds: Bounds, *, seed: int = 0, decimals: int | None = None
     ) -> tuple[Array, SearchEnd]:
-        """(2, n) rates by the swarm over all joints at once, its first particle at ``seeded`` (2, n)."""
+        """(2, n) rates by the swarm over all joints, its first particle at ``seeded`` (2, n)."""
         sought = np.array([np.ones(self.n, dtype=bool), np.isin(np.arange(self.n), self.unknowns.dampers)])
 
         def cost(columns: Array) -> Array:
@@ -157,5 +157,5 @@ class Search:
 
 
 def order_of(n: int) -> tuple[int, ...]:
-    """The order in which joints are sought: the second, the first, then outwards (knee, hip, ankle)."""
+    """The order of the joints: the second, the first, then outwards (knee, hip, ankle)."""
     return (1, 0, *range(2, n)) if n > 1 else (0,)

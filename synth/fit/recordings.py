@@ -1,4 +1,4 @@
-"""Trials as the fit wants them: rotations, which samples count, and what was done to the leg."""
+"""Trials prepared for the fit: rotations, counted samples, and conditions."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from synth.swing.time_unit import time_unit
 if TYPE_CHECKING:
     from synth.files.trial_list import Trial
 
-FEWEST = 12  # samples that a trial must hold: fewer fix neither its noise nor its start
-LEAST_MOTION = np.radians(0.5)  # rad; what moves less is no release
+FEWEST = 12  # samples of a trial: fewer determine neither its noise nor its initial state
+LEAST_MOTION = np.radians(0.5)  # rad; a smaller motion is not a release
 
 
 @dataclass(frozen=True)
 class Recording:
     """One trial in the chain's coordinates.
 
-    ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True where
-    the sample takes part in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` what was done to a
-    recording of more samples than its motion needs, empty where nothing was.
+    ``time`` (m,) s from 0; ``rotation`` (m, n) rad, locked joints at their held angle; ``counts`` (m, n) True for
+    samples used in the fit; ``known_torque`` as for ``Chain.run`` or None; ``thinning`` : message on a
+    recording with more samples than its motion needs, else empty.
     """
 
     name: str
@@ -45,9 +45,9 @@ class Recording:
     smoothed: Smoothed
     known_torque: tuple[Array, Array] | None = None
     n_lost: int = 0
-    leg: Leg | None = None  # that this trial was made with, where that is another than the others'
+    leg: Leg | None = None  # the trial's own leg, if it differs
     thinning: str = ""
-    signals: ServoSignals | None = None  # what the servos were told
+    signals: ServoSignals | None = None  # inputs of the servos
 
     @property
     def driven(self) -> bool:
@@ -67,13 +67,15 @@ class Recording:
 
     @cached_property
     def initial_rate(self) -> tuple[Array, Array]:
-        """Initial rate (n,) rad/s as the smoothed samples show it, and its standard deviation (n,).
+        """Initial rate (n,) rad/s from the smoothed samples, and its standard deviation (n,).
 
-        So wide that it decides nothing that the trajectory shows. It is there for a joint so damped that its initial
-        rate dies within a sample: without it any rate would do, and a thousand degrees a second be found. As wide as
-        the fastest that is seen: where a joint creeps, the smoothed samples show the creep and not the initial rate,
-        and a third of the fastest pulled thirty trials' initial rates one way, k and b by two of their standard
-        deviations with them; three times it let the lab's overdamped hip go to a hundredth of its stiffness.
+        The deviation is wide enough not to affect anything that the trajectory determines. It is needed for a
+        joint so damped
+        that its initial rate decays within a sample: without a prior any rate would fit, even a thousand
+        degrees per second. It
+        equals the largest observed rate: a slowly moving joint's smoothed samples do not show the initial rate,
+        and with a third of that value thirty trials' initial rates were biased, k and b by two of their standard
+        deviations; with three times it the lab's overdamped hip fell to a hundredth of its stiffness.
         """
         step = float(np.median(np.diff(self.time)))
         largest = np.abs(self.smoothed.rate).max(axis=0)
@@ -81,14 +83,15 @@ class Recording:
 
     @cached_property
     def start(self) -> FirstState:
-        """The state at the release as the first samples show it, with its uncertainty: the prior of a trial's start.
+        """The state at the release from the first samples, with its uncertainty: the prior of a trial's start.
 
-        The rate's deviation holds the rate itself too. Where a joint is so damped that its initial rate dies within a
-        sample, the samples show the creep that follows and not the rate before it, which may have been nought: a
-        deviation of a third of that pulled thirty trials' initial rates one way, k and b by two of their standard
-        deviations with them.
+        The rate's deviation includes the rate itself. If a joint is so damped that its initial rate decays within a
+        sample, the samples show the slow motion that follows and not the rate before it, which may have been zero: a
+        deviation of a third of that biased thirty trials' initial rates, k and b by two of their standard
+        deviations.
         """
-        # Rounding to counts is told from a joint's finest difference only over a series; here the scatter will do.
+        # Rounding to counts is detected from a joint's smallest difference over a series only; here the
+        # scatter suffices.
         found = first_state(self.time, self.rotation, self.counts, self.smoothed.noise)
         step = float(np.median(np.diff(self.time)))
         rate = np.hypot(found.rate_deviation, np.abs(found.rate)) + self.smoothed.noise / step + 1e-6
@@ -96,7 +99,7 @@ class Recording:
 
     @cached_property
     def levels(self) -> tuple[Array, ...]:
-        """The different readings of each joint that count, rad, rising: an encoder's show its counts."""
+        """The distinct counted readings of each joint, rad, rising; those of an encoder show its counts."""
         return tuple(np.unique(self.rotation[self.counts[:, j], j]) for j in range(self.rotation.shape[1]))
 
     @property
@@ -105,7 +108,7 @@ class Recording:
         return [j for j in range(self.rotation.shape[1]) if j not in self.conditions.locked]
 
     def later(self, first: int) -> Recording:
-        """The same motion from sample ``first`` on, its time from 0."""
+        """The same motion from sample ``first``, its time from 0."""
         start, counts = self.time[first], self.counts[first:]
         time, rotation = self.time[first:] - start, self.rotation[first:]
         held = np.isin(np.arange(rotation.shape[1]), self.conditions.locked)
@@ -121,11 +124,11 @@ class Recording:
         )
 
     def stretched(self, factor: float) -> Recording:
-        """The same motion ``factor`` times slower: amplitudes stay, rates fall with it.
+        """The same motion ``factor`` times slower: equal amplitudes, lower rates.
 
         Raises
         ------
-        ValueError : a known torque or a servo acts; how that would scale is another leg's business.
+        ValueError : a known torque or a servo acts, whose scaling depends on another leg.
         """
         if self.driven:
             raise ValueError(f"{self.name}: a motion driven by a known torque or a servo cannot be stretched")
@@ -136,17 +139,17 @@ class Recording:
         return replace(self, time=self.time * factor, smoothed=smoothed)
 
     def thinned(self, samples: int) -> Recording:
-        """The same motion with at most about ``samples`` of its samples, evenly taken."""
+        """The same motion with about ``samples`` of its samples, evenly spaced."""
         every = max(1, len(self.time) // samples)
         return replace(self, time=self.time[::every], rotation=self.rotation[::every], counts=self.counts[::every])
 
 
 def recordings(leg: Leg, trials: Sequence[Trial], sought: Sequence[str] | None = None) -> list[Recording]:
-    """Trials of a leg as recordings; ``sought``: joints that must move in some trial, all where None.
+    """Trials of a leg as recordings; ``sought``: joints that must move in some trial, None: all.
 
     Raises
     ------
-    UserError : a trial is too short, a joint has too few samples, or a free joint never moves in any trial.
+    UserError : a trial is too short, a joint has too few samples, or a free joint moves in no trial.
     """
     made, problems = [], []
     for trial in trials:
@@ -212,7 +215,7 @@ def _servo_torque(leg: Leg, signals: ServoSignals, smoothed: Smoothed) -> Array:
 
 
 def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> Smoothed:
-    """The smoothed motion with recorded velocities where there are any, which must be the angles' own.
+    """The smoothed motion with recorded velocities if available, which must match the angles.
 
     Raises
     ------
@@ -225,7 +228,7 @@ def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> 
     for j, name in enumerate(leg.joint_names):
         wrong = unlike(smoothed, time, velocities[:, j], j) if name not in trial.locked else ""
         if wrong:
-            text = f"{wrong}. Mend the column, or leave it out: the angles alone tell the motion"
+            text = f"{wrong}. Correct the column, or leave it out: the angles suffice"
             problems.append(Problem(text, file=trial.name, key=f"{name} velocity"))
     if problems:
         raise UserError(problems)
@@ -233,7 +236,7 @@ def _with_velocities(leg: Leg, trial: Trial, read: Mask, smoothed: Smoothed) -> 
 
 
 def _rows_read(trial: Trial) -> Mask:
-    """(m,) rows that are samples of the motion, not of a known torque alone, which may be sampled more densely."""
+    """(m,) rows that are samples of the motion, not only of a known torque, which may be sampled more densely."""
     if trial.torques is None:
         return np.ones(len(trial.time), dtype=bool)
     return np.asarray(np.isfinite(trial.angles).any(axis=1))
@@ -246,23 +249,23 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
             continue
         free = [r for r in made if j in r.free]
         if not free:
-            text = "locked in every trial: its spring and damper cannot be found from these"
+            text = "locked in every trial: its spring and damper cannot be estimated"
             problems.append(Problem(text, key=name))
             continue
         motion = max(float(np.ptp(r.smoothed.angle[:, j])) for r in free)
         if motion < LEAST_MOTION:
             text = f"never moves by more than {np.degrees(motion):.2g} deg in any trial; its spring and damper cannot"
-            text += " be found. Give a trial in which it does, or list it under `locked`"
+            text += " be estimated. Add a trial in which it moves, or list it under `locked`"
             problems.append(Problem(text, key=name))
     return problems
 
 
 def thinned_sentences(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """What was done to recordings of more samples than their motion needs, a sentence each."""
+    """Messages on recordings with more samples than their motion needs."""
     return tuple(f"{recording.name}: {recording.thinning}" for recording in recordings if recording.thinning)
 
 
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:
-    """(n_trial, n) how far each joint moves in a trial, over its mean; at least 0.2."""
+    """(n_trial, n) each joint's amplitude in a trial over its mean; at least 0.2."""
     amplitude = np.array([np.ptp(r.smoothed.angle, axis=0) for r in recordings])
     return np.asarray(np.maximum(amplitude / np.maximum(amplitude.mean(axis=0), 1e-6), 0.2))

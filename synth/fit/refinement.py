@@ -1,4 +1,4 @@
-"""The answer from a start: whole trajectories, and each joint's noise as their residuals show it, in turn."""
+"""Refinement of a start: whole trajectories and each joint's noise, estimated alternately."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, correlation_times, residuals
 from synth.threads import shared_out
 
-NOISE_ROUNDS = 5  # of noise and fit in turn at most; ``SAME_NOISE`` ends them earlier
+NOISE_ROUNDS = 5  # most rounds of noise and fit; ``SAME_NOISE`` ends them earlier
 SAME_NOISE = 0.02  # change of its logarithm that ends the rounds
-FIRST_NOISE = 0.1  # rad, where the start's motion diverges
-ROUGHLY, ROUGH_ITERATIONS = 3.0, 25  # fall of the log-likelihood that is not worth a step before the noise is known
-FINELY = 0.02  # log-likelihood: a fall that moves no estimate by more than a fifth of its deviation
-NEAR_DAMPING = 1e-6  # of an iteration that starts near its end, as the weak form does
+FIRST_NOISE = 0.1  # rad, if the start's motion diverges
+ROUGHLY, ROUGH_ITERATIONS = 3.0, 25  # tolerance on the log-likelihood before the noise is known
+FINELY = 0.02  # log-likelihood: a decrease that moves no estimate by more than a fifth of its deviation
+NEAR_DAMPING = 1e-6  # of an iteration that starts near its optimum, as from the weak form
 KEPT_STARTS = 2  # starts that are refined after screening
-SCREENED_TRIALS = 5  # about so many trials show whether a start leads anywhere
-SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0  # of each start, to rank them only
-POOR = 4.0  # times the samples' own scatter: beyond it other starts are tried
+SCREENED_TRIALS = 5  # about the number of trials that show whether a start is useful
+SCREENING_ITERATIONS, SCREENING_TOLERANCE = 12, 1.0  # of each start, only to rank them
+POOR = 4.0  # times the samples' own scatter: above it other starts are tried
 
 
 def refine(
@@ -39,12 +39,12 @@ def refine(
     centre: Array | None = None,
     rounds: int = NOISE_ROUNDS,
 ) -> Stage:
-    """Solve, estimate each joint's noise from the residuals, and solve again until the noise no longer changes.
+    """Solve, estimate each joint's noise from the residuals, and repeat until the noise is constant.
 
     Parameters
     ----------
     weight : noise, amplitude or equal, see ``FitOptions``.
-    spread : (n,) rad of the rests' shifts, about zero or ``centre`` (n_trial, n) rad.
+    spread : (n,) rad of the rest angles' shifts, about zero or ``centre`` (n_trial, n) rad.
     """
     relative, counts = _relative_noise(recordings, weight), encoder_counts(recordings)
     lanes = shared_out(lambda t: model.sensitivity(recordings[t], values, locals_[t]), len(recordings))
@@ -55,7 +55,7 @@ def refine(
         model, recordings, FitStart(values, locals_, NEAR_DAMPING, lanes), weights,
         max_iterations=ROUGH_ITERATIONS, tolerance=ROUGHLY,
     )  # fmt: skip
-    del lanes  # a copy for every trial, of which the solution keeps what is small
+    del lanes  # a copy for every trial, of which the solution keeps the small parts
     for _ in range(rounds):
         if not np.isfinite(solution.cost):
             break
@@ -75,10 +75,10 @@ def refine(
 def _noise(
     recordings: Sequence[Recording], predictions: Sequence[Array], weight: str, counts: Array
 ) -> tuple[Array, tuple[Rounding | None, ...]]:
-    """(n,) rad noise of each joint from its residuals, and the treatment of counts (n,) rad that are coarser.
+    """(n,) rad noise of each joint from its residuals, and the treatment of coarser counts (n,) rad.
 
-    Correlated residuals say less than their number: their noise counts as larger, so that the cost stays a
-    log-likelihood and weighs rightly against the spread of the shifts and the prior.
+    Correlated residuals carry less information: their noise is enlarged, so that the cost remains a
+    log-likelihood with the right weight against the spread of the shifts and the prior.
     """
     off = [residuals(r, p) for r, p in zip(recordings, predictions, strict=True)]
     rounding: list[Rounding | None] = [None] * len(counts)
@@ -102,7 +102,7 @@ def _noise(
 
 
 def _relative_noise(recordings: Sequence[Recording], weight: str) -> Array:
-    """(n_trial, n) factor on each joint's noise: one, or the amplitude a trial over its mean."""
+    """(n_trial, n) factor on each joint's noise: one, or each trial's amplitude over its mean."""
     if weight != "amplitude":
         return np.ones((len(recordings), recordings[0].rotation.shape[1]))
     return relative_amplitudes(recordings)
@@ -118,9 +118,9 @@ def or_another_start(
     weight: str,
     seed: int,
 ) -> Stage:
-    """The given stage if it comes near the samples' scatter; else the best of it and of a few starts in natural units.
+    """The given stage if it comes near the samples' scatter; else the best of it and of a few natural starts.
 
-    The weak form may have led into the wrong valley; a start is screened on a few trials before it is followed.
+    The weak form may lead to the wrong minimum; a start is screened on a few trials before it is refined.
     """
     rms = clipped_rms(recordings, best.solution.predictions)
     if np.all((rms < POOR * scatter) | ~np.isfinite(scatter)):
@@ -147,5 +147,5 @@ def or_another_start(
 
 
 def _misfit(recordings: Sequence[Recording], stage: Stage) -> float:
-    """Sum over joints of the log RMS: what the likelihood compares once each joint's noise is its own residual."""
+    """Sum over joints of the log RMS, the likelihood with each joint's noise estimated from its residual."""
     return float(np.nansum(np.log(clipped_rms(recordings, stage.solution.predictions) + 1e-12)))

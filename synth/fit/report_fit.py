@@ -1,4 +1,4 @@
-"""From solved stages to a ``FitResult``: intervals, trials beside their fit, and what is to be said about it."""
+"""From solved stages to a ``FitResult``: intervals, trials with their fit, and messages."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.tolerances import LINK_QUANTITIES
 
-MISPLACED = 3.0  # standard deviations from which a static point is called into question
-LEAST_MISFIT = np.radians(0.3)  # that is worth a word
-MISFIT = 3.0  # RMS over sample scatter from which the model itself is called into question
+MISPLACED = 3.0  # standard deviations from which a static point is reported
+LEAST_MISFIT = np.radians(0.3)  # smallest reported misfit
+MISFIT = 3.0  # RMS over sample scatter from which the model is questioned
 
 
 @dataclass(frozen=True)
 class Treatment:
-    """One treatment of the free angle: the stage found under it, and the spread (n,) rad over trials that it allows."""
+    """One treatment of the free angle: its stage, and the spread (n,) rad over trials that it allows."""
 
     stage: Stage
     spread: Array
@@ -45,11 +45,11 @@ class Treatment:
 
 @dataclass(frozen=True)
 class FittedTreatments:
-    """Treatments of the free angle by name, which of them is chosen, and why.
+    """Treatments of the free angle by name, the chosen one, and the reason.
 
-    ``softened`` : what was said where the chosen stage was moved down a ridge, and ``least`` the solution of least
-    residual there: the intervals then reach from one to the other, for the trials do not choose between them.
-    ``searched`` : the stage is not the least of its residuals, so that what they leave does not speak against the
+    ``softened`` : messages if the chosen stage was moved along a ridge, and ``least`` the least-residual solution
+    there: the intervals then span both, because the trials do not distinguish them.
+    ``searched`` : the stage does not minimise its residuals, so a large residual does not contradict the
     model.
     """
 
@@ -75,8 +75,8 @@ def result_of(
 ) -> FitResult:
     """Assemble the result.
 
-    ``scatter`` (n,) rad, the readings' noise. ``options.intervals``: of the chosen treatment's estimates, by
-    ``sensitivities`` or by ``bootstrap``; all carry what ``options.tolerance`` leaves open of the links.
+    ``scatter`` (n,) rad, the readings' noise. ``options.intervals``: of the chosen treatment's estimates, from
+    ``sensitivities`` or ``bootstrap``; all include the uncertainty of the links, ``options.tolerance``.
     """
     treatments, mode = fitted.treatments, fitted.mode
     unknowns, leg, names = sought_by(model), model.leg, model.leg.joint_names
@@ -138,7 +138,7 @@ def _offsets(
     refits: Bootstrap | None,
     links: Mapping[str, LinkErrors | None],
 ) -> dict[str, tuple[Array, Array]]:
-    """Ends of each treatment's intervals, less the estimates (p,): noise, the links' errors and the ridge in them."""
+    """Ends of each treatment's intervals, relative to the estimates (p,): noise, links' errors and ridge included."""
     offsets = {name: _normal_offsets(spread) for name, spread in spreads.items()}
     chosen = fitted.stage.solution.values
     if refits is not None:
@@ -152,14 +152,14 @@ def _offsets(
 
 
 def _link_widths(leg: Leg, options: LegFitOptions) -> Array:
-    """(4, n) what the project leaves open of the links' numbers."""
+    """(4, n) the project's tolerances of the links."""
     if options.tolerance is None:
         return np.zeros((len(LINK_QUANTITIES), len(leg.joints)))
     return options.tolerance.widths(leg)[: len(LINK_QUANTITIES)]
 
 
 def _with_links(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array, Array]:
-    """The ends of the intervals with what the links' errors add, (p, p), in quadrature: the two are independent."""
+    """The ends of the intervals with the links' errors, (p, p), added in quadrature, since both are independent."""
     half = NORMAL90 * np.sqrt(np.diag(covariance))
     return -np.hypot(offsets[0], half), np.hypot(offsets[1], half)
 
@@ -167,13 +167,13 @@ def _with_links(offsets: tuple[Array, Array], covariance: Array) -> tuple[Array,
 def _refits(
     model: TrajectoryModel, recordings: Sequence[Recording], stage: Stage, covariance: Array, options: LegFitOptions
 ) -> tuple[Bootstrap | None, list[str]]:
-    """The bootstrap's refits if they are asked for, or none and why."""
+    """The bootstrap's refits if requested, or None with the reason."""
     if options.intervals != "bootstrap":
         return None, []
     try:
         return bootstrap(model, recordings, stage, covariance, seed=options.seed), []
     except ArithmeticError as error:
-        return None, [f"bootstrap: {error}; the intervals are those of the sensitivities"]
+        return None, [f"bootstrap: {error}; the intervals are from the sensitivities"]
 
 
 def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float], spread: Array) -> Variant:
@@ -189,7 +189,7 @@ def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float]
 def _open(
     model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, softened: Sequence[str]
 ) -> tuple[str, ...]:
-    """Sentences on what the trials leave open: of each joint, where a ridge was walked down, and the mass scale."""
+    """Sentences on what the trials leave open: each joint, moves along a ridge, and the mass scale."""
     unknowns = sought_by(model)
     said = not_separable(unknowns, covariance(model, solution, with_prior=False), solution.values)
     told = any(balance.weighed for balance in unknowns.balances)
@@ -198,20 +198,20 @@ def _open(
 
 
 def _misfits(rms: Mapping[str, float], clipped: Mapping[str, float], scatter: Mapping[str, float]) -> list[str]:
-    """Sentences on joints whose motion the model does not explain; plain and clipped RMS and samples' scatter in rad.
+    """Sentences on joints whose motion the model does not explain; plain and truncated RMS and samples' scatter in rad.
 
-    The clipped RMS decides, so that a glitch alone does not speak against the model.
+    The truncated RMS decides, so that a glitch alone does not count.
     """
     return [
-        f"{name}: the fit leaves {np.degrees(left):.2g} deg where the samples scatter by only "
-        f"{np.degrees(scatter[name]):.2g} deg: the model lacks something at this joint or beside it"
+        f"{name}: the residual is {np.degrees(left):.2g} deg, the samples' scatter only "
+        f"{np.degrees(scatter[name]):.2g} deg: the model lacks an effect at this joint or next to it"
         for name, left in rms.items()
         if clipped[name] > MISFIT * scatter[name] and clipped[name] > LEAST_MISFIT
     ]
 
 
 def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[JudgedPoint, ...]:
-    """The static points beside the fit."""
+    """The static points and their fit."""
     n = len(unknowns.leg.joints)
     rate = np.exp(values[[unknowns.rate_at(j) for j in range(n)]])
     rest = values[[unknowns.rest_at(j) for j in range(n)]]
@@ -219,9 +219,9 @@ def _static(unknowns: SpringsAndDampers, values: Array) -> tuple[JudgedPoint, ..
 
 
 def _off_balance(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
-    """Sentences on static points that the fit cannot reconcile with the trials."""
+    """Sentences on static points that contradict the trials."""
     return [
-        f"static point {item.balance.name}, {leg.joint_names[item.balance.joint]}: the spring would bear "
+        f"static point {item.balance.name}, {leg.joint_names[item.balance.joint]}: the spring torque is "
         f"{item.balance.torque:.3g} N*m there by the point and {item.fitted:.3g} N*m by the fit, "
         f"{abs(item.deviations):.1f} standard deviations apart: a wrong reading, link masses that are off, or a spring "
         "that is not linear"
@@ -231,14 +231,14 @@ def _off_balance(leg: Leg, static: Sequence[JudgedPoint]) -> list[str]:
 
 
 def _reaching(offsets: tuple[Array, Array], values: Array, least: Array) -> tuple[Array, Array]:
-    """The offsets about ``values``, widened so that they hold the same interval about ``least`` too."""
+    """The offsets about ``values``, widened to contain the same interval about ``least``."""
     low, high = offsets
     moved = least - values
     return np.minimum(low, moved + low), np.maximum(high, moved + high)
 
 
 def _normal_offsets(covariance: Array) -> tuple[Array, Array]:
-    """(p,) each, the ends of the 90 % intervals less the values, from the covariance."""
+    """(p,) each, the ends of the 90 % intervals relative to the values, from the covariance."""
     half = NORMAL90 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return -half, half
 
@@ -249,18 +249,18 @@ def _odd(leg: Leg, trials: Sequence[TrialFit], mode: str) -> list[str]:
 
 
 def _left_out(leg: Leg) -> list[str]:
-    """Sentences on effects of the leg file that the fit does not reckon with: all but torques at the joints."""
+    """Sentences on effects of the leg file that the fit ignores: all except torques at the joints."""
     held = [(f"{joint.name}: ", name) for joint in leg.joints for name in joint.effects]
     held += [("", name) for name in leg.effects]
     return [
-        f"{place}{name} is not in the fit: it takes links as rigid, the base as fixed and readings as they are"
+        f"{place}{name} is ignored by the fit, which assumes rigid links, a fixed base and exact readings"
         for place, name in held
         if effect_named(name).way != "torque"
     ]
 
 
 def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
-    """Sentences on rates that the search stopped at the edge of its box: their intervals know nothing of it."""
+    """Sentences on rates at a bound of the search, whose intervals are invalid."""
     sentences = []
     sides = (("least", unknowns.lower), ("greatest", unknowns.upper))
     for what, unit, joints, at in (
@@ -272,8 +272,8 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
             for name, side in sides:
                 if abs(value - side[at(j)]) < 1e-6:
                     sentences.append(
-                        f"{unknowns.leg.joint_names[j]}: the {what} lies on the edge of what is searched, "
-                        f"{np.exp(value):.3g} {unit} is the {name}: the true one lies beyond or the model does not "
+                        f"{unknowns.leg.joint_names[j]}: the {what} is at a bound of the search, "
+                        f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model is ~"
                         "hold, and the interval does not count"
                     )
     return sentences
@@ -307,7 +307,7 @@ def _joints(
 
 
 def _spread(value: float, n_trial: int) -> Estimate:
-    """A standard deviation over trials, with the interval that chi-squared leaves for that many trials."""
+    """A standard deviation over trials, with its chi-squared interval."""
     if value == 0.0 or n_trial < 2:
         return Estimate(value, "deg")
     quantiles = [chi_squared_quantile(p, n_trial - 1) for p in (0.95, 0.05)]

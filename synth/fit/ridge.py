@@ -1,11 +1,12 @@
-"""Where on a ridge that the trials leave open the answer lies: the softest joint that fits as well.
+"""The solution along a ridge that the trials leave open: the softest joint that fits equally well.
 
-When a joint is overdamped, trials fix b/k and little else, and a model that lacks something will "prefer" one end of
-the ridge for a hundredth of a degree. An engineer wants the other end: the softest spring and damper that move alike,
-for they can be wound and bought. So the damper rate is walked down, everything else fitted again, for as long as the
-overall RMS stays within ``ALLOWANCE`` of the best (the one-standard-error rule's idea, Hastie, Tibshirani & Friedman,
-*The Elements of Statistical Learning*, 2nd ed., section 7.10, with a fixed share because model error is no sampling
-error). Where the model explains the trials down to their noise nothing is moved.
+If a joint is overdamped, trials determine b/k and little else, and a model with missing effects prefers one end of
+the ridge for a hundredth of a degree. The other end is more useful: the softest spring and damper with the same
+motion can be wound or bought. The damper rate is therefore reduced, with everything else refitted, while the
+overall RMS stays within ``ALLOWANCE`` of the best (the idea of the one-standard-error rule, Hastie, Tibshirani &
+Friedman,
+*The Elements of Statistical Learning*, 2nd ed., section 7.10, with a fixed share because model error is not sampling
+error). If the model explains the trials down to their noise, nothing is moved.
 """
 
 from __future__ import annotations
@@ -25,21 +26,21 @@ from synth.fit.unknowns import SpringsAndDampers
 
 ALLOWANCE = 0.05  # of the best overall RMS, for all joints together
 BISECTIONS = 5  # of the logarithm of a rate: to a 32nd of the range
-POINTS = 0.5  # by which the static points' cost may rise on the way: one standard deviation of one of them
-SAME = np.log(1.2)  # by which b/k may change on the way: beyond that it is another valley and not this ridge
-HELD = 1e8  # precision of a log rate that is held where it is
+POINTS = 0.5  # allowed increase of the static points' cost: one standard deviation of one of them
+SAME = np.log(1.2)  # allowed change of b/k: beyond it is another minimum, not this ridge
+HELD = 1e8  # precision of a fixed log rate
 
 
 @dataclass(frozen=True)
 class Softened:
-    """A solution further down its ridges, and a sentence for each joint that was moved."""
+    """A solution further along its ridges, and a sentence for each joint that was moved."""
 
     solution: Solution
     sentences: tuple[str, ...]
 
 
 def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights) -> Softened:
-    """Walk every joint whose spring and damper rate are not separable down to the softest that fits as well."""
+    """Move every joint whose spring and damper rate are not separable to the softest values that fit equally well."""
     unknowns = sought_by(model)
     cov = covariance(model, solution, with_prior=False)
     both = [(j, unknowns.rate_at(j), unknowns.damper_at(j)) for j in unknowns.rates if j in unknowns.dampers]
@@ -70,8 +71,8 @@ def soften(model: TrajectoryModel, recordings: Sequence[Recording], solution: So
         if after[1] < 0.9 * before[1]:
             name = model.leg.joint_names[j]
             sentences.append(
-                f"{name}: of the springs and dampers that fit alike, the softest is given: {after[0]:.3g} N*m/rad and "
-                f"{after[1]:.3g} N*m*s/rad, where the least residual alone would take {before[0]:.3g} and "
+                f"{name}: of equally good springs and dampers the softest is given: {after[0]:.3g} N*m/rad and "
+                f"{after[1]:.3g} N*m*s/rad, the least residual would be at {before[0]:.3g} and "
                 f"{before[1]:.3g} (overall RMS {_degrees(recordings, solution)} instead of {np.degrees(best):.3g} deg)."
             )
     return Softened(_without_pins(model, recordings, solution, weights), tuple(sentences))
@@ -83,7 +84,7 @@ def _is_ridge(cov: Array, k: int, place: int) -> bool:
 
 
 def _beside(unknowns: SpringsAndDampers, values: Array) -> float:
-    """The cost of the static points: trials that fit alike are no reason to leave them."""
+    """The cost of the static points, which limits the move."""
     measured = unknowns.measured(values)
     return 0.0 if measured is None else measured[0]
 
@@ -102,6 +103,6 @@ def _degrees(recordings: Sequence[Recording], solution: Solution) -> str:
 def _without_pins(
     model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution, weights: Weights
 ) -> Solution:
-    """The same point with the information of the unpinned problem, for honest intervals."""
+    """The same point with the information of the problem without fixed rates, for correct intervals."""
     here = solve(model, recordings, FitStart(solution.values, solution.locals), weights, max_iterations=0)
     return replace(solution, information=here.information, cost=here.cost)

@@ -1,12 +1,13 @@
-"""Readings of an encoder whose counts are coarser than its noise: each says only between which two edges the angle lay.
+"""Readings of an encoder with counts coarser than its noise: each only bounds the angle between two edges.
 
 Rounding to counts of width D adds D^2/12 to the variance and looks like white noise while the noise s itself shakes the
 reading over several counts (Sheppard; Widrow & Kollar, *Quantization Noise*, 2008, chapter 4: the error falls as
-exp(-2 pi^2 s^2/D^2)). Below s = 0.6 D it does not: a limb at rest reads the same count for ever, half a count off the
-truth, and a fit that takes this for a thousand good samples is wrong by many of its own standard deviations. There the
+exp(-2 pi^2 s^2/D^2)). Below s = 0.6 D it does not: a limb at rest always reads the same count, up to half a count off
+the
+true angle, and a fit that takes this for a thousand good samples is wrong by many of its standard deviations. Here the
 likelihood of a count is that of its cell, P = Phi((y + D/2 - p)/s) - Phi((y - D/2 - p)/s) for a prediction p (rounded
 data: Heitjan, Statistical Science 4 (1989) 164). Minus its logarithm is convex in p; slope and curvature are those of
-the truncated normal. Beyond ``HUBER`` the slope stays what it is, as for all other residuals.
+the truncated normal. Beyond ``HUBER`` the slope is constant, as for all other residuals.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.recordings import Recording
 
-COARSE = 0.6  # noise over count, below which rounding is no noise any more
-FINEST = 0.05  # noise over count that is told from none at all
-FARTHEST = 3.0  # counts off the prediction; further away it is no rounding
+COARSE = 0.6  # noise over count, below which rounding is no longer like noise
+FINEST = 0.05  # noise over count that can be distinguished from zero
+FARTHEST = 3.0  # counts from the prediction; beyond it the error is not due to rounding
 CELLS = 600  # steps of the table over distance
-LEAST_COUNT = 1e-6  # rad, finer is the rounding of a text file
+LEAST_COUNT = 1e-6  # rad; smaller counts are the rounding of a text file
 ON_GRID = 0.98  # share of the readings that must lie on the counts
 
 
@@ -33,7 +34,7 @@ ON_GRID = 0.98  # share of the readings that must lie on the counts
 class Rounding:
     """One joint's readings as counts.
 
-    ``noise`` rad before rounding; ``count`` rad; ``correlation`` by which the cost is divided. The table gives cost,
+    ``noise`` rad before rounding; ``count`` rad; ``correlation`` divides the cost. The table gives cost,
     slope and curvature over the distance from prediction to reading in ``noise``.
     """
 
@@ -42,7 +43,7 @@ class Rounding:
     correlation: float = 1.0
 
     def terms(self, off: Array, huber: float) -> tuple[Array, Array, Array]:
-        """Cost, slope and curvature per sample, of ``off`` = prediction less reading (m,) rad, in ``noise`` units."""
+        """Cost, slope and curvature per sample, of ``off`` = prediction minus reading (m,) rad, in ``noise`` units."""
         distance, cost, slope, curvature = _table(round(self.count / self.noise, 6), huber)
         size = np.abs(off) / self.noise
         beyond = np.maximum(size - distance[-1], 0.0)
@@ -54,7 +55,7 @@ class Rounding:
         return found * share, np.sign(off) * np.interp(size, distance, slope) * share, weight * share
 
     def surprise(self, off: Array, huber: float) -> Array:
-        """(m,) rad, what the slope says as a residual: white where the model holds, whatever the counts."""
+        """(m,) rad, the slope expressed as a residual: white if the model is right, for any counts."""
         distance, _, slope, _ = _table(round(self.count / self.noise, 6), huber)
         return np.asarray(np.sign(off) * np.interp(np.abs(off) / self.noise, distance, slope) * self.noise)
 
@@ -84,7 +85,7 @@ def _cell(distance: float, ratio: float) -> tuple[float, float, float]:
 
 
 def encoder_counts(recordings: Sequence[Recording]) -> Array:
-    """(n,) rad, the width of each joint's counts as its readings show them; 0 where they lie on none."""
+    """(n,) rad, the width of each joint's counts from its readings; 0 if there are none."""
     n = recordings[0].rotation.shape[1]
     found = np.zeros(n)
     for j in range(n):
@@ -103,7 +104,7 @@ def encoder_counts(recordings: Sequence[Recording]) -> Array:
 
 
 def rounding_of(off: Array, count: float) -> Rounding | None:
-    """The noise before rounding that makes the distances ``off`` (m,) rad likeliest; None where rounding is noise."""
+    """The most likely noise before rounding for distances ``off`` (m,) rad; None if rounding acts like noise."""
     off = off[np.isfinite(off)]
     if count <= 0.0 or len(off) < 12 or np.mean(np.abs(off) > FARTHEST * count) > 0.02:
         return None

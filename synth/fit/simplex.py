@@ -1,9 +1,10 @@
-"""Nelder and Mead's simplex within bounds, every point that a step may ask for computed at once.
+"""Nelder and Mead's simplex within bounds, with all candidate points of a step computed together.
 
 Coefficients of reflection, expansion, contraction and shrinking 1, 2, 1/2, 1/2, a start of 5 % along each axis, and the
-tests for an end are those of MATLAB's ``fminsearch`` (Lagarias et al., SIAM J. Optim. 9 (1998) 112); bounds by the sine
-as in J. D'Errico's ``fminsearchbnd``. A candidate costs as much as sixteen, for they are lanes of one engine, so the
-reflected, expanded, contracted and shrunken points are all computed before it is known which is wanted.
+tests for convergence are those of MATLAB's ``fminsearch`` (Lagarias et al., SIAM J. Optim. 9 (1998) 112); bounds by the
+sine
+as in J. D'Errico's ``fminsearchbnd``. One candidate costs as much as sixteen, the lanes of the engine, so the
+reflected, expanded, contracted and shrunken points are computed before it is known which is needed.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ import numpy as np
 
 from synth.arrays import Array
 
-MAX_ITERATIONS = 500  # steps, then the best point so far is the answer
+MAX_ITERATIONS = 500  # steps, after which the best point so far is returned
 TOLERANCE_X, TOLERANCE_F = 1e-4, 1e-4  # the defaults of MATLAB's fminsearch
 
 
 @dataclass(frozen=True)
 class SearchEnd:
-    """Where a search ended: ``point`` (d,), its ``cost``, steps done, and points computed."""
+    """The end of a search: ``point`` (d,), its ``cost``, number of steps and of computed points."""
 
     point: Array
     cost: float
@@ -43,7 +44,7 @@ def simplex(
         return lower[:, None] + 0.5 * (upper - lower)[:, None] * (np.sin(angle) + 1.0)
 
     share = np.clip(2 * (np.clip(start, lower, upper) - lower) / (upper - lower) - 1.0, -1.0, 1.0)
-    first = 2 * np.pi + np.arcsin(share)  # away from zero, where 5 % would be nothing
+    first = 2 * np.pi + np.arcsin(share)  # away from zero, where 5 % would vanish
     d = len(start)
     points = np.repeat(first[:, None], d + 1, axis=1)
     points[np.arange(d), np.arange(1, d + 1)] *= 1.05
@@ -71,7 +72,7 @@ def simplex(
 
 
 def _chosen(found: Array, values: Array) -> int | None:
-    """Which of reflection, expansion, outer and inner contraction replaces the worst point; None: shrink."""
+    """The replacement of the worst point: reflection, expansion, outer or inner contraction; None: shrink."""
     reflected, expanded, outer, inner = found
     if reflected < values[0]:
         return 1 if expanded < reflected else 0

@@ -1,4 +1,4 @@
-"""Where a fit starts: trials as they begin and end, the weak form's answer, and draws where that leads nowhere."""
+"""Starting points of a fit: first and last samples of trials, the weak form's solution, and random draws."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from synth.threads import shared_out
 
 WINDOWS = (0.1, 0.2, 0.05)  # s, weak-form windows that are tried
 NATURAL_STARTS = ((3.0, 20.0), (6.0, 100.0), (1.0, 2.0), (4.0, 5.0))  # Hz of k/I, 1/s of b/I
-END_SHARE = 10  # one of so many samples, at a trial's end, tells its pose at rest
-DRAWN = 24  # random starts, tried where the fit from the weak form is ``POOR``
+END_SHARE = 10  # one of so many samples, at a trial's end, gives its rest pose
+DRAWN = 24  # random starts, tried if the fit from the weak form is ``POOR``
 DRAWN_FREQUENCY, DRAWN_DECAY = (1.0, 10.0), (1.0, 100.0)  # Hz of k/I, 1/s of b/I
-DRAWN_REST = 0.2  # rad about the mean pose in which trials end
+DRAWN_REST = 0.2  # rad about the mean final pose of the trials
 
 
 @dataclass(frozen=True)
 class Start:
-    """How a trial begins and ends: ``rotation``, ``rate``, ``end`` (n,) rad and rad/s."""
+    """The beginning and end of a trial: ``rotation``, ``rate``, ``end`` (n,) rad and rad/s."""
 
     rotation: Array
     rate: Array
@@ -38,7 +38,7 @@ class Start:
 
 @dataclass(frozen=True)
 class FirstGuess:
-    """Unknowns (p,) and the shifts (n_trial, n) rad of each trial's rests that a fit begins with."""
+    """Unknowns (p,) and shifts (n_trial, n) rad of each trial's rest angles at the start of a fit."""
 
     values: Array
     shifts: Array
@@ -59,7 +59,7 @@ def _end(recording: Recording) -> Array:
 
 
 def first_locals(recordings: Sequence[Recording]) -> list[Local]:
-    """Each trial's own unknowns as its first samples show them, its rests not shifted."""
+    """Each trial's own unknowns from its first samples, without shifts."""
     found = []
     for recording in recordings:
         rotation, rate = initial_state(recording.smoothed)
@@ -68,7 +68,7 @@ def first_locals(recordings: Sequence[Recording]) -> list[Local]:
 
 
 def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Array], spring_rate: Array) -> Array:
-    """Rests that hold each trial's end pose against gravity.
+    """Rest angles that balance each trial's final pose against gravity.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def balanced_rests(leg: Leg, recordings: Sequence[Recording], ends: Sequence[Arr
 
 
 def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], options: LegFitOptions) -> FirstGuess:
-    """The weak form's answer with the window whose trajectories lie nearest the trials."""
+    """The weak form's solution with the window whose trajectories are nearest to the trials."""
     leg, inertia, unknowns = model.leg, outboard_inertia(model.leg), sought_by(model)
     curves = [options.curves.get(name) for name in leg.joint_names]
     ends = [_end(recording) for recording in recordings]
@@ -96,8 +96,8 @@ def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], opt
     for window in WINDOWS:
         for found in weak.solve(window)[: 2 if len(recordings) > 1 else 1]:
             usable = (found.spring_rate > 0) & ((found.damper_rate > 0) | np.array([c is not None for c in curves]))
-            # Noise, or a joint that moves as no passive one does, can turn a rate negative. Then the joint starts where
-            # limbs are: from springy to well damped.
+            # Noise, or a joint that moves as no passive one does, can make a rate negative. The joint then starts at
+            # typical limb values: from springy to well damped.
             for frequency, decay in NATURAL_STARTS if not np.all(usable) else NATURAL_STARTS[:1]:
                 rate = np.where(usable, found.spring_rate, inertia * (2 * np.pi * frequency) ** 2)
                 damping = np.where(usable, found.damper_rate, inertia * decay)
@@ -111,7 +111,7 @@ def weak_form_start(model: TrajectoryModel, recordings: Sequence[Recording], opt
 
 
 def drawn_starts(model: TrajectoryModel, recordings: Sequence[Recording], seed: int) -> list[Array]:
-    """Unknowns (p,) where limbs are, ``DRAWN`` of them, at random in natural units."""
+    """Unknowns (p,) in the range of limbs, ``DRAWN`` of them, random in natural units."""
     random = np.random.default_rng(seed)
     n, inertia, unknowns = len(model.leg.joints), outboard_inertia(model.leg), sought_by(model)
     rest = np.mean([_end(recording) for recording in recordings], axis=0)
@@ -131,10 +131,11 @@ def quick_costs(
     candidates: Sequence[Array],
     shifts: Sequence[Array] | None = None,
 ) -> Array:
-    """(n_candidate,) squared residuals of trajectories from the smoothed first states; inf where the motion diverges.
+    """(n_candidate,) squared residuals of trajectories from the smoothed initial states; inf if the motion diverges.
 
-    ``candidates`` : unknowns (p,) each, all of them lanes of one run a trial. ``shifts`` : of the rests, (n_trial, n)
-    rad a candidate.
+    ``candidates`` : unknowns (p,) each, all lanes of one simulation per trial. ``shifts`` : of the rest angles,
+    (n_trial, n)
+    rad per candidate.
     """
     values, locals_ = np.stack(candidates, axis=1), first_locals(recordings)
     none = np.zeros((recordings[0].rotation.shape[1], len(candidates)))

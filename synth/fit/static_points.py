@@ -1,10 +1,10 @@
-"""Static points in the fit: where the leg is held still, spring, weight and known torque balance at a joint.
+"""Static points in the fit: in a held pose, spring, weight and known torque balance at a joint.
 
 ``k (q - rest) + g(q) = torque`` with g the torque that holds the pose against gravity. The reading of the angle is
 uncertain as well as the torque, so a point's residual is divided by ``sqrt(torque_error^2 + (k angle_error)^2)`` at
-the k of the moment: minimised over the true angle, that is what least squares with errors in both variables leaves
-(Fuller, *Measurement Error Models*, 1987, section 1.3.3; the weight's change of the leg over the angle's error, a
-second-order matter, is left out). Free swings of an overdamped joint fix b/k; one such point fixes k.
+the current k: minimised over the true angle, this is the residual of least squares with errors in both variables
+(Fuller, *Measurement Error Models*, 1987, section 1.3.3; the second-order change of the leg's weight within the angle's
+error is neglected). Free swings of an overdamped joint determine b/k; one such point determines k.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ STEP = 1e-6  # of a log rate, rad: central differences of a two-variable residua
 class Balance:
     """One joint's balance in one point.
 
-    ``rotation`` rad; ``torque`` N m that the spring bears there, ``k (q - rest)``, in q's sense; errors one standard
-    deviation; ``weighed`` whether a known torque or mass acts, and not the leg's own weight alone.
+    ``rotation`` rad; ``torque`` N m of the spring, ``k (q - rest)``, in q's sense; errors as standard
+    deviations; ``weighed`` whether a known torque or mass acts, not only the leg's own weight.
     """
 
     name: str
@@ -54,9 +54,9 @@ class Balance:
 
 @dataclass(frozen=True)
 class JudgedPoint:
-    """A point's balance beside the fit: the spring torque measured and fitted, N m in q's sense, and their distance.
+    """A point's balance and its fit: measured and fitted spring torque, N m in q's sense, and their difference.
 
-    ``deviations`` : how many standard deviations they lie apart.
+    ``deviations`` : the difference in standard deviations.
     """
 
     balance: Balance
@@ -65,7 +65,7 @@ class JudgedPoint:
 
 
 def balances(leg: Leg, points: Sequence[StaticPoint]) -> tuple[Balance, ...]:
-    """The balances of the points, a joint each."""
+    """The balances of the points, one per joint."""
     found = []
     for point in points:
         rotation = leg.to_rotation(point.angles)

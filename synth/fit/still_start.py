@@ -1,7 +1,7 @@
-"""Recordings that begin before the release: held or at rest at first, they are cut to it, or left out.
+"""Recordings that begin before the release: those at rest at first are cut to it, or left out.
 
-A limb that lies still and then moves without a torque of its own was let go, or driven: neither is free motion from the
-first sample on. One such recording among thirty halved a knee's fitted stiffness.
+A limb that is at rest and then moves without a torque of its own was released or driven; it is not free motion from
+the first sample. One such recording among thirty halved a knee's fitted stiffness.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from synth.fit.recordings import Recording
 from synth.motion.release import Release, find_release
 from synth.swing.leg_model import Leg
 
-LEAST_SAMPLES = 30  # that a cut leaves: fewer tell a leg's rates from nothing
+LEAST_SAMPLES = 30  # that a cut leaves: fewer do not determine a leg's rates
 STILL, FIRST = (
     0.2,
     0.05,
-)  # of a joint's range, and s: what moves farther at once does not lie still and is not looked at
+)  # of a joint's range, and s: a joint that moves farther is not at rest and is not checked
 
 
 @dataclass(frozen=True)
 class Begun:
-    """``recordings`` from their release on, without those that hold too little after it, and ``said`` what was done."""
+    """``recordings`` from their release, without those with too few samples after it, and ``said`` the messages."""
 
     recordings: list[Recording]
     said: tuple[str, ...] = ()
 
 
 def from_release(leg: Leg, recordings: Sequence[Recording]) -> Begun:
-    """Cut each recording that plainly begins at rest to the latest time of its release.
+    """Cut each recording that clearly begins at rest to the latest time of its release.
 
-    One that a known torque drives may begin at rest and is let be. Where none would be left, none is cut, and the
-    sentences say so.
+    A recording driven by a known torque may begin at rest and is kept. If none would remain, none is cut, and the
+    messages state this.
     """
     kept: list[Recording] = []
     said: list[str] = []
@@ -45,19 +45,19 @@ def from_release(leg: Leg, recordings: Sequence[Recording]) -> Begun:
             continue
         first = int(np.searchsorted(recording.time, found.released_by))
         left = len(recording.time) - first
-        text = f"{recording.name}: the limb lies still at first and is {found.sentence.split(';')[0]}"
+        text = f"{recording.name}: the limb is at rest at first and is {found.sentence.split(';')[0]}"
         if left >= LEAST_SAMPLES:
             kept.append(recording.later(first))
-            said.append(f"{text}; fitted from {recording.time[first]:.3f} s after its first sample on")
+            said.append(f"{text}; fitted from {recording.time[first]:.3f} s after its first sample")
         else:
-            said.append(f"{text}; only {left} samples come after that, so it is left out. Is its window a release's?")
+            said.append(f"{text}; only {left} samples follow, so it is left out. Does its window contain a release?")
     if not kept:
-        return Begun(list(recordings), tuple(f"{text} (used all the same: no other is left)" for text in said))
+        return Begun(list(recordings), tuple(f"{text} (used nevertheless: no other remains)" for text in said))
     return Begun(kept, tuple(said))
 
 
 def release_in(leg: Leg, recording: Recording) -> Release | None:
-    """What ``find_release`` finds in a recording; None where a known torque drives it, or it is too short to tell."""
+    """The result of ``find_release`` for a recording; None if a known torque drives it, or it is too short."""
     if recording.driven:
         return None
     conditions = recording.conditions
@@ -71,7 +71,7 @@ def release_in(leg: Leg, recording: Recording) -> Release | None:
 
 
 def _may_lie_still(recording: Recording) -> bool:
-    """Whether no joint moves far at first: a cheap look, so that most recordings need no closer one."""
+    """Whether no joint moves far at first: a fast test that exempts most recordings from a closer one."""
     angle = recording.smoothed.angle[:, recording.free]
     early = recording.smoothed.time - recording.smoothed.time[0] <= FIRST
     return bool(np.all(np.ptp(angle[early], axis=0) <= STILL * np.ptp(angle, axis=0)))

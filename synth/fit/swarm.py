@@ -1,10 +1,10 @@
-"""The thesis' particle swarm: 20 particles, each a lane of the engine, the first where another search ended.
+"""The thesis' particle swarm: 20 particles as lanes of the engine, the first at the end of another search.
 
 ``v <- w v + c1 r1 (own best - x) + c2 r2 (swarm's best - x)``, ``x <- x + v`` (Kennedy & Eberhart, Proc. IEEE Int.
-Conf. Neural Networks, 1995; inertia w after Shi & Eberhart, 1998), with the coefficients that the thesis' script
-``pso_fsn_start.m`` has: w = 0.8, c1 = c2 = 0.1, r1 and r2 one number each for the whole swarm and iteration, first
-velocities within 10 % of the positions, positions kept inside the bounds, 100 iterations and no test for an end.
-``decimals`` rounds positions as the script does (to four, which is coarse for a rat's ankle); it is off by default.
+Conf. Neural Networks, 1995; inertia w after Shi & Eberhart, 1998), with the coefficients of the thesis' script
+``pso_fsn_start.m``: w = 0.8, c1 = c2 = 0.1, r1 and r2 one number each for the whole swarm and iteration, initial
+velocities within 10 % of the positions, positions kept within the bounds, 100 iterations and no test for convergence.
+``decimals`` rounds positions like the script (to four, which is coarse for a rat's ankle); default: no rounding.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.fit.simplex import SearchEnd
 
-PARTICLES = 20  # as in the thesis' script, like those below
+PARTICLES = 20  # as in the thesis' script, like the following
 ITERATIONS = 100  # as in the script
 INERTIA, OWN, SOCIAL = 0.8, 0.1, 0.1  # w, c1, c2 of the script
 FIRST_VELOCITY = 0.1  # share of the position, as in the script

@@ -1,12 +1,12 @@
-"""Residuals of whole trajectories and their Jacobian, from lanes: one nominal and its perturbations step together.
+"""Residuals of whole trajectories and their Jacobian: the nominal lane and its perturbations step together.
 
 Internal numerical differentiation (Bock 1983, as told in Hairer et al., *Solving ODEs I*, section II.6 and Nocedal &
 Wright, *Numerical Optimization*, section 8.1): perturbed trajectories that share the nominal's steps differ from it
 smoothly, so forward differences at rtol 1e-5 are good to 3e-5 of the largest. That is too little for an overdamped
-joint, whose steps lie at the limit of stability: how its error of 1e-5 rad depends on b then looks like information
-that separates k from b, and the interval comes out up to seven times too narrow (measured: hip at 60 N m/rad and
-12 N m s/rad, 0.3 deg noise). At rtol 1e-7 it comes out right, and fits take no longer: the iteration does not grope
-in noise.
+joint, whose steps are at the limit of stability: the dependence of its error of 1e-5 rad on b then looks like
+information that separates k from b, and the interval is up to seven times too narrow (measured: hip at 60 N m/rad and
+12 N m s/rad, 0.3 deg noise). At rtol 1e-7 it is correct, and fits take no longer, because the iteration is less
+disturbed by noise.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from synth.swing.leg_model import Leg
 from synth.threads import shared_out
 
 PERTURBATION = 1e-6  # of log rates, rad, and 10x that of rad/s
-FIT_STEPS = 8000  # steps of one trajectory; one of a second takes about 140, and beyond this it is given up
+FIT_STEPS = 8000  # per trajectory; a second takes about 140; beyond this it is aborted
 FIT_TOLERANCE = 1e-7  # of the integrator; at 1e-5 derivatives are within 2.5e-5, at 1e-4 they are too coarse
 Index = NDArray[np.intp]
 T = TypeVar("T")
@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Local:
-    """What belongs to one trial: initial rotation (n,), initial rate (n,) and shift of the rest angles (n,)."""
+    """The own unknowns of one trial: initial rotation (n,), initial rate (n,) and shift of the rest angles (n,)."""
 
     rotation: Array
     rate: Array
@@ -44,7 +44,7 @@ class Local:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Prediction (m, n) rad of one trial; Jacobians (m, n, n_unknown) and (m, n, n_local), None if not asked for.
+    """Prediction (m, n) rad of one trial; Jacobians (m, n, n_unknown) and (m, n, n_local), None if not requested.
 
     Local columns: initial rotations of the free joints, their initial rates, then shifts of the joints whose rest is
     among the unknowns.
@@ -57,12 +57,13 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class _Plan:
-    """Which lane is moved how, for one set of free joints.
+    """Perturbation of each lane, for one set of free joints.
 
-    Lanes come in groups of sixteen that step together, each with a nominal first. ``common`` (n_unknown, n_lane) and
-    ``state`` (2 n, n_lane) are what is added to the nominal; ``moved`` and ``still`` (n_step,) say which lanes to
-    subtract, ``width`` (n_step,) by what to divide and ``area`` products of two; ``order`` puts the steps, and those by
-    the rests a second time as shifts, into the order common unknowns, then the trial's own; ``square`` in a matrix.
+    Lanes form groups of sixteen that step together, each with a nominal first. ``common`` (n_unknown, n_lane) and
+    ``state`` (2 n, n_lane) are added to the nominal; ``moved`` and ``still`` (n_step,) are the lanes to
+    subtract, ``width`` (n_step,) the divisors and ``area`` products of two; ``order`` sorts the steps, and those by
+    the rest angles a second time as shifts, into common unknowns, then the trial's own; ``square`` the same for a
+    matrix.
     """
 
     common: Array
@@ -76,7 +77,7 @@ class _Plan:
 
     @classmethod
     def of(cls, n: int, n_common: int, free: Sequence[int], rests: Sequence[int]) -> _Plan:
-        """For a chain of ``n`` links, with the joints' rests at these places among the unknowns."""
+        """For a chain of ``n`` links, with the joints' rest angles at these indices among the unknowns."""
         rows = [*free, *[n + j for j in free]]
         count = n_common + len(rows)
         step = np.arange(count)
@@ -93,7 +94,7 @@ class _Plan:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """One trial's perturbed lanes ``out`` (m, n, n_lane) rad, from which residuals and normal equations are made."""
+    """One trial's perturbed lanes ``out`` (m, n, n_lane) rad, the input of residuals and normal equations."""
 
     out: Array
     plan: _Plan
@@ -104,14 +105,14 @@ class Sensitivity:
         return self.out[:, :, 0]
 
     def differences(self, room: Array | None = None) -> Array:
-        """(m, n, n_step) rad by which the moved lanes differ, not yet divided; into ``room`` if given."""
+        """(m, n, n_step) rad, differences of the moved lanes, not yet divided; into ``room`` if given."""
         if len(self.plan.moved) < LANES:
             return np.subtract(self.out[:, :, 1:], self.out[:, :, :1], out=room)
         return np.subtract(self.out[:, :, self.plan.moved], self.out[:, :, self.plan.still], out=room)
 
 
 class TrajectoryModel:
-    """Predicts recordings of one leg for given unknowns; keeps the constant part of each trial's lane."""
+    """Predicts recordings of one leg for given unknowns; stores the constant part of each trial's lane."""
 
     def __init__(self, chain: Chain, leg: Leg, unknowns: Unknowns, tolerance: float = FIT_TOLERANCE) -> None:
         self.chain, self.leg, self.unknowns, self.tolerance = chain, leg, unknowns, tolerance
@@ -123,12 +124,12 @@ class TrajectoryModel:
         return TrajectoryModel(self.chain, self.leg, self.unknowns, tolerance)
 
     def shifted(self, recording: Recording) -> list[int]:
-        """Joints whose rest may shift in this trial: free, with the rest among the unknowns."""
+        """Joints whose rest angle may shift in this trial: free, with the rest angle among the unknowns."""
         rests = self.unknowns.rest_index
         return [j for j in recording.free if rests[j] is not None]
 
     def sensitivity(self, recording: Recording, values: Array, local: Local) -> Sensitivity:
-        """One trial's lanes: nominal, and each unknown and each component of the state moved a little."""
+        """One trial's lanes: nominal, and each unknown and each component of the state perturbed."""
         locked = recording.conditions.locked
         if locked not in self._plans:
             rests = [self.unknowns.rest_index[j] for j in self.shifted(recording)]
@@ -142,7 +143,7 @@ class TrajectoryModel:
     def predictions(self, recording: Recording, values: Array, local: Local, shifts: Array) -> Array:
         """(m, n, n_column) rad for columns of unknowns (n_unknown, n_column) and of rest shifts (n, n_column).
 
-        Columns share their steps: where one diverges, all are run alone.
+        Columns share their steps; if one diverges, all are simulated alone.
         """
         state = np.repeat(np.concatenate([local.rotation, local.rate])[:, None], values.shape[1], axis=1)
         out = self.run(recording, values, state, shifts)
@@ -153,7 +154,7 @@ class TrajectoryModel:
         return out
 
     def run(self, recording: Recording, values: Array, state: Array, shift: Array) -> Array:
-        """(m, n, n_lane) rad, nan where a motion diverged; lanes share their steps sixteen by sixteen.
+        """(m, n, n_lane) rad, nan if a motion diverged; lanes share their steps in groups of sixteen.
 
         Parameters
         ----------
@@ -165,7 +166,7 @@ class TrajectoryModel:
         return self.run_lanes(recording, lanes, values, state, shift)
 
     def run_lanes(self, recording: Recording, lanes: Array, values: Array, state: Array, shift: Array) -> Array:
-        """As ``run``, for ``lanes`` (n_row, n_lane) of legs whose links may differ; they are written into."""
+        """Like ``run``, for ``lanes`` (n_row, n_lane) of legs whose links may differ; the array is modified."""
         layout = self.chain.layout
         self.unknowns.write(lanes, values)
         lanes[layout.rows("rest")] += shift
@@ -180,7 +181,7 @@ class TrajectoryModel:
         )
 
     def evaluate(self, recording: Recording, values: Array, local: Local, *, jacobian: bool = True) -> Evaluation:
-        """Prediction of one trial, with Jacobians if asked for; nan where the motion diverged."""
+        """Prediction of one trial, with Jacobians if requested; nan if the motion diverged."""
         if not jacobian:
             return Evaluation(self.predictions(recording, values[:, None], local, local.shift[:, None])[:, :, 0])
         found = self.sensitivity(recording, values, local)

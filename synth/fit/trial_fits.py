@@ -1,4 +1,4 @@
-"""Each trial beside its fit: residuals, start, characteristics of the recorded motion."""
+"""Each trial and its fit: residuals, initial state, characteristics of the recorded motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from synth.motion.characteristics import characteristics
 from synth.motion.first_state import FirstState
 from synth.swing.leg_model import Leg
 
-LEAST_START = (1.5, 60.0)  # deg and deg/s off the first samples, that are worth a word
+LEAST_START = (1.5, 60.0)  # deg and deg/s from the first samples, for a report
 
 
 def trial_fits(
@@ -28,9 +28,9 @@ def trial_fits(
     *,
     held_out: bool = False,
 ) -> tuple[TrialFit, ...]:
-    """Each recording beside its prediction, in measured angles, with the characteristics of the predicted motion.
+    """Each recording and its prediction, in measured angles, with the characteristics of the recorded motion.
 
-    Characteristics are taken from the smoothed recording, not from the model: they describe the data.
+    Characteristics are computed from the smoothed recording, not from the model: they describe the data.
     """
     common = np.array([joint.free_angle.value for joint in joints.values()])
     fits = []
@@ -66,7 +66,7 @@ def trial_fits(
 
 
 def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:
-    """Fitted and recorded first state in measured angles; nan for locked joints."""
+    """Fitted and recorded initial state in measured angles; nan for locked joints."""
     held = ~recording.counts.any(axis=0)
     seen = recording.start
 
@@ -83,7 +83,7 @@ def _start(leg: Leg, recording: Recording, local: Local) -> StartFit:
 
 
 def away_from_their_starts(names: Sequence[str], trials: Sequence[TrialFit]) -> list[str]:
-    """A sentence on trials whose fitted motion starts elsewhere than their first samples do."""
+    """A sentence on trials whose fitted motion starts away from their first samples."""
     away = []
     for trial in trials:
         start = trial.start
@@ -97,9 +97,9 @@ def away_from_their_starts(names: Sequence[str], trials: Sequence[TrialFit]) -> 
     _, trial, j = max(away, key=lambda item: item[0])
     start, count = trial.start, len({item[1].name for item in away})
     return [
-        f"release: in {count} of {len(trials)} trials the fitted motion starts elsewhere than the first samples do. "
+        f"release: in {count} of {len(trials)} trials the fitted motion does not start at the first samples. "
         f"Most so in {trial.name}, {names[j]}: fitted {np.degrees(start.angle[j]):.1f} deg and "
         f"{np.degrees(start.rate[j]):.0f} deg/s, recorded {np.degrees(start.recorded.angle[j]):.1f} deg and "
-        f"{np.degrees(start.recorded.rate[j]):.0f} deg/s. Something acts there that the model does not hold: a hand, a "
-        "muscle, a latch. Give a later start, or cut the recording with synth import"
+        f"{np.degrees(start.recorded.rate[j]):.0f} deg/s. Something outside the model acts there, such as a hand, a "
+        "muscle or a latch. Use a later start, or cut the recording with synth import"
     ]

@@ -1,4 +1,4 @@
-"""How well the trials fix what was found, and what they do not fix at all."""
+"""Uncertainty of the estimates, and what the trials leave open."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from synth.fit.unknowns import SpringsAndDampers
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import outboard_inertia
 
-LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as not fixed (+-20 % at 90 %)
+LOOSE = 0.12  # standard deviation of a log rate from which a rate counts as undetermined (+-20 % at 90 %)
 
 
 def residuals(recording: Recording, prediction: Array) -> Array:
@@ -31,9 +31,9 @@ def root_mean_square(recordings: Sequence[Recording], predictions: Sequence[Arra
 
 
 def clipped_rms(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
-    """(n,) rad, as ``root_mean_square`` with residuals beyond six robust standard deviations cut to that.
+    """(n,) rad, as ``root_mean_square`` with residuals truncated at six robust standard deviations.
 
-    The fit takes each joint's noise from it, so that a glitch does not set the noise. It is no measure of the fit.
+    The fit estimates each joint's noise from it, so that a glitch does not dominate. It is not a measure of the fit.
     """
     widths = encoder_counts(recordings)
     columns = _by_joint(recordings, predictions)
@@ -47,28 +47,28 @@ def _by_joint(recordings: Sequence[Recording], predictions: Sequence[Array]) -> 
 
 
 def _clipped(values: Array, count: float) -> float:
-    """RMS of residuals (m,) rad cut at six robust standard deviations; ``count`` rad, an encoder's, 0 for none."""
+    """RMS of residuals (m,) rad truncated at six robust deviations; ``count`` rad of an encoder, 0 for none."""
     if not len(values):
         return float("nan")
     size = np.abs(values)
     scale = 1.4826 * float(np.median(size)) + 1e-12
-    if size.max() > 6 * scale:  # at rest on one count all residuals may be next to none
+    if size.max() > 6 * scale:  # at rest on one count all residuals may be almost zero
         scale = max(scale, count / np.sqrt(12.0))
     return float(np.sqrt(np.mean(np.clip(values, -6 * scale, 6 * scale) ** 2)))
 
 
 def sample_scatter(recordings: Sequence[Recording]) -> Array:
-    """(n,) rad, the samples' scatter about local polynomials: about the measuring noise; at least what counts make."""
+    """(n,) rad, the samples' scatter about local polynomials, about the sensor's noise; at least the counts'."""
     squares = [np.where(r.counts.any(axis=0), r.smoothed.noise**2, np.nan) for r in recordings]
     found = np.sqrt(np.nanmean(np.array(squares), axis=0)) + 1e-9
     return np.asarray(np.fmax(found, np.where(np.isnan(found), np.nan, encoder_counts(recordings) / np.sqrt(12.0))))
 
 
 def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Array]) -> Array:
-    """(n,) factor >= 1 by which correlated residuals carry less than their number says: 1 + 2 sum of autocorrelations.
+    """(n,) factor >= 1 by which correlation reduces the information: 1 + 2 sum of autocorrelations.
 
     Summed while pairs of neighbouring lags stay positive (Geyer, Statistical Science 7, 1992, initial positive
-    sequence). White noise gives 1; a model error that swings with the leg gives tens.
+    sequence). White noise gives 1; a model error that oscillates with the leg gives tens.
     """
     n = recordings[0].rotation.shape[1]
     factors = np.ones(n)
@@ -92,7 +92,7 @@ def correlation_times(recordings: Sequence[Recording], predictions: Sequence[Arr
 
 
 def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool = True) -> Array:
-    """Covariance (p, p) of the common unknowns; null directions come out with a huge variance instead of an error."""
+    """Covariance (p, p) of the common unknowns; null directions get a very large variance instead of an error."""
     schur = solution.information.schur()
     if not with_prior:
         schur = schur - np.diag(model.unknowns.prior[1])
@@ -100,7 +100,7 @@ def covariance(model: TrajectoryModel, solution: Solution, *, with_prior: bool =
 
 
 def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], solution: Solution) -> Array:
-    """(n_trial, n) rad^2, variance of each trial's rest shift given the common unknowns; nan for locked joints."""
+    """(n_trial, n) rad^2, variance of each trial's rest shift for given common unknowns; nan for locked joints."""
     shifts = []
     for recording, own in zip(recordings, solution.information.own, strict=True):
         first = 2 * len(recording.free)
@@ -111,7 +111,7 @@ def shift_variances(model: TrajectoryModel, recordings: Sequence[Recording], sol
 
 
 def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> list[str]:
-    """Sentences on what the trials leave open, each with the measurement that would settle it."""
+    """Sentences on what the trials leave open, each with the measurement that would determine it."""
     leg, sentences = unknowns.leg, []
     deviation = np.sqrt(np.diag(cov))
     joints = leg.joint_names
@@ -121,8 +121,8 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
         if j not in unknowns.dampers:
             if loose_k:
                 sentences.append(
-                    f"{joints[j]}: these trials fix the spring rate only to {_percent(deviation[position])}. "
-                    "A static torque-angle point at this joint would fix it."
+                    f"{joints[j]}: these trials determine the spring rate only to {_percent(deviation[position])}. "
+                    "A static torque-angle point at this joint would determine it."
                 )
             continue
         other = unknowns.damper_at(j)
@@ -130,7 +130,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
         seconds = float(np.exp(values[other] - values[position]))
         if (loose_k or deviation[other] > LOOSE) and ratio < 0.4 * max(deviation[position], deviation[other]):
             sentences.append(
-                f"{joints[j]}: not separable: spring rate and damper rate. The trials fix b/k = {seconds:.3g} s to "
+                f"{joints[j]}: not separable: spring rate and damper rate. The trials give b/k = {seconds:.3g} s to "
                 f"{_percent(ratio)}, but k only to {_percent(deviation[position])} and b to "
                 f"{_percent(deviation[other])}. A static torque-angle point at this joint would separate them."
             )
@@ -138,8 +138,8 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
             for place, what in ((position, "spring rate"), (other, "damper rate")):
                 if deviation[place] > LOOSE:
                     sentences.append(
-                        f"{joints[j]}: these trials fix the {what} only to {_percent(deviation[place])}. "
-                        "More trials, or releases in which this joint moves more, would fix it better."
+                        f"{joints[j]}: these trials determine the {what} only to {_percent(deviation[place])}. "
+                        "More trials, or releases in which this joint moves more, would determine it better."
                     )
     for j in unknowns.rests:
         sd = deviation[unknowns.rest_at(j)]
@@ -149,7 +149,7 @@ def not_separable(unknowns: SpringsAndDampers, cov: Array, values: Array) -> lis
 
 
 def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: bool = False) -> str | None:
-    """Whether the trials could tell a common factor on masses, spring and damper rates; a sentence if not.
+    """Whether the trials determine a common factor on masses, spring and damper rates; a sentence if not.
 
     ``weighed``: a static point with a known torque or mass is given.
     """
@@ -161,8 +161,8 @@ def mass_scale_sentence(leg: Leg, recordings: Sequence[Recording], *, weighed: b
     mass = 1e3 * float(outboard_inertia(leg)[-1]) / last.link.length**2
     mass, unit = (mass, "g") if mass < 1e3 else (1e-3 * mass, "kg")
     return (
-        "not separable: mass scale, from free swings alone. Spring and damper rates are in proportion to the link "
-        "masses as the leg file gives them. A trial with a known mass at the tip would tell: with "
+        "not separable: mass scale, from free swings alone. Spring and damper rates are proportional to the link "
+        "masses in the leg file. A trial with a known mass at the tip determines the scale: with "
         f"`tip_mass: {mass:.2g} {unit}` the inertia about the {last.name} doubles, and the scale is known to twice the "
         "interval of that joint's spring rate."
     )

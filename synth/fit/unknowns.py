@@ -1,4 +1,4 @@
-"""What a fit looks for: numbers that are written into the lanes of the compiled chain."""
+"""The unknowns of a fit: numbers written into the lanes of the compiled chain."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from synth.swing.chain import Chain
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.mechanics import outboard_inertia
 
-# The search box in natural units, I the inertia outboard of the joint: beyond it a joint is practically rigid or limp,
-# and the integration is stiff for nothing.
+# Bounds in natural units, I the inertia outboard of the joint: beyond them a joint is practically rigid or limp,
+# and the integration is needlessly stiff.
 FREQUENCY_BOX = (0.02, 30.0)  # Hz, sqrt(k/I) / 2 pi
 DECAY_BOX = (1e-3, 500.0)  # 1/s, b/I
-# What limbs and their models have: log-normal with these 90 % ranges. So weak (a factor of 15 on k, 30 on b) that it
-# moves nothing that the trials fix, and decides only where along a ridge that they leave open the answer lies.
+# Typical limbs and models: log-normal with these 90 % ranges. So weak (a factor of 15 on k, 30 on b) that the prior
+# does not affect anything that the trials determine; it only selects a point on a ridge that they leave open.
 FREQUENCY_PRIOR = (1.0, 15.0)  # Hz
 DECAY_PRIOR = (0.5, 500.0)  # 1/s
 
 
 class Unknowns(Protocol):
-    """A vector of unknowns common to all trials, and how it changes the leg."""
+    """A vector of unknowns common to all trials, and its effect on the leg."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -35,11 +35,11 @@ class Unknowns(Protocol):
 
     @property
     def lower(self) -> Array:
-        """(n_unknown,) least values."""
+        """(n_unknown,) lower bounds."""
 
     @property
     def upper(self) -> Array:
-        """(n_unknown,) greatest values."""
+        """(n_unknown,) upper bounds."""
 
     @property
     def prior(self) -> tuple[Array, Array]:
@@ -47,10 +47,10 @@ class Unknowns(Protocol):
 
     @property
     def rest_index(self) -> tuple[int | None, ...]:
-        """For each joint, which unknown is its rest angle, or None."""
+        """For each joint the index of its rest angle, or None."""
 
     def measured(self, values: Array) -> tuple[float, Array, Array] | None:
-        """Cost, gradient (p,) and information (p, p) of what was measured beside the trials, None for nothing."""
+        """Cost, gradient (p,) and information (p, p) of measurements other than trials; None if there are none."""
 
     def write(self, lanes: Array, values: Array) -> None:
         """Write ``values`` (n_unknown, n_lane) into ``lanes`` (n_row, n_lane)."""
@@ -58,10 +58,10 @@ class Unknowns(Protocol):
 
 @dataclass(frozen=True)
 class SpringsAndDampers:
-    """Log spring rate, rest and log damper rate, in that order, of the joints where each is sought.
+    """Log spring rate, rest angle and log damper rate, in that order, of the joints where each is estimated.
 
-    ``rates``, ``rests``, ``dampers`` : joint indices. ``beliefs`` : (unknown, mean, precision) of priors that stand in
-    place of the weak ones: the user's, or a sharp one that holds an unknown where it is. ``balances`` : static points.
+    ``rates``, ``rests``, ``dampers`` : joint indices. ``beliefs`` : (unknown, mean, precision) of priors that
+    replace the weak ones: the user's, or a sharp one that fixes an unknown. ``balances`` : static points.
     """
 
     chain: Chain
@@ -80,15 +80,15 @@ class SpringsAndDampers:
         return tuple(named + [f"damper_rate {joint[j]}" for j in self.dampers])
 
     def rate_at(self, joint: int) -> int:
-        """Place of a joint's log spring rate among the unknowns; ValueError if it is not sought."""
+        """Index of a joint's log spring rate; ValueError if it is not estimated."""
         return self.rates.index(joint)
 
     def rest_at(self, joint: int) -> int:
-        """Place of a joint's rest."""
+        """Index of a joint's rest angle."""
         return len(self.rates) + self.rests.index(joint)
 
     def damper_at(self, joint: int) -> int:
-        """Place of a joint's log damper rate."""
+        """Index of a joint's log damper rate."""
         return len(self.rates) + len(self.rests) + self.dampers.index(joint)
 
     @cached_property
@@ -115,7 +115,7 @@ class SpringsAndDampers:
 
     @cached_property
     def prior(self) -> tuple[Array, Array]:
-        """Log-normal in natural units for the rates, none for the rests."""
+        """Log-normal in natural units for the rates, none for the rest angles."""
         inertia = outboard_inertia(self.leg)
         stiff = [np.log(inertia * (2 * np.pi * f) ** 2) for f in FREQUENCY_PRIOR]
         damp = [np.log(inertia * decay) for decay in DECAY_PRIOR]
@@ -130,22 +130,22 @@ class SpringsAndDampers:
 
     @property
     def lower(self) -> Array:
-        """(n_unknown,) least values."""
+        """(n_unknown,) lower bounds."""
         return self._box[0]
 
     @property
     def upper(self) -> Array:
-        """(n_unknown,) greatest values."""
+        """(n_unknown,) upper bounds."""
         return self._box[1]
 
     @property
     def rest_index(self) -> tuple[int | None, ...]:
-        """Position of each joint's rest among the unknowns."""
+        """Index of each joint's rest angle."""
         n = len(self.leg.joints)
         return tuple(self.rest_at(j) if j in self.rests else None for j in range(n))
 
     def measured(self, values: Array) -> tuple[float, Array, Array] | None:
-        """What the static points say: half their squared residuals, with gradient and information."""
+        """The static points' term: half their squared residuals, with gradient and information."""
         if not self.balances:
             return None
         cost, gradient, information = 0.0, np.zeros(len(values)), np.zeros((len(values), len(values)))
@@ -162,7 +162,7 @@ class SpringsAndDampers:
         lanes[self._rows] = np.where(self.logarithmic[:, None], np.exp(np.minimum(values, 80.0)), values)
 
     def pack(self, spring_rate: Array, rest: Array, damper_rate: Array) -> Array:
-        """(n_unknown,) from natural values by joint, clipped into the box; non-positive rates go to its lower side."""
+        """(n_unknown,) from natural values by joint, within the bounds; non-positive rates go to the lower one."""
         tiny = 1e-300
         rates = np.log(np.maximum(spring_rate, tiny))[list(self.rates)]
         dampers = np.log(np.maximum(damper_rate, tiny))[list(self.dampers)]
@@ -174,7 +174,7 @@ class SpringsAndDampers:
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, values, 0.0)), values)
 
     def fitted_leg(self, values: Array) -> Leg:
-        """The leg with these springs and dampers (n_unknown,); what is not sought stays."""
+        """The leg with these springs and dampers (n_unknown,); other parameters are kept."""
         natural, joints = self.natural(values), list(self.leg.joints)
         for j in self.rates:
             joint, rest = joints[j], float(natural[self.rest_at(j)])
@@ -186,6 +186,6 @@ class SpringsAndDampers:
 
 
 def all_of(chain: Chain, leg: Leg, *, damper_known: Sequence[int] = ()) -> SpringsAndDampers:
-    """Unknowns for a whole leg: every spring rate and rest, and the damper rates that are not already known."""
+    """Unknowns for a whole leg: every spring rate and rest angle, and unknown damper rates."""
     joints = tuple(range(len(leg.joints)))
     return SpringsAndDampers(chain, leg, joints, joints, tuple(j for j in joints if j not in damper_known))

@@ -1,4 +1,4 @@
-"""A fitted leg on recordings that took no part: only what belongs to each trial is estimated there."""
+"""A fitted leg on left-out recordings: only per-trial unknowns are estimated."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class UnseenFit:
 
 
 def score(result: FitResult, recordings: Sequence[Recording], *, spread: Array | None = None) -> UnseenFit:
-    """Predict recordings with the fitted leg held fixed.
+    """Predict recordings with the fitted leg fixed.
 
-    Where the fit found that the free angle differs from trial to trial, each scored trial has its own within that
-    spread too; ``spread`` (n,) rad, given in its place, may be so wide that each trial's is all but free.
+    If the fit found separate free angles, each scored trial has its own within that
+    spread; a given ``spread`` (n,) rad replaces it and may be so wide that they are almost free.
     """
     leg = result.leg
     curves = {

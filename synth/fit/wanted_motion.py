@@ -1,8 +1,9 @@
 """A motion from wanted characteristics: the springs and dampers with which the whole leg's release shows them.
 
-Every joint alone is first taken for a damped oscillator of the wanted frequency and damping ratio (Inman, *Engineering
+Every joint alone is first assumed to be a damped oscillator of the wanted frequency and damping ratio (Inman,
+*Engineering
 Vibration*, 4th ed., section 1.3). Springs and dampers of the coupled leg are then moved until the release of the whole
-leg shows the wanted characteristics, read as from a recording.
+leg shows the wanted characteristics, evaluated as for a recording.
 """
 
 from __future__ import annotations
@@ -27,25 +28,23 @@ from synth.swing.mechanics import coefficients, mass_matrix, static_torque
 from synth.units import quantity
 
 KEYS = {"damping_ratio": "1", "damped_frequency": "rad/s", "rise_time": "s"}
-LEFT = 9.0  # of the slowest joint's envelope exp(-9), a ten-thousandth, is left at the end of the motion
-A_SWING = 100  # samples of the fastest joint's swing
-MOST_SAMPLES = 4000  # of the motion, where one joint is far slower than another
-FINE = 1e-8  # the integrator's tolerance: far below the steps of the simplex
-HELD = (
-    0.003  # weight of a logarithm's change where a characteristic does not tell it (overdamped: one for two unknowns)
-)
-CLOSE = 0.02  # share by which a characteristic may be missed and go unsaid
-FARTHEST = 0.25  # share beyond which the wish is refused: another motion than was asked for
-COUNTED = 0.05  # of the amplitude: smaller swings are the other joints', felt at this one
-ABSENT = 2.0  # logarithm of a characteristic that the motion does not show: as if off by a factor of e^2
-SIZES = (0.2, -0.3, 0.4, -0.15, 0.6)  # of the first simplex in logarithms: begun anew until what is asked is shown
-EVALUATIONS = 150  # motions an unknown of one simplex; 140 were needed
-DONE = 0.01  # share by which a characteristic may be missed for the search to end
+LEFT = 9.0  # of the slowest joint's envelope, exp(-9) or a ten-thousandth remains at the end of the motion
+A_SWING = 100  # samples per period of the fastest joint
+MOST_SAMPLES = 4000  # of the motion, if one joint is far slower than another
+FINE = 1e-8  # the integrator's tolerance, far below the steps of the simplex
+HELD = 0.003  # weight of a logarithm's change that no characteristic determines (overdamped: one for two unknowns)
+CLOSE = 0.02  # relative deviation of a characteristic that is not reported
+FARTHEST = 0.25  # relative deviation above which the wish is refused
+COUNTED = 0.05  # of the amplitude: smaller swings are coupled from other joints
+ABSENT = 2.0  # logarithm for a characteristic that the motion does not show: a factor of e^2
+SIZES = (0.2, -0.3, 0.4, -0.15, 0.6)  # of the first simplex in logarithms; restarted until the wish is met
+EVALUATIONS = 150  # simulations per unknown of one simplex; 140 were needed
+DONE = 0.01  # largest relative deviation of a characteristic for the search to end
 
 
 @dataclass(frozen=True)
 class WantedMotion:
-    """The leg that shows the characteristics, its release as a trial, and what it shows, joint by joint."""
+    """The leg with the characteristics, its release as a trial, and its actual characteristics, joint by joint."""
 
     leg: Leg
     trial: Trial
@@ -54,17 +53,17 @@ class WantedMotion:
 
     @property
     def said(self) -> tuple[str, ...]:
-        """A sentence on each characteristic that comes out otherwise than asked."""
+        """A sentence on each characteristic that differs from the wish."""
         found = []
         for name, key, asked, shown in _pairs(self.asked, self.shown):
             if abs(shown / asked - 1.0) > CLOSE:
                 words = key.replace("_", " ")
-                text = f"wanted: {name}: a {words} of {_text(asked, key)} is asked, {_text(shown, key)} comes out; "
-                found.append(f"{text}the links move one another")
+                text = f"wanted: {name}: a {words} of {_text(asked, key)} is wanted, {_text(shown, key)} results; "
+                found.append(f"{text}the links are coupled")
         return tuple(found)
 
     def as_json(self) -> dict[str, Any]:
-        """What was asked and what comes out, with the springs and dampers that show it."""
+        """The wanted and the actual characteristics, with the springs and dampers."""
         found: dict[str, Any] = {}
         for joint in self.leg.joints:
             assert joint.spring is not None
@@ -87,7 +86,7 @@ class WantedMotion:
 def _pairs(
     asked: Mapping[str, WantedCharacteristics], shown: Mapping[str, Mapping[str, float]]
 ) -> list[tuple[str, str, float, float]]:
-    """Joint, characteristic, what is asked and what is shown, where both are numbers."""
+    """Joint, characteristic, wanted and actual value, if both are numbers."""
     return [
         (name, key, value, shown[name][key])
         for name, joint in asked.items()
@@ -103,7 +102,7 @@ def _text(value: float, key: str) -> str:
 
 def rise_of(ratio: float) -> float:
     """10-90 % rise time of an oscillator let go at rest, times its natural frequency."""
-    # Before half a swing is over, where there is one: later the motion comes back through the level.
+    # Before the first half period ends: later the motion returns through the level.
     last = min(10.0, np.pi / np.sqrt(1 - ratio**2)) if ratio < 1 else 10.0 * (1 + ratio)
     ends = [brentq(lambda t, level=level: _fall(ratio, t) - level, 0.0, last) for level in (0.9, 0.1)]
     return float(ends[1] - ends[0])
@@ -119,7 +118,7 @@ def _fall(ratio: float, time: float | Array) -> Any:
 
 
 def natural_frequency(joint: WantedCharacteristics) -> float:
-    """Of the oscillator with the wanted characteristics, rad/s; a given damped frequency decides."""
+    """Of the oscillator with the wanted characteristics, rad/s; a given damped frequency takes precedence."""
     if joint.damped_frequency is not None:
         return joint.damped_frequency / float(np.sqrt(1.0 - joint.damping_ratio**2))
     assert joint.rise_time is not None
@@ -127,14 +126,14 @@ def natural_frequency(joint: WantedCharacteristics) -> float:
 
 
 def wanted_motion(leg: Leg, asked: Mapping[str, WantedCharacteristics]) -> WantedMotion:
-    """The springs and dampers with which a release of ``leg`` shows what is asked, and that release.
+    """The springs and dampers with which a release of ``leg`` has the wanted characteristics, and that release.
 
     Raises
     ------
-    CannotBeHad : the nearest motion of this leg is off by more than a quarter in a characteristic.
+    CannotBeHad : the nearest motion of this leg differs by more than a quarter in a characteristic.
     """
     task = _Task.of(leg, asked)
-    # Characteristics jump where one swing more is counted: no derivative leads there, Nelder and Mead's simplex does.
+    # Characteristics jump when one more swing is counted, so the derivative-free Nelder-Mead simplex is used.
     found = np.zeros(task.n)
     for size in SIZES:
         simplex = found + np.vstack([np.zeros(task.n), size * np.eye(task.n)])
@@ -149,7 +148,7 @@ def wanted_motion(leg: Leg, asked: Mapping[str, WantedCharacteristics]) -> Wante
 
 
 def _refuse_far(found: WantedMotion, task: _Task) -> None:
-    """Raise where the nearest motion is another than was asked for."""
+    """Raise if the nearest motion differs too much from the wish."""
     problems = []
     for name, joint in found.asked.items():
         shown = found.shown[name]
@@ -171,7 +170,7 @@ def _refuse_far(found: WantedMotion, task: _Task) -> None:
 
 @dataclass(frozen=True)
 class _Task:
-    """Unknowns (2 n,): logarithms of spring and damper rates over ``spring`` and ``damper`` (n,), where they start."""
+    """Unknowns (2 n,): logarithms of spring and damper rates over ``spring`` and ``damper`` (n,), the start."""
 
     leg: Leg
     asked: Mapping[str, WantedCharacteristics]
@@ -205,7 +204,7 @@ class _Task:
         return cls(leg, asked, compiled_chain(len(joints)), time, spring, 2 * ratio * natural * inertia, gravity)
 
     def leg_of(self, x: Array) -> Leg:
-        """The leg with these rates, at rest where it is asked to be."""
+        """The leg with these rates, with the wanted rest pose."""
         n = len(self.spring)
         k, b = self.spring * np.exp(x[:n]), self.damper * np.exp(x[n:])
         rest = np.array([self.asked[name].rest for name in self.leg.joint_names])
@@ -218,7 +217,7 @@ class _Task:
         return self.leg.with_joints(**changes)
 
     def motion(self, x: Array) -> Array:
-        """(m, n) rad, measured, of the release; nan where it cannot be followed."""
+        """(m, n) rad, measured, of the release; nan if the simulation fails."""
         leg, layout = self.leg_of(x), self.chain.layout
         lanes = self.chain.parameters(leg)[:, None]
         lanes[layout.rows("rotation")] = leg.to_rotation(
@@ -227,23 +226,23 @@ class _Task:
         return np.asarray(leg.to_measured(self.chain.run(lanes, self.time, FINE)[:, :, 0]))
 
     def shown(self, x: Array) -> dict[str, dict[str, float]]:
-        """The characteristics of the release, read as from a recording."""
+        """The characteristics of the release, evaluated as for a recording."""
         motion, found = self.motion(x), {}
         if not np.isfinite(motion).all():
             return {name: {} for name in self.leg.joint_names}
         for j, name in enumerate(self.leg.joint_names):
-            least = COUNTED * abs(self.asked[name].amplitude) / 3.0  # peaks count from three times this on
+            least = COUNTED * abs(self.asked[name].amplitude) / 3.0  # peaks count from three times this
             seen = characteristics(self.time, motion[:, j], least)
             found[name] = {key: value for key in KEYS if (value := getattr(seen, key)) is not None}
         return found
 
     def missed(self, x: Array) -> float:
-        """Squares of logarithms of shown over asked, and weakly how far the unknowns left their start."""
+        """Squared logarithms of actual over wanted, plus a weak penalty on the distance from the start."""
         off = self._logarithms(x)
         return float(off @ off + HELD**2 * (x @ x))
 
     def worst(self, x: Array) -> float:
-        """Largest logarithm of shown over asked."""
+        """Largest logarithm of actual over wanted."""
         return float(np.abs(self._logarithms(x)).max())
 
     def _logarithms(self, x: Array) -> Array:
@@ -264,7 +263,7 @@ class _Task:
         return Trial("wanted characteristics", self.time, angles, sha256=digest)
 
     def why(self, name: str) -> str:
-        """What stands in the way, where gravity does."""
+        """The reason, if gravity prevents it."""
         joint, j = self.asked[name], self.leg.joint_names.index(name)
         inertia = np.diag(
             mass_matrix(
@@ -280,7 +279,7 @@ class _Task:
 
 
 def with_wanted_fit(project: FitProject) -> tuple[FitProject, WantedMotion | None]:
-    """The project with the wanted motion as its trial where it states one."""
+    """The project with the wanted motion as its trial, if it states one."""
     if not project.wanted:
         return project, None
     found = wanted_motion(project.leg, project.wanted)
@@ -288,7 +287,7 @@ def with_wanted_fit(project: FitProject) -> tuple[FitProject, WantedMotion | Non
 
 
 def with_wanted_leg(project: LegProject) -> LegProject:
-    """The same for a leg-design; the characteristics are its source's."""
+    """The same for a leg-design; the characteristics belong to its source."""
     if not project.wanted:
         return project
     found = wanted_motion(project.source, project.wanted)

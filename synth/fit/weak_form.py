@@ -22,11 +22,11 @@ from synth.swing.mechanics import coefficients, momentum_and_force
 
 @dataclass(frozen=True)
 class LinearEstimate:
-    """Spring rates (n,), damper rates (n,), rests (n,) and rest by trial (n_trial, n); nan where no trial tells.
+    """Spring rates (n,), damper rates (n,), rest angles (n,) and by trial (n_trial, n); nan if undetermined.
 
-    ``per_trial`` : whether each trial was given a rest of its own.
+    ``per_trial`` : whether each trial has its own rest angle.
 
-    A rate may come out negative: noise, or a model that does not hold. The caller decides.
+    A rate may be negative because of noise or a wrong model; the caller decides.
     """
 
     spring_rate: Array
@@ -44,14 +44,14 @@ def weak_form(
     window: float = 0.1,
     per_trial_rest: bool = False,
 ) -> LinearEstimate:
-    """Solve for spring rate, damper rate and rest of every joint; see ``WeakForm``."""
+    """Solve for spring rate, damper rate and rest angle of every joint; see ``WeakForm``."""
     return WeakForm(leg, recordings, curves).solve(window)[int(per_trial_rest)]
 
 
 class WeakForm:
-    """What the weak form takes from recordings, found once however many windows are tried.
+    """The data of the weak form from recordings, prepared once for all windows.
 
-    ``curves`` : a known torque-speed curve a joint, or None where the damper's rate is sought.
+    ``curves`` : a known torque-speed curve per joint, or None if the damper's rate is unknown.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class WeakForm:
     ) -> None:
         n = len(leg.joints)
         self.recordings, self.curves = recordings, list(curves) if curves else [None] * n
-        self._signals = []  # (m, 3 n) angle, momentum, and the force that is known
+        self._signals = []  # (m, 3 n) angle, momentum, and known force
         for recording in recordings:
             smoothed = recording.smoothed
             tilt = leg.tilt + recording.conditions.tilt
@@ -76,7 +76,7 @@ class WeakForm:
     def solve(self, window: float = 0.1) -> tuple[LinearEstimate, LinearEstimate]:
         """Estimates with one rest angle for all trials, and with one for each.
 
-        ``window`` : s, the bumps' support; at least eight samples, at most half a recording.
+        ``window`` : s, the support of the bumps; at least eight samples, at most half a recording.
         """
         equations = [self._equations(t, window) for t in range(len(self.recordings))]
         return self._estimate(equations, per_trial=False), self._estimate(equations, per_trial=True)
@@ -118,7 +118,7 @@ class WeakForm:
 
 @dataclass(frozen=True)
 class _Equations:
-    """Columns of k and b (2, n_window, n), right side (n_window, n), and what stands in the column of k * rest."""
+    """Columns of k and b (2, n_window, n), right side (n_window, n), and the column of k * rest."""
 
     columns: Array
     side: Array
@@ -126,14 +126,14 @@ class _Equations:
 
 
 def _pooled(equations: Sequence[_Equations], j: int) -> tuple[Array, Array, Array]:
-    """Columns (2, N), side (N,) and the rest's column (N,) of one joint in trials that share a rest."""
+    """Columns (2, N), side (N,) and the rest angle's column (N,) of one joint in trials that share it."""
     columns = np.concatenate([e.columns[:, :, j] for e in equations], axis=1)
     side = np.concatenate([e.side[:, j] for e in equations])
     return columns, side, np.concatenate([np.full(len(e.side), e.constant) for e in equations])
 
 
 def _joint(groups: Sequence[tuple[Array, Array, Array]], damper_known: bool) -> tuple[Array, Array]:
-    """Spring and damper rate, and the rest of each group.
+    """Spring and damper rate, and the rest angle of each group.
 
     The rests' columns, each zero but in its group, are projected out first (Frisch & Waugh, Econometrica 1, 1933).
     """

@@ -1,1 +1,1 @@
-"""The jumping leg: a two-motor five-bar, models of growing truth, motors from a catalogue, sweep, identification."""
+"""The study of the jumping leg: motors from a catalogue, sweep, choice, identification, comparison with experiments."""

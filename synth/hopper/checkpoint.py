@@ -1,4 +1,4 @@
-"""A sweep's chunks on disk, so that a run that was killed goes on where it stopped, with the same bytes at the end."""
+"""A sweep's chunks on disk, so that a killed run can resume with identical output."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from synth.errors import Problem, UserError
 from synth.files.output import write_bytes_whole
 
 MANIFEST = "sweep.json"
-_HASH = 32  # bytes behind a chunk
+_HASH = 32  # bytes after a chunk
 _OURS = re.compile(r"sweep\.json|chunk_\d+\.npy|.*\.partial")
 
 
 class Checkpoint:
-    """The folder ``.NAME.sweep`` beside the folder that a run is to write.
+    """The folder ``.NAME.sweep`` beside the output folder.
 
     Parameters
     ----------
-    target : the folder that the run is to write.
-    identity : what the chunks depend on, as text by name; a folder of another identity is refused.
+    target : the output folder.
+    identity : the input of the chunks, as text by name; a folder with another identity is refused.
 
     Raises
     ------
@@ -43,9 +43,9 @@ class Checkpoint:
             self.folder.mkdir(parents=True, exist_ok=True)
             strange = sorted(path.name for path in self.folder.iterdir() if not _OURS.fullmatch(path.name))
             if strange:
-                text = f"holds what is no interrupted sweep ({', '.join(strange[:3])}); move it away"
+                text = f"contains other files than an interrupted sweep's ({', '.join(strange[:3])}); move it away"
                 raise UserError(Problem(text, str(self.folder)))
-            for left in self.folder.glob("*.partial"):  # of a run that was killed, or whose disk was full
+            for left in self.folder.glob("*.partial"):  # of a killed run, or of one on a full disk
                 left.unlink()
             found = self._manifest()
             if found is None:
@@ -54,18 +54,18 @@ class Checkpoint:
                 self._compare(found)
         except OSError as error:
             with suppress(OSError):
-                self.folder.rmdir()  # if nothing is in it
+                self.folder.rmdir()  # if it is empty
             raise UserError(Problem(f"cannot be written: {error.strerror}", str(self.folder))) from None
 
     def _manifest(self) -> object:
-        """What the chunks there depend on; None where that was never written whole."""
+        """The input of the stored chunks; None if it was never written completely."""
         try:
             return json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
         except (FileNotFoundError, ValueError):
             return None
 
     def _begin(self) -> None:
-        """Start anew: chunks of which nobody knows what they belong to are of no use."""
+        """Start anew: chunks without known input are useless."""
         for chunk in self.folder.glob("chunk_*.npy"):
             chunk.unlink()
         write_bytes_whole(self.folder / MANIFEST, json.dumps(self._identity, indent=1).encode())
@@ -75,11 +75,11 @@ class Checkpoint:
             return
         known = found if isinstance(found, dict) else {}
         other = [name for name, value in self._identity.items() if known.get(name) != value]
-        text = f"holds an interrupted sweep with another {' and '.join(other)}; run that one to its end,"
+        text = f"holds an interrupted sweep with another {' and '.join(other)}; finish that run,"
         raise UserError(Problem(f"{text} name another --out, or remove the folder", str(self.folder)))
 
     def load(self, index: int) -> Array | None:
-        """A finished chunk; None where there is none, or where it was cut or changed: that one goes."""
+        """A finished chunk; None if there is none, or if it is damaged (then deleted)."""
         path = self._path(index)
         try:
             data = path.read_bytes()
@@ -92,24 +92,24 @@ class Checkpoint:
         return np.asarray(np.load(io.BytesIO(content), allow_pickle=False))
 
     def save(self, index: int, values: Array) -> None:
-        """Keep a chunk with its hash behind it, whole or not at all."""
+        """Store a chunk followed by its hash, complete or not at all."""
         stream = io.BytesIO()
         np.save(stream, values, allow_pickle=False)
         content = stream.getvalue()
         try:
             write_bytes_whole(self._path(index), content + sha256(content).digest())
         except OSError:
-            if not self.finished:  # nothing to go on from
+            if not self.finished:  # nothing to resume
                 self.remove()
             raise
 
     @property
     def finished(self) -> int:
-        """How many chunks are kept."""
+        """Number of stored chunks."""
         return sum(1 for _ in self.folder.glob("chunk_*.npy"))
 
     def remove(self) -> None:
-        """The run has written its result."""
+        """Remove the checkpoint after the run has written its result."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def _path(self, index: int) -> Path:

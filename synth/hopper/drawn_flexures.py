@@ -1,8 +1,8 @@
-"""What the chosen leg does with its flexures as they are drawn: the film's strain makes hinges longer, and so softer.
+"""The chosen leg with its flexures as drawn: the film's strain limit makes hinges longer, and therefore softer.
 
-The models have one rate for all five joints, the drawn hinges three. The leg is simulated with the one rate that takes
-as much energy between crouch and full extension as the drawn ones together do; of a stroke that is all that a spring's
-rate decides about the speed at its end, what is left is when the energy is taken.
+The models have one rate for all five joints, the drawn hinges three. The leg is simulated with the single rate that
+stores the same energy between crouch and full extension as the drawn ones; this energy determines the speed at the
+end of the stroke, apart from the timing of its release.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from synth.jump.jump_models import MODELS
 from synth.jump.jump_runs import simulate
 from synth.units import quantity
 
-SOFTER = 0.98  # of the simulated rate: above it the leg jumps as simulated
-LEAST = 1e-3  # of the energy that the joints hold: with less on the whole no one rate stands for several
-JOINTS = {"hip": 2, "knee": 2, "foot": 1}  # hinges of a kind in the two-sided five-bar: both sides meet in one foot
+SOFTER = 0.98  # of the simulated rate: above it the simulated jump is valid
+LEAST = 1e-3  # of the energy in the joints: with a smaller total no single rate is equivalent
+JOINTS = {"hip": 2, "knee": 2, "foot": 1}  # hinges of each kind in the two-sided five-bar, which meets in one foot
 
 
 @dataclass(frozen=True)
 class DrawnFlexures:
-    """Rates as drawn (N m/rad) by joint, the one that stands for them, the clearance (m) with it and as simulated."""
+    """Drawn rates (N m/rad) by joint, the equivalent single rate, and the clearance (m) with it and as simulated."""
 
     rates: Mapping[str, float]
     rate: float
@@ -34,9 +34,9 @@ class DrawnFlexures:
 
     @property
     def note(self) -> str:
-        """What to know, for people."""
+        """The warning as text."""
         return (
-            f"with its flexures as drawn ({self.rate:.3g} N*m/rad stand for the {', '.join(self.rates)} ones) the leg "
+            f"with its flexures as drawn (equivalent to {self.rate:.3g} N*m/rad for {', '.join(self.rates)}) the leg "
             f"clears {self.clearance * 100:.1f} cm instead of {self.simulated * 100:.1f} cm by model {self.model}"
         )
 
@@ -52,14 +52,14 @@ class DrawnFlexures:
 
 
 def drawn_flexures(found: Study, gaps: Mapping[str, float], gap: float) -> DrawnFlexures | None:
-    """The chosen leg with its drawn hinges; None where they have the simulated rate.
+    """The chosen leg with its drawn hinges; None if they have the simulated rate.
 
     Parameters
     ----------
     gaps
         free length of film drawn at each joint.
     gap
-        the one that the simulated rate asks for, in the same unit.
+        the one for the simulated rate, in the same unit.
     """
     leg, motor = found.best_leg, found.best_motor
     rates = {name: leg.flexures.rate * gap / gaps[name] for name in JOINTS}
@@ -75,7 +75,7 @@ def drawn_flexures(found: Study, gaps: Mapping[str, float], gap: float) -> Drawn
 
 
 def equivalent_rate(leg: HopperLeg, rates: Mapping[str, float]) -> float:
-    """The one rate (N m/rad) that takes the energy of these between the crouch and full extension.
+    """The single rate (N m/rad) with the energy of these between the crouch and full extension.
 
     Joint i with rate k_i takes ``1/2 k_i (d_i1^2 - d_i0^2)``, d its angle from rest; hips and knees count twice.
     """
@@ -84,12 +84,14 @@ def equivalent_rate(leg: HopperLeg, rates: Mapping[str, float]) -> float:
     total = sum(shares.values())
     stored = sum(count * (end[name] ** 2 + start[name] ** 2) for name, count in JOINTS.items())
     if abs(total) < LEAST * stored:
-        return sum(JOINTS[name] * rates[name] for name in JOINTS) / sum(JOINTS.values())  # as much given as taken
+        return sum(JOINTS[name] * rates[name] for name in JOINTS) / sum(
+            JOINTS.values()
+        )  # as much energy returned as stored
     return sum(rates[name] * share for name, share in shares.items()) / total
 
 
 def _deflections(leg: HopperLeg, upper: float) -> dict[str, float]:
-    """How far (rad) each joint is from rest at an upper link's angle."""
+    """Distance (rad) of each joint from rest at an upper link's angle."""
     lower, rest = leg.lower_angle(upper), leg.flexures
     return {
         "hip": upper - rest.hip_rest,

@@ -2,8 +2,8 @@
 
     M a'' + M' a'^2 / 2 + V' = 2 tau - b D a'
 
-with rigid links, and the leg's stop where it is stretched; tau is what a motor puts on its upper link, outward
-positive, as recorded, so nothing of motor or gear is in it. Runge and Kutta's fourth order, steps of at most ``STEP``.
+with rigid links, and the leg's stop at full extension; tau is a motor's torque on its upper link, outward
+positive, as recorded, so motor and gear do not appear. Fourth-order Runge-Kutta, steps of at most ``STEP``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from synth.compiling.compiled import compiled_when_called
 from synth.jump.jump_lanes import JumpLanes
 
 STEP = 1e-3  # s
-FASTEST = 300.0  # rad/s; a guess that runs away stays a number
+FASTEST = 300.0  # rad/s; keeps a diverging guess finite
 NAMES = (
     "length", "lower_length", "hip_spacing", "body_mass", "mass_per_length", "flexure_rate", "joint_damping",
     "hip_rest", "knee_rest", "foot_rest", "gravity", "extended", "stop_rate", "stop_dissipation",

@@ -1,7 +1,7 @@
-"""What tolerances leave open: one design beside fourteen copies of it, each with one quantity at its 90 % end.
+"""Intervals from tolerances: a design and fourteen copies of it, each with one quantity at its 90 % end.
 
-The interval is the nominal clearance less and plus the root of the sum of squared changes, each quantity's worse
-(better) end counting below (above): first order, but with the curvature that makes the two sides differ. A maker's
+The interval is the nominal clearance minus and plus the root of the sum of squared changes, with each quantity's worse
+(better) end below (above): first order, but with the curvature that makes the two sides differ. A maker's
 "plus or minus 20 %" is taken as uniform, whose 90 % ends are at 0.9 of it.
 """
 
@@ -54,7 +54,7 @@ def groups(
 ) -> Array:
     """(n_design, n_row, 16) lanes of ``copies`` for each length (n_design,) m; the last lane repeats the nominal one.
 
-    A crouch that a copy's links cannot reach is left as it is.
+    A crouch that a copy's links cannot reach is left unchanged.
     """
     made = copies(leg, motor, tolerances)
     nominal = lanes(leg, motor, contact, model, length)

@@ -1,7 +1,8 @@
 """Experiment C: one joint damping from inverted pull-ups of legs of several lengths.
 
-The foot is held overhead, the body hangs from it, and the motors fold the leg. With rigid links one angle a tells all;
-with the distance y(a) from foot to hips, the links' masses, springs and the recorded torque tau of one motor,
+The foot is held overhead, the body hangs from it, and the motors fold the leg. With rigid links one angle a is
+sufficient; with the distance y(a) from foot to hips, the links' masses, springs and the recorded torque tau of one
+motor,
 
     d/dt (M a') - M' a'^2 / 2 + V' = 2 tau - b D a',   D = 2 + 2 (1 + db/da)^2 + (2 db/da)^2
 
@@ -27,10 +28,10 @@ from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.windows import OVERLAP, windows
 from synth.jump.hopper_leg import HopperLeg
 
-WIDTH = 0.15  # s, of a window
-LARGEST = 0.05  # N m s/rad, of the genetic search
-UNEXPLAINED = 0.5  # share of the torque beyond which the design is not the leg; 1 % is left with MuJoCo's recordings
-FASTEST = 300.0  # rad/s; a guess that runs away stays a number
+WIDTH = 0.15  # s, width of a window
+LARGEST = 0.05  # N m s/rad, upper bound of the genetic search
+UNEXPLAINED = 0.5  # share of the torque above which the design does not match; 1 % remains with MuJoCo's recordings
+FASTEST = 300.0  # rad/s; keeps a diverging guess finite
 GRID = 2001  # points of the tables over a
 
 
@@ -53,7 +54,7 @@ class Folding:
 
 @dataclass(frozen=True)
 class DampingEstimate:
-    """Damping of one joint, N m s/rad; by length (m) beside it; ``angle_error`` rad: simulated less recorded, rms."""
+    """Damping of one joint, N m s/rad; for each length (m); ``angle_error`` rad: simulated minus recorded, RMS."""
 
     damping: IdentifiedConstant
     by_length: dict[float, IdentifiedConstant]
@@ -62,7 +63,7 @@ class DampingEstimate:
 
 
 def folding(leg: HopperLeg, body_mass: float) -> Folding:
-    """Tables for one length, from nearly straight to where the lower links lock."""
+    """Tables for one length, from nearly straight to the locking of the lower links."""
     a = np.linspace(0.01, 0.995 * leg.largest_crouch, GRID)
     length, lower, half = leg.length, leg.lower_length, 0.5 * leg.hip_spacing
     b = np.arcsin((half + length * np.sin(a)) / lower)
@@ -114,7 +115,7 @@ def identify_damping(project: PullUps) -> DampingEstimate:
 
 
 def _refuse_odd_pull_up(trials: Sequence[HopperRecording], rows: Sequence[Array]) -> None:
-    """Refuse a pull-up in which the damping of all others leaves much of the torque unexplained."""
+    """Refuse a pull-up whose torque is poorly explained by the damping of all others."""
 
     def missed(index: int) -> tuple[float, float] | None:
         others = [part for k, part in enumerate(rows) if k != index and len(part)]
@@ -130,17 +131,17 @@ def _refuse_odd_pull_up(trials: Sequence[HopperRecording], rows: Sequence[Array]
 
 
 def _missed(damping: float, rows: Array) -> float:
-    """Share of the motors' torque that the leg's mechanics with this damping leave (root mean square)."""
+    """Share of the motors' torque not explained by the leg's mechanics with this damping (root mean square)."""
     left = rows[:, 1] - damping * rows[:, 0]
     return float(np.sqrt(np.mean(left**2) / max(float(np.mean(rows[:, 2] ** 2)), 1e-300)))
 
 
 def _refuse_no_leg(trials: Sequence[HopperRecording], found: IdentifiedConstant, rows: Array) -> None:
-    """Refuse pull-ups whose torque the leg's mechanics do not explain, and a damping that drives the leg."""
+    """Refuse pull-ups whose torque the leg's mechanics do not explain, and a negative damping."""
     names = ", ".join(trial.name for trial in trials[:5]) + (" and others" if len(trials) > 5 else "")
     left = _missed(found.value, rows)
     if left > UNEXPLAINED:
-        text = f"the leg as designed, whatever its damping, misses {left:.0%} of the torque"
+        text = f"the designed leg leaves {left:.0%} of the torque unexplained for any damping"
     elif found.value < -SURE * found.deviation:
         text = f"no leg has a joint damping of {found.value:.2g} N*m*s/rad"
     else:
@@ -163,7 +164,7 @@ def _table(project: PullUps, trial: HopperRecording) -> Folding:
 
 
 def _windows(table: Folding, trial: HopperRecording) -> Array:
-    """(n, 3): joint travel against bumps, all other torques, whose ratio is the damping, and the motors' torque."""
+    """(n, 3): joint travel against bumps, all other torques (their ratio is the damping), and the motors' torque."""
     time, angle, torque = trial["time"], trial["upper link"], trial["hip torque"]
     rate = _rate(time, angle)
     momentum, travel = table.at("momentum", angle), table.at("travel", angle)
@@ -181,7 +182,7 @@ def _windows(table: Folding, trial: HopperRecording) -> Array:
 
 
 def _rate(time: Array, angle: Array, width: float = 0.02) -> Array:
-    """Angle's rate by local straight lines of that width (s); only the small centrifugal term uses it."""
+    """Angle's rate by local straight lines of that width (s), used only for the small centrifugal term."""
     reach = max(2, round(float(width / np.median(np.diff(time)) / 2)))
     rate = np.empty_like(angle)
     for i in range(len(angle)):
@@ -195,7 +196,7 @@ def _one(rows: Array) -> IdentifiedConstant:
     moved, other = rows[:, 0], rows[:, 1]
     power = float(moved @ moved)
     if power == 0.0 or len(rows) < 4:
-        raise UserError(Problem("the legs hardly move in these recordings; nothing is told of their damping"))
+        raise UserError(Problem("the legs hardly move in these recordings, which therefore do not show their damping"))
     value = float(moved @ other) / power
     left = other - value * moved
     return IdentifiedConstant(value, float(np.sqrt(left @ left / max(1, len(rows) - 1) * OVERLAP / power)))

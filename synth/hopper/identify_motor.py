@@ -5,8 +5,8 @@ With speeds at the output and constants at the rotor (ratio G), equations 3, 4 a
     V = R i + K_v G omega + L di/dt,        K_v i = f0 sign(omega) + b G omega + J G omega'
 
 Both are multiplied by bumps psi = (1 - u^2)^3 and integrated by parts, so nothing is differentiated: each is one linear
-least squares over windows of all runs (see ``windows``). Steady running at several voltages tells R from K_v and f0
-from b; the run-up tells L and J.
+least squares over windows of all runs (see ``windows``). Steady running at several voltages separates R from K_v and f0
+from b; the run-up gives L and J.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.odd_recording import refuse_odd
 from synth.hopper.windows import OVERLAP, windows
 
-SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running gains from long ones
+SHORT, LONG = 0.03, 0.3  # s, widths: the run-up needs short ones, steady running benefits from long ones
 Z90 = 1.6448536  # of a normal 90 % interval
-SURE = 3.0  # standard deviations below 0 from which on a constant is negative
+SURE = 3.0  # standard deviations below 0 from which a constant counts as negative
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ def identify_motor(runs: tuple[HopperRecording, ...], ratio: float) -> MotorEsti
 
     Raises
     ------
-    UserError : the runs cannot tell the constants apart: one steady speed only, or no run-up; or one of them, or all,
-        are of no motor.
+    UserError : the runs do not separate the constants (a single steady speed, or no run-up), or some or all
+        are not of a motor.
     """
     rows = [np.concatenate([_weighted(run, ratio, width) for width in (SHORT, LONG)]) for run in runs]
     if sum(map(len, rows)) < 12:
@@ -104,7 +104,7 @@ def _missed(found: MotorEstimate, rows: Array) -> float:
 
 
 def _refuse_no_motor(names: Sequence[str], found: MotorEstimate) -> None:
-    """Refuse constants that no motor has: a current that drives the voltage, friction that pushes."""
+    """Refuse constants with an impossible sign: resistance or friction that supplies energy."""
     above = {"resistance": "ohm", "back_emf": "N*m/A", "rotor_inertia": "kg*m^2"}
     wrong = {key: unit for key, unit in above.items() if getattr(found, key).value <= 0.0}
     for key, unit in {"inductance": "H", "friction": "N*m", "viscous": "N*m*s/rad"}.items():
@@ -123,7 +123,7 @@ def _estimate(rows: Array) -> MotorEstimate:
     e, sigma_e = _solve(rows[:, 1:4], rows[:, 0], "R from K_v: vary the voltage")
     back_emf = e[1]
     m, sigma_m = _solve(rows[:, 4:7], back_emf * rows[:, 1], "friction from its viscous part: vary the voltage")
-    # What is unknown of K_v is unknown of every torque.
+    # The uncertainty of K_v affects every torque.
     relative = sigma_e[1] / back_emf
     spread = np.hypot(sigma_m, relative * np.abs(m))
     resistance, inductance, emf = (IdentifiedConstant(e[i], sigma_e[i]) for i in (0, 2, 1))
@@ -153,10 +153,10 @@ def _windows(run: HopperRecording, ratio: float, width: float) -> Array:
 
 
 def _solve(a: Array, y: Array, remedy: str) -> tuple[Array, Array]:
-    """Least squares: values, standard deviations with overlapping windows counted once."""
+    """Least squares: values, and standard deviations with overlapping windows counted once."""
     size = np.linalg.norm(a, axis=0)
     if np.any(size == 0.0) or np.linalg.cond(a / size) > 1e6:
-        raise UserError(Problem(f"the runs do not tell {remedy}"))
+        raise UserError(Problem(f"the runs do not separate {remedy}"))
     found, *_ = np.linalg.lstsq(a / size, y, rcond=None)
     left = y - (a / size) @ found
     variance = float(left @ left) / max(1, len(y) - 3) * OVERLAP

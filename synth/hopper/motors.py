@@ -1,10 +1,11 @@
-"""Catalogue rows as motors of a leg: the constants that nobody publishes are derived or estimated here, and said so.
+"""Catalogue rows as motors of a leg; unpublished constants are derived or estimated, and marked as such.
 
 Derived: R = V/I_stall; K_e = (V - I_free R)/(G omega_free), equation 5 of Knaup & Aukes; K_t = T_stall/(G (I_stall -
-I_free)); friction K_e I_free at the rotor, equation 6, all of it constant in speed since one no-load point tells no
-more.
+I_free)); friction K_e I_free at the rotor, equation 6, all of it independent of speed because one no-load point does
+not
+separate a viscous part.
 
-Estimated, where neither the row nor the project gives them. Rotor inertia: 1.5e-8 kg m^2 for a motor of 9.5 g (a public
+Estimated if neither the row nor the project gives them. Rotor inertia: 1.5e-8 kg m^2 for a motor of 9.5 g (a public
 estimate for micro metal motors, marked as one by its author), for others by geometric similarity, inertia as mass to
 the power 5/3. Inductance: R times 0.25 ms, the electrical time constant of 1 mH at 4 ohm.
 """
@@ -19,8 +20,8 @@ from synth.errors import UserError
 from synth.jump.hopper_leg import Motor, MotorOptions
 from synth.parts.rows import GearMotorRow
 
-# Kg m^2 and kg of an N20 motor: a public estimate, marked as such by its author; other motors are
-# scaled by mass^(5/3), as bodies of one shape and density are.
+# Kg m^2 and kg of an N20 motor: a public estimate, marked as such by its author; scaled for other motors
+# by mass^(5/3), as for similar bodies of equal density.
 ROTOR_INERTIA, ROTOR_MASS = 1.5e-8, 0.0095
 ELECTRICAL_TIME = 0.25e-3  # s
 
@@ -70,23 +71,23 @@ def motor_of(row: GearMotorRow, options: MotorOptions | None = None) -> Motor:
 
 
 def estimates_of(row: GearMotorRow, options: MotorOptions) -> list[str]:
-    """What of this motor is an estimate, in words."""
+    """The estimated constants of this motor, in words."""
     found = []
     if not (options.rotor_inertia or row.rotor_inertia):
         found.append("rotor inertia estimated from a public estimate, by geometric similarity")
     if not (options.inductance or row.inductance):
         found.append("inductance estimated from an electrical time constant of 0.25 ms")
     if row.basis.startswith("derived"):
-        found.append("speed and torque are interpolated between the maker's neighbouring ratios, not published")
+        found.append("speed and torque are not published, but interpolated between the maker's neighbouring ratios")
     return found
 
 
 def chosen_rows(rows: Sequence[GearMotorRow], patterns: Sequence[str]) -> list[GearMotorRow]:
-    """The complete rows whose part matches any pattern (``*``, ``N20 HP *``), by name of the part's catalogue order.
+    """The complete rows whose part matches any pattern (``*``, ``N20 HP *``), in catalogue order.
 
     Raises
     ------
-    UserError : a pattern matches no complete row; a part that is named in full says what it lacks.
+    UserError : a pattern matches no complete row; for a full part name the message says what it lacks.
     """
     found: list[GearMotorRow] = []
     for pattern in patterns:

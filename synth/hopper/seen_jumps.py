@@ -1,8 +1,8 @@
-"""Jump height from a video's CSV and current from a meter's, against what each model predicts of the same leg.
+"""Jump height from a video's CSV and current from a meter's, compared with each model's prediction.
 
-A video follows one point, the hips or the foot: its height over the level at which it stood before. A foot's is the
-clearance. A meter logs the current that both motors draw: its peak, and the charge until the current has fallen to a
-tenth of the peak for good.
+A video follows one point, the hips or the foot, whose height is relative to its initial level. A foot's is the
+clearance. A meter logs the total current of both motors: its peak, and the charge until the current has finally fallen
+to a tenth of the peak.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from synth.parts.catalogs import Catalogue
 from synth.units import quantity
 
 MODELS_HELD = ("A", "B", "D", "full")
-LEAST_JUMP = 2e-3  # m; what rises less is no jump but the camera's scatter
-LEVEL = 0.1  # of the samples before the fastest rise: the level from which height counts is their median
+LEAST_JUMP = 2e-3  # m; a smaller rise is the camera's scatter
+LEVEL = 0.1  # of the samples before the fastest rise, whose median is the initial level
 IDLE = 0.1  # of the peak, below which the motors are off
 
 
 @dataclass(frozen=True)
 class SeenJumps:
-    """Heights by point and currents, each a recording's name and value in SI; and every model's."""
+    """Heights by point and currents, each with a recording's name and value in SI; and every model's."""
 
     heights: Mapping[str, Mapping[str, float]]  # point -> file -> m
     peaks: Mapping[str, float]  # file -> A
@@ -39,7 +39,7 @@ class SeenJumps:
     models: Mapping[str, Mapping[str, float]]
 
     def as_json(self) -> dict[str, Any]:
-        """Measured values with their mean, and each model's beside it."""
+        """Measured values with their mean, and each model's."""
         found: dict[str, Any] = {}
         for point, each in self.heights.items():
             found[f"height_of_{point}"] = _told(each, "m", {name: item[point] for name, item in self.models.items()})
@@ -59,11 +59,11 @@ def _told(each: Mapping[str, float], unit: str, models: Mapping[str, float]) -> 
 
 
 def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
-    """Read heights and currents, and what the models give of them.
+    """Read heights and currents, and compute those of the models.
 
     Raises
     ------
-    UserError : a video in which nothing jumps, a meter that shows no push.
+    UserError : a video without a jump, or a meter's log without a push.
     """
     motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
     leg = project.design.leg.with_length(project.length)
@@ -91,7 +91,7 @@ def seen_jumps(project: PlateJumps, catalogue: Catalogue) -> SeenJumps:
 
 
 def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.float64]]) -> float:
-    """How far a point rises over where it stood, m: from the median before the jump to the highest sample.
+    """Rise of a point over its initial level, m: from the median before the jump to the highest sample.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def jumped(name: str, height: Sequence[float] | np.ndarray[Any, np.dtype[np.floa
         text = f"rises by {1e3 * rise:.2g} mm only; is it a jump, is height positive upward, and is its unit right?"
         raise UserError(Problem(text, name, key="height"))
     if top < 3 or np.ptp(before) > 0.5 * rise:
-        raise UserError(Problem("begins in the jump; it needs a few frames at rest before", name, key="height"))
+        raise UserError(Problem("begins during the jump; it needs a few frames at rest before it", name, key="height"))
     return rise
 
 

@@ -1,8 +1,8 @@
 """A gear motor's constants from stall and free-speed tests: steady points, no run-up.
 
-At rest V = R i, and the output's torque is G (K_t i - f0) with K_t what reaches the output; running freely
+At rest V = R i, and the output's torque is G (K_t i - f0) with K_t the effective constant at the output; running freely
 V = R i + K_e G omega and K_e i = f0 + b G omega (equations 3 to 6 of Knaup & Aukes without their rates of change). Each
-is one linear least squares; what no steady point tells (inductance, rotor inertia) is left to run-ups.
+is one linear least squares; inductance and rotor inertia are left to run-ups.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from synth.errors import Problem, UserError
 from synth.files.hopper_recordings import HopperRecording
 from synth.hopper.identify_motor import IdentifiedConstant
 
-SAME = 1.2  # largest over smallest voltage of the free runs, below which they are one point: friction is then constant
-LEFT_SHARE = 0.02  # of a value: the least deviation that is believed of a handful of readings
+SAME = 1.2  # largest over smallest voltage of the free runs; below it they count as one point
+LEFT_SHARE = 0.02  # of a value: least deviation assumed for a few readings
 
 
 @dataclass(frozen=True)
 class SteadyMotor:
-    """Constants at the rotor but for ``torque_constant``, which is what reaches the output over ratio and current.
+    """Constants at the rotor, except ``torque_constant``, the effective one at the output over ratio and current.
 
-    ``not_told``: what these tests leave open, with why.
+    ``not_told``: constants that these tests leave open, and why.
     """
 
     constants: Mapping[str, IdentifiedConstant]
@@ -38,7 +38,7 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
 
     Raises
     ------
-    UserError : points that no motor gives: a current against its voltage, a free speed of nought.
+    UserError : impossible points: a current against its voltage, a free speed of zero.
     """
     found: dict[str, IdentifiedConstant] = {}
     not_told = ["inductance and rotor inertia: give run-ups under runs"]
@@ -71,7 +71,7 @@ def steady_motor(stall: Sequence[HopperRecording], free: Sequence[HopperRecordin
 
 
 def _torque_constant(held: Mapping[str, Array], ratio: float) -> IdentifiedConstant:
-    """Torque at the output over ratio and current; what friction takes at rest is in it."""
+    """Torque at the output over ratio and current, including friction at rest."""
     (constant,), spread = _solve(held["current"][:, None] * ratio, held["torque"])
     return IdentifiedConstant(constant, spread[0])
 
@@ -79,11 +79,11 @@ def _torque_constant(held: Mapping[str, Array], ratio: float) -> IdentifiedConst
 def _friction(
     running: Mapping[str, Array], ratio: float, back_emf: IdentifiedConstant, not_told: list[str]
 ) -> dict[str, IdentifiedConstant]:
-    """Friction at the rotor, and its viscous part where the free runs differ enough in voltage."""
+    """Friction at the rotor, and its viscous part if the free runs differ enough in voltage."""
     speed, torque = running["speed"] * ratio, back_emf.value * running["current"]
     share = back_emf.deviation / back_emf.value
     if running["voltage"].max() < SAME * running["voltage"].min() or len(speed) < 3:
-        not_told.append("friction's viscous part: give free speeds at two voltages or more; all is taken as constant")
+        not_told.append("friction's viscous part: give free speeds at two or more voltages; all is assumed constant")
         level = float(np.mean(torque))
         spread = float(np.std(torque) / np.sqrt(max(1, len(torque) - 1)))
         return {"friction": IdentifiedConstant(level, float(np.hypot(max(spread, LEFT_SHARE * level), share * level)))}
@@ -101,12 +101,10 @@ def _joined(records: Sequence[HopperRecording]) -> dict[str, Array]:
 
 
 def _solve(a: Array, y: Array) -> tuple[list[float], list[float]]:
-    """Least squares with standard deviations from what is left, at least ``LEFT_SHARE`` of each value."""
+    """Least squares with standard deviations from the residuals, at least ``LEFT_SHARE`` of each value."""
     size = np.linalg.norm(a, axis=0)
     if len(y) < a.shape[1] or np.linalg.cond(a / size) > 1e6:
-        raise UserError(
-            Problem("the points do not tell the constants apart: vary the voltage", key="stall, free_speed")
-        )
+        raise UserError(Problem("the points do not separate the constants: vary the voltage", key="stall, free_speed"))
     found, *_ = np.linalg.lstsq(a / size, y, rcond=None)
     left = y - (a / size) @ found
     variance = float(left @ left) / max(1, len(y) - a.shape[1])

@@ -1,4 +1,4 @@
-"""A whole study of a project: sweep, front, choice, what its neighbours cost, the ladder of models on it."""
+"""The complete study of a project: sweep, front, choice, cost of its neighbours, all models for the choice."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Stage = Callable[[str], AbstractContextManager[None]]
 
 @dataclass(frozen=True)
 class Neighbour:
-    """A design beside the chosen one: what was changed, and its outcome."""
+    """A design similar to the chosen one: the change, and its outcome."""
 
     change: str
     motor: Motor
@@ -56,7 +56,7 @@ class Leaning:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Everything that a project's result is made of; ``best`` None where nothing jumps."""
+    """All data of a project's result; ``best`` None if nothing jumps."""
 
     project: HopperProject
     rows: tuple[GearMotorRow, ...]
@@ -86,11 +86,11 @@ class Study:
 
 
 def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepProblem, tuple[GearMotorRow, ...]]:
-    """What to sweep, with the motors' rows.
+    """The sweep, with the motors' rows.
 
     Raises
     ------
-    UserError : a pattern matches no motor, or one that is not complete.
+    UserError : a pattern matches no motor, or an incomplete one.
     """
     try:
         rows = chosen_rows(catalogue.motors, project.motors)
@@ -101,9 +101,7 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepPr
     if MODELS[project.model].engine == "mujoco":
         require_mujoco()
         if size > MOST_MUJOCO:
-            text = (
-                f'"{project.model}" takes a third of a second a design and {size} are asked for, at most {MOST_MUJOCO}:'
-            )
+            text = f'"{project.model}" takes a third of a second per design; {size} requested, at most {MOST_MUJOCO} allowed:'
             raise UserError(model_problem(project, f"{text} write model: A, or fewer motors and lengths"))
     everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
     tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
@@ -119,7 +117,7 @@ def study(
     progress: Callable[[int, int], None] | None = None,
     cluster: Cluster | None = None,
 ) -> Study:
-    """Run the whole study; the sweep on ``cluster`` where one is given, all else here."""
+    """Run the whole study; the sweep on ``cluster`` if given, the rest here."""
     problem, rows = sweep_problem(project, catalogue)
     with stage(f"simulating {problem.size} designs with model {project.model}"):
         sweep = run_sweep(problem, checkpoint, cluster=cluster, progress=progress)
@@ -136,7 +134,7 @@ def study(
         return Study(project, rows, sweep, front, low, high, None, {}, {}, [], {}, [], None)
     leg = project.leg.with_length(float(sweep.length[best]))
     motor = problem.motors[sweep.motor[best]]
-    with stage("the chosen design by every model (the planar form compiles once on a machine, some 10 s)"):
+    with stage("the chosen design by every model (the planar form compiles once on this machine, some 10 s)"):
         ladder, notes = run_ladder(leg, motor, problem)
         leaning = [_leaning(leg, motor, problem, angle) for angle in (0.0, 0.05, 0.1)] if _has_lanes(problem) else []
     shown = problem.model if _has_lanes(problem) else MODELS["A"]
@@ -148,7 +146,7 @@ def study(
 
 
 def run_ladder(leg: HopperLeg, motor: Motor, problem: SweepProblem) -> tuple[dict[str, JumpOutcome], dict[str, str]]:
-    """One design by every model; model C on both grounds where MuJoCo is there, else the note how to get it."""
+    """One design by every model; model C on both grounds if MuJoCo is installed, else a note on how to get it."""
     found: dict[str, JumpOutcome] = {}
     notes: dict[str, str] = {}
     for name, model in MODELS.items():
@@ -172,7 +170,7 @@ def _has_lanes(problem: SweepProblem) -> bool:
 
 
 def _tolerances(given: HopperTolerances, row: GearMotorRow) -> HopperTolerances:
-    """The project's, with what the maker states in its place."""
+    """The project's, overridden by the maker's statements."""
     speed = given.speed if row.speed_tolerance is None else row.speed_tolerance
     current = given.current if row.current_tolerance is None else row.current_tolerance
     return replace(given, speed=speed, current=current)
@@ -233,13 +231,11 @@ def _one(problem: SweepProblem, motor: Motor, length: float) -> JumpOutcome:
 
 
 def warnings_of(found: Study) -> list[str]:
-    """What to know before anything else."""
+    """The most important warnings."""
     sweep = found.sweep
     texts: list[str] = []
     if found.best is None:
-        texts.append(
-            "no design leaves the ground: every motor is too weak or too slow for this leg; the height is zero"
-        )
+        texts.append("no design lifts off: every motor is too weak or too slow for this leg; the height is zero")
         return texts
     row = found.rows[sweep.motor[found.best]]
     if limit := sweep.limit_text(found.best):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
 
 CHUNK = 2048  # designs, a third of a second of one core without intervals
-OUT_OF_REACH = -1.0  # status of a design whose crouch the links do not reach
+OUT_OF_REACH = -1.0  # status of a design whose links do not reach the crouch
 OBJECTIVES = {  # name -> +1 more is better, -1 less is
     "clearance": 1, "relative_height": 1, "total_height": 1, "energy": -1, "peak_gear_torque": -1,
 }  # fmt: skip
@@ -34,7 +34,7 @@ Limiting = Literal["warn", "stop"]
 
 @dataclass(frozen=True)
 class SweepProblem:
-    """What is swept: legs of ``lengths`` (m) by ``motors``, by one model."""
+    """The sweep: legs of ``lengths`` (m) by ``motors``, by one model."""
 
     leg: HopperLeg
     motors: tuple[Motor, ...]
@@ -43,7 +43,7 @@ class SweepProblem:
     contact: Contact
     model: Model
     with_intervals: bool
-    height: str = "clearance"  # or total: what a relative height is made of
+    height: str = "clearance"  # or total: the height for relative heights
 
     @property
     def size(self) -> int:
@@ -55,7 +55,7 @@ class SweepProblem:
 class Sweep:
     """Every design's outcome; all arrays (n_design,), motor by motor, lengths rising.
 
-    ``clearance_low``, ``clearance_high``: nan where no interval was asked for.
+    ``clearance_low``, ``clearance_high``: nan if no interval was requested.
     """
 
     problem: SweepProblem
@@ -67,17 +67,17 @@ class Sweep:
     clearance_high: Array
 
     def over_limit(self) -> NDArray[np.bool_]:
-        """Designs whose gear torque in the push is above what their gearbox bears."""
+        """Designs whose gear torque in the push exceeds their gearbox's limit."""
         limits = np.array([np.inf if m.torque_limit is None else m.torque_limit for m in self.problem.motors])
         return np.asarray(self.values["peak_gear_torque"] > limits[self.motor])
 
     def feasible(self, gearbox: Limiting) -> NDArray[np.bool_]:
-        """Designs that jump, and with ``stop`` whose gearbox bears it."""
+        """Designs that jump, and with ``stop`` respect the gearbox's limit."""
         jumps = self.status == LANDED_AGAIN
         return np.asarray(jumps & ~self.over_limit()) if gearbox == "stop" else np.asarray(jumps)
 
     def limit_text(self, index: int) -> str:
-        """What limits a design, empty where nothing does."""
+        """The limit of a design; empty if there is none."""
         if self.status[index] == OUT_OF_REACH:
             return "the crouch is out of the links' reach"
         if self.status[index] != LANDED_AGAIN:
@@ -101,14 +101,14 @@ def run_sweep(
 
     Parameters
     ----------
-    checkpoint : where finished chunks are kept and found.
+    checkpoint : storage of finished chunks.
     workers : threads; default as many as cores.
-    cluster : where the chunks are computed instead; they come home and are kept here.
-    progress : called with chunks done and all chunks.
+    cluster : where the chunks are computed instead; they are stored here.
+    progress : called with finished and total chunks.
 
     Raises
     ------
-    UserError : the cluster is gone, or a chunk fails on every worker that takes it up.
+    UserError : the cluster is gone, or a chunk fails on every worker.
     """
     count = -(-problem.size // CHUNK)
     rows: list[Array | None] = [checkpoint.load(index) if checkpoint is not None else None for index in range(count)]
@@ -136,9 +136,9 @@ def _on_threads(
     problem: SweepProblem, missing: Sequence[int], workers: int | None, keep: Callable[[int, Array], None]
 ) -> None:
     if problem.model.engine == "lanes":
-        compiled_jump(problem.leg.bending)  # once, before threads ask for it
+        compiled_jump(problem.leg.bending)  # once, before threads need it
     elif problem.model.engine == "mujoco":
-        workers = 1  # its callback for passive forces is one for the whole process
+        workers = 1  # its callback for passive forces is global to the process
     in_parallel(lambda k: keep(missing[k], _chunk(problem, missing[k])), len(missing), workers)
 
 
@@ -227,7 +227,7 @@ def _collect(problem: SweepProblem, rows: Array) -> Sweep:
 
 
 def pareto_front(sweep: Sweep, objectives: Sequence[str], allowed: NDArray[np.bool_]) -> list[int]:
-    """Allowed designs that none beats in one objective without losing in another, best first objective first.
+    """Allowed designs not dominated by any other (Pareto front), best first objective first.
 
     Kung, Luccio & Preparata's order (J. ACM 22 (1975) 469-476): sorted by the first objective, each candidate is held
     against the front found so far.
@@ -237,7 +237,7 @@ def pareto_front(sweep: Sweep, objectives: Sequence[str], allowed: NDArray[np.bo
     order = np.lexsort(tuple(-scores[:, k] for k in range(scores.shape[1] - 1, -1, -1)))
     if scores.shape[1] == 1:
         return [int(index[order[0]])] if len(order) else []
-    if scores.shape[1] == 2:  # sorted by the first, a design is on the front where the second is a new greatest
+    if scores.shape[1] == 2:  # sorted by the first, a design is on the front if the second is a new maximum
         second = scores[order, 1]
         before = np.concatenate([[-np.inf], np.maximum.accumulate(second)[:-1]])
         return [int(index[i]) for i in order[second > before]]

@@ -1,13 +1,14 @@
-"""The models against what was published of one leg, with the parameters of the lab's own simulation.
+"""The models compared with published results of one leg, with the parameters of the lab's own simulation.
 
 Published (Knaup & Aukes): the best of model D over all gears and lengths is 210:1 with 12 to 14 cm links and 22 cm of
 ground clearance; the leg with 12 cm and 210:1 jumped 18.3 cm on average over three tests; 8 cm with 150:1 is the best
-height relative to its length. Not published: the crouch, what exactly is measured as clearance, the supply under load,
+height relative to its length. Not published: the crouch, the definition of clearance, the supply under load,
 the flexures, friction, rotor inertia and inductance, and the motors' make.
 
-Two poses are held against that. ``lab``: the start of the lab's public simulation. ``matched``: the one number that is
-free, how far the legs fold (the lower links' angle, alike for all lengths), set so that model D's total height at 12 cm
-and 210:1 is the published 22 cm. What ``full`` then predicts for the 18.3 cm is a test: no number was left to set.
+Two poses are compared. ``lab``: the start of the lab's public simulation. ``matched``: the one free
+number, the fold of the legs (the lower links' angle, equal for all lengths), set so that model D's total height at 12
+cm
+and 210:1 is the published 22 cm. The prediction of ``full`` for the 18.3 cm is then a test without free parameters.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ SUPPLY = 5.7  # V, in the lab's code
 PREDICTED, MEASURED = 0.22, 0.183  # m
 BUILT_LENGTH, BUILT_RATIO = 0.12, 210.59  # m and gear ratio of the leg that was built (Knaup & Aukes)
 LENGTHS = tuple(round(0.05 + 0.01 * i, 3) for i in range(16))  # m
-RATIOS = (25.0, 300.0)  # beyond them nothing of this family jumps well, and the study names none
+RATIOS = (25.0, 300.0)  # beyond them no motor of this family jumps well, and the study names none
 SWEPT = ("point_mass", "A", "B", "D", "full")
 MEASURES = {"clearance": CLEARANCE, "total_height": APEX}  # rows of an outcome
 POSES = {"lab": "the lab's start", "matched": "the matched pose"}
@@ -43,7 +44,7 @@ POSES = {"lab": "the lab's start", "matched": "the matched pose"}
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """One model over ratios and lengths: heights by measure (n_motor, n_length), m; nan where legs cannot fold so."""
+    """One model over ratios and lengths: heights by measure (n_motor, n_length), m; nan if legs cannot fold so."""
 
     motors: tuple[Motor, ...]
     lengths: Array
@@ -85,7 +86,7 @@ def grid(leg: HopperLeg, motors: Sequence[Motor], model: str, lengths: Sequence[
 
 
 def matched_pose(motor: Motor, target: float = PREDICTED) -> HopperLeg:
-    """The leg folded so far that model D's total height with this motor at 12 cm is ``target`` (m), by bisection.
+    """The leg folded so that model D's total height with this motor at 12 cm is ``target`` (m), by bisection.
 
     Raises
     ------
@@ -151,7 +152,7 @@ def _optimum(motor: Motor, length: float, height: float, relative: bool = False)
 
 
 def pose_json(leg: HopperLeg, motors: Sequence[Motor], with_c: bool) -> tuple[dict[str, Any], dict[str, Grid]]:
-    """Everything of one pose and one family of motors."""
+    """All results of one pose and one family of motors."""
     built = next(motor for motor in motors if abs(motor.ratio - BUILT_RATIO) < 0.01)
     grids = {name: grid(leg, motors, name) for name in SWEPT}
     models: dict[str, Any] = {}
@@ -214,7 +215,7 @@ def sensitivities(leg: HopperLeg, motor: Motor) -> list[dict[str, Any]]:
 
 
 def claims(grids: dict[str, Grid], poses: dict[str, Any], pose: str, measure: str) -> list[dict[str, Any]]:
-    """The study's findings, each with what comes out here and whether it does."""
+    """The study's findings, each with our result and whether it agrees."""
     best = {name: found.best(measure) for name, found in grids.items()}
     built = {name: found.at(measure, BUILT_RATIO, BUILT_LENGTH) for name, found in grids.items()}
 

@@ -1,8 +1,8 @@
-"""Experiment A: jumps on a force plate with encoders, against what each model predicts of the same leg.
+"""Experiment A: jumps on a force plate with encoders, compared with each model's prediction.
 
-From a recording: takeoff where the ground force falls to the plate's zero for good before the flight; takeoff speed by
-impulse, v = integral (N - m g) dt / m; rise of the centre of mass over the crouch, its way in the push by integrating
-that speed, then v^2 / (2 g); where the landing is recorded, the flight time t gives a second measure, t^2 g / 8.
+From a recording: takeoff is when the ground force finally falls to the plate's zero before the flight; takeoff speed by
+impulse, v = integral (N - m g) dt / m; rise of the centre of mass over the crouch, its path in the push by integrating
+that speed, plus v^2 / (2 g); if the landing is recorded, the flight time t gives a second estimate, t^2 g / 8.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from synth.jump.outcomes import JumpOutcome, outcome_of
 from synth.parts.catalogs import Catalogue
 
 MODELS_HELD = ("A", "B", "D", "full")
-ODD = 0.3  # share by which a jump must differ from its repetitions to be odd: chosen, above what a weak battery does
-ZERO = np.radians(10.0)  # that an encoder's zero may be off, at most
-QUIET = 0.02  # s, a foot in the air leaves the plate quiet for so long at least
+ODD = 0.3  # relative deviation of a refused jump from its repetitions: above a weak battery's effect
+ZERO = np.radians(10.0)  # largest error of an encoder's zero
+QUIET = 0.02  # s, least time that a foot in the air leaves the plate quiet
 
 
 @dataclass(frozen=True)
 class MeasuredJump:
-    """One jump as recorded; ``flight_rise`` None where it does not land within the recording."""
+    """One recorded jump; ``flight_rise`` None if it does not land within the recording."""
 
     name: str
     takeoff_time: float
@@ -45,7 +45,7 @@ class MeasuredJump:
 
 @dataclass(frozen=True)
 class ModelComparison:
-    """One model: its outcome, and how far force (N) and upper link angle (rad) are off through the push, rms."""
+    """One model: its outcome, and its RMS error of force (N) and upper link angle (rad) during the push."""
 
     model: str
     outcome: JumpOutcome
@@ -64,11 +64,11 @@ class Validation:
 
 
 def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
-    """Hold the models against the jumps.
+    """Compare the models with the jumps.
 
     Raises
     ------
-    UserError : an unknown motor, or a recording without a jump in it.
+    UserError : an unknown motor, or a recording without a jump.
     """
     motor = motor_of(catalogue.find_motor(project.motor), project.design.motor_options)
     leg = project.design.leg.with_length(project.length)
@@ -103,7 +103,7 @@ def validate(project: PlateJumps, catalogue: Catalogue) -> Validation:
 
 
 def _refuse_odd_jump(jumps: Sequence[MeasuredJump]) -> None:
-    """Refuse a jump whose rise, peak force or moment of takeoff is not the others'."""
+    """Refuse a jump whose rise, peak force or takeoff time differs from the others'."""
     figures = np.array([[jump.rise, jump.peak_force, jump.takeoff_time] for jump in jumps])
 
     def missed(index: int) -> tuple[float, float]:
@@ -115,17 +115,17 @@ def _refuse_odd_jump(jumps: Sequence[MeasuredJump]) -> None:
 
 
 def refuse_out_of_reach(name: str, angle: Array, leg: HopperLeg) -> None:
-    """Refuse an upper link's angle (n_time,) rad that no leg of this build can have.
+    """Refuse an upper link's angle (n_time,) rad that is impossible for a leg of this build.
 
     Raises
     ------
-    UserError : it is turned inward, or further out than where the lower links lock, by more than an encoder's zero.
+    UserError : it is turned inward, or beyond the locking angle of the lower links, by more than an encoder's zero.
     """
     low, high = float(angle.min()), float(angle.max())
     if low < -ZERO or high > leg.largest_crouch + ZERO:
         text = f"the angle runs from {np.degrees(low):.1f} to {np.degrees(high):.1f} deg; links of "
         text += f"{leg.length * 1e3:g} mm fold from 0 to {np.degrees(leg.largest_crouch):.1f} deg. Are columns "
-        raise UserError(Problem(f"{text}exchanged, or is the angle's unit another?", name, key="upper link"))
+        raise UserError(Problem(f"{text}exchanged, or is the angle in another unit?", name, key="upper link"))
 
 
 def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
@@ -137,7 +137,7 @@ def measure(jump: HopperRecording, mass: float, gravity: float) -> MeasuredJump:
     takeoff = _first_quiet(time, quiet, float(np.argmax(force)))
     if takeoff is None or force.max() < 1.2 * weight:
         peak = f"weight {weight:.3g} N, peak {force.max():.3g} N"
-        text = f"holds no jump: the plate never falls silent after a push ({peak})"
+        text = f"contains no jump: the plate's force never returns to zero after a push ({peak})"
         raise UserError(Problem(text, jump.name, key="ground force"))
     push = slice(0, takeoff + 1)
     speed = np.concatenate([[0.0], np.cumsum(_middle(force[push] - weight) * np.diff(time[push]))]) / mass

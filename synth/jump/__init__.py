@@ -1,1 +1,1 @@
-"""The jumping leg's engine: a two-motor five-bar, its compiled jump, models of growing truth, and its effects."""
+"""The jumping leg's engine: a two-motor five-bar, its compiled jump, models of increasing detail, and its effects."""

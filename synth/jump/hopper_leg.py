@@ -1,7 +1,8 @@
-"""The five-bar jumping leg, its motor, its ground and their tolerances as plain values in SI.
+"""The five-bar jumping leg, its motor, ground and tolerances as plain values in SI.
 
 Angles of links are measured from straight down, outward positive: the upper link stands at ``a``, the lower one at
-``-b`` (it points inward). Left and right mirror each other. With hips ``spacing`` apart the feet of both sides are one
+``-b`` (pointing inward). Left and right are mirror images. With hips ``spacing`` apart the feet of both sides meet in
+one
 point under the body's middle, which is the closure ``spacing/2 + upper sin a = lower sin b``.
 """
 
@@ -26,10 +27,10 @@ LOCKED = 80.0 * pi / 180.0  # lower links flatter than this in the crouch lock
 
 @dataclass(frozen=True)
 class Laminate:
-    """What links and flexures are made of.
+    """Materials of links and flexures.
 
-    ``mass_per_length`` kg/m and ``bending_stiffness`` E I (N m^2) of a link as measured or as they follow from a flat
-    strip (``strip_mass_per_length``, ``strip_bending_stiffness``); both hold for any length.
+    ``mass_per_length`` kg/m and ``bending_stiffness`` E I (N m^2) of a link, measured or from a flat
+    strip (``strip_mass_per_length``, ``strip_bending_stiffness``); both apply to any length.
     """
 
     mass_per_length: float = 0.025
@@ -48,24 +49,24 @@ class Laminate:
 
     @property
     def strip_bending_stiffness(self) -> float:
-        """E w t^3 / 12, N m^2: what a flat strip of this laminate has."""
+        """E w t^3 / 12, N m^2, of a flat strip of this laminate."""
         return self.modulus * self.width * self.thickness**3 / 12.0
 
     def beam_rate(self, length: float) -> float:
-        """Torsion spring that stands for a link's bending: gamma K_theta E I / l, N m/rad (Howell 2001, eq. 5.49)."""
+        """Torsion spring equivalent to a link's bending: gamma K_theta E I / l, N m/rad (Howell 2001, eq. 5.49)."""
         return PRB_GAMMA * PRB_STIFFNESS * self.bending_stiffness / length
 
     def hinge_gap(self, rate: float) -> float:
-        """Free length of film that gives a joint's rate: E w t^3 / (12 k), m (small-length flexure, ibid. 5.2)."""
+        """Free length of film for a joint's rate: E w t^3 / (12 k), m (small-length flexure, ibid. 5.2)."""
         return self.flexure_modulus * self.width * self.flexure_thickness**3 / (12.0 * rate)
 
 
 @dataclass(frozen=True)
 class Flexures:
-    """The five flexure joints: rate N m/rad, damping N m s/rad, and where each is at rest (rad).
+    """The five flexure joints: rate N m/rad, damping N m s/rad, and rest angles (rad).
 
     ``hip_rest``: upper link's angle; ``knee_rest``: fold between upper and lower link, a + b; ``foot_rest``: angle
-    between the two lower links, 2 b. The lab's simulation rests the hips with the links level, the knees straight and
+    between the two lower links, 2 b. In the lab's simulation the hips rest with the links level, the knees straight and
     the foot laid flat.
     """
 
@@ -89,10 +90,10 @@ class Contact:
 
 @dataclass(frozen=True)
 class Motor:
-    """A gear motor at its supply voltage, output side except where it says rotor.
+    """A gear motor at its supply voltage; values at the output unless at the rotor.
 
-    ``torque_constant`` and ``back_emf`` are the rotor's. ``torque_constant`` is the one that gives the maker's stall
-    torque through a gear without loss, ``back_emf`` the one that gives his free speed: their ratio is the gear's
+    ``torque_constant`` and ``back_emf`` belong to the rotor. ``torque_constant`` gives the maker's stall
+    torque through a lossless gear, ``back_emf`` the maker's free speed: their ratio is the gear's
     efficiency at stall.
     """
 
@@ -115,7 +116,7 @@ class Motor:
 
     @property
     def efficiency(self) -> float:
-        """Of the gear, driving: torque constant that reaches the output over the back-EMF constant, at most 1."""
+        """Of the gear when the motor drives: effective torque constant over the back-EMF constant, at most 1."""
         return min(1.0, self.torque_constant / self.back_emf)
 
     @property
@@ -135,7 +136,7 @@ class Motor:
 
 @dataclass(frozen=True)
 class MotorOptions:
-    """What a project says of all motors; None: as the row, else as estimated.
+    """Properties of all motors in a project; None: from the catalogue row, else estimated.
 
     ``supply`` V; ``friction_share`` of the no-load torque that is constant in speed, the rest being viscous.
     """
@@ -161,7 +162,7 @@ class HopperLeg:
     laminate: Laminate = field(default_factory=Laminate)
     flexures: Flexures = field(default_factory=Flexures)
     crouch: float = pi / 2 - 0.89  # of the upper link
-    crouch_lower: float | None = None  # of the lower link, in its place: legs of all lengths fold alike
+    crouch_lower: float | None = None  # of the lower link, instead: legs of all lengths then fold equally
     extended: float = 10.0 * pi / 180.0
     stop_rate: float = 20.0  # N m/rad
     stop_dissipation: float = 0.5  # s/rad
@@ -187,7 +188,7 @@ class HopperLeg:
         return replace(self, length=length)
 
     def crouch_angle(self, length: Array) -> Array:
-        """Upper link's angle in the crouch (rad) for these lengths (m); nan where the lower link's cannot be had."""
+        """Upper link's angle in the crouch (rad) for these lengths (m); nan if the lower link's is impossible."""
         if self.crouch_lower is None:
             return np.full_like(length, self.crouch)
         share = self.lower_ratio * np.sin(self.crouch_lower) - 0.5 * self.hip_spacing / length
@@ -212,7 +213,7 @@ class HopperLeg:
 
     @property
     def largest_crouch(self) -> float:
-        """Largest upper angle at which the lower links reach (there they are level, and lock), rad; at most 90 deg."""
+        """Largest upper angle at which the lower links reach (they are then level, and lock), rad; at most 90 deg."""
         share = (self.lower_length - 0.5 * self.hip_spacing) / self.length
         return asin(share) if share < 1.0 else pi / 2
 
@@ -221,12 +222,12 @@ class HopperLeg:
         return self.length * cos(upper) + self.lower_length * cos(self.lower_angle(upper))
 
     def leverage(self, upper: float) -> float:
-        """How much the hips rise while both upper links turn in by one radian, m/rad: l (sin a + cos a tan b)."""
+        """Rise of the hips per radian of both upper links, m/rad: l (sin a + cos a tan b)."""
         b = self.lower_angle(upper)
         return self.length * (sin(upper) + cos(upper) * sin(b) / cos(b))
 
     def problems(self) -> list[str]:
-        """Why no jump can be made of it: geometry that is not one, a crouch out of reach, links that cross or lock."""
+        """Reasons why it cannot jump: impossible geometry, a crouch out of reach, links that cross or lock."""
         degrees = 180.0 / pi
         if min(self.length, self.lower_length) <= 0.0:
             return ["a link has no length"]
@@ -254,14 +255,14 @@ class HopperLeg:
 
 
 def in_reach(leg: HopperLeg, length: Array) -> NDArray[np.bool_]:
-    """Lengths whose lower links reach the foot in the crouch and do not lock there."""
+    """Lengths whose lower links reach the foot in the crouch without locking."""
     a = leg.crouch_angle(length)
     share = (0.5 * leg.hip_spacing + length * np.sin(a)) / (length * leg.lower_ratio)
     return np.asarray((share < np.sin(LOCKED)) & (a > leg.extended))
 
 
 def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
-    """Lengths and masses of one side's rigid pieces from hip to foot, and which one begins the lower link."""
+    """Lengths and masses of one side's rigid pieces from hip to foot, and the index of the first lower piece."""
     upper, lower = leg.link_mass
     halves = {"none": (1, 1), "upper": (2, 1), "all": (2, 2)}[leg.bending]
     lengths = [leg.length / halves[0]] * halves[0] + [leg.lower_length / halves[1]] * halves[1]
@@ -271,7 +272,7 @@ def segments(leg: HopperLeg) -> tuple[list[float], list[float], int]:
 
 @dataclass(frozen=True)
 class HopperTolerances:
-    """90 % half widths as shares of the value, ``crouch`` in rad; ``speed`` and ``current`` where the row has none."""
+    """90 % half widths as shares of the value, ``crouch`` in rad; ``speed`` and ``current`` if the row has none."""
 
     speed: float = 0.2
     current: float = 0.5

@@ -1,8 +1,8 @@
-"""Bogacki-Shampine 3(2) for sixteen jumps that share one adaptive step, each stopped where its jump is decided.
+"""Bogacki-Shampine 3(2) for sixteen jumps with a common adaptive step; each lane stops when its outcome is known.
 
-The motion is stiff by its winding, its foot on the ground and its bending links, so the step is set by stability; a
-third-order pair has twice the stable step an evaluation that Dormand-Prince 5(4) has (on the imaginary axis 1.73/3
-against 1.0/6), and the accuracy wanted is a thousandth of the height.
+The motion is stiff because of winding, ground contact and bending links, so stability limits the step. A
+third-order pair has twice the stable step per evaluation of Dormand-Prince 5(4) (on the imaginary axis 1.73/3
+against 1.0/6), and the required accuracy is only a thousandth of the height.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ error_weights, try_step = compiled_step(_rules)
 
 @compiled(_signature, **_rules)
 def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcome, trace):  # type: ignore[no-untyped-def]
-    """Integrate from the crouch until every lane's jump is decided.
+    """Integrate from the crouch until every lane's outcome is known.
 
     Parameters
     ----------
@@ -61,12 +61,12 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
     Z : (n_row, 16) workspace with initial state and parameters.
     where : rows: n_state, derivative, normal, foot, foot_speed, com_speed, com, gear_torque, drawn, bend, alive,
         height, energy.
-    duration : s, a lane that has not left the ground by then is too weak.
-    tolerance : error a step relative to 1 in metres, radians, and their rates over 30 per second.
-    first_step : s; max_steps : accepted and rejected, a group that needs more is too stiff.
-    fall : m/s, a flying lane's jump is decided when its centre of mass falls so fast.
+    duration : s; a lane still on the ground by then is too weak.
+    tolerance : error per step relative to 1 in metres, radians, and their rates over 30 per second.
+    first_step : s; max_steps : accepted and rejected; a group that needs more is too stiff.
+    fall : m/s; a flying lane's outcome is known once its centre of mass falls so fast.
     outcome : (n_outcome, 16) filled in, rows as ``outcomes.OUTCOMES``.
-    trace : (m, 1 + n_row) lane 0 at every accepted step, time first, as far as there is room; m = 0 for none.
+    trace : (m, 1 + n_row) lane 0 at every accepted step, time first, as far as it fits; m = 0 for none.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
                 elif t >= duration or (
                     t > SETTLED and at <= 0.0 and abs(speed) < CREEP and abs(K[0, 1 + n_angle, lane]) < 0.5
                 ):
-                    ended = TOO_WEAK  # by now, or standing still: held, or stretched without leaving the ground
+                    ended = TOO_WEAK  # by now, or at rest: held, or stretched without lifting off
                 if ended != RUNNING:
                     outcome[STATUS, lane] = ended
                     outcome[END_TIME, lane] = t
@@ -155,7 +155,7 @@ def jump(rhs, Z, where, duration, tolerance, first_step, max_steps, fall, outcom
             factor = 0.9 * error ** (-1.0 / 3.0)
         else:
             factor = max(0.2, 0.9 * error ** (-1.0 / 3.0))
-        if not (factor > 0.2):  # also when the error is not a number
+        if not (factor > 0.2):  # also if the error is nan
             factor = 0.2
         h = min(h * min(4.0, factor), LONGEST)
         if running > 0 and (h < 1e-10 or steps >= max_steps):

@@ -1,7 +1,7 @@
-"""Many jumping legs as columns of numbers: what effects and tolerances change, and the workspace made from them.
+"""Many jumping legs as columns of numbers, modified by effects and tolerances, and the workspace made from them.
 
-Motor columns are the rotor's where ``synth.jump.hopper_leg.Motor`` has them so. Without ``electric`` the motor is its
-maker's line; a winding that takes time is put on it as a lag of that line with the time constant L/R.
+Motor columns are the rotor's as in ``synth.jump.hopper_leg.Motor``. Without ``electric`` the motor is its
+maker's line; a winding with inductance is added as a lag of that line with the time constant L/R.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from synth.arrays import Array
 from synth.jump.hopper_leg import PRB_GAMMA, PRB_STIFFNESS, Contact, HopperLeg, Motor
 from synth.jump.jump_layout import LAYOUTS, JumpLayout
 
-REVERSE_SPEED = 0.05  # rad/s at the output, over which friction and the gear's losses turn over
+REVERSE_SPEED = 0.05  # rad/s at the output, width of the transition of friction and gear loss between directions
 
 
 @dataclass(eq=False)
 class JumpLanes:
-    """Columns (n_lane,) in SI; ``electric``, ``may_pull`` and the layout are the same for all.
+    """Columns (n_lane,) in SI; ``electric``, ``may_pull`` and the layout are common.
 
     ``body_mass`` : structure and both motors. ``start`` : the upper link's angle in the crouch. ``supply_resistance`` :
-    of the supply that both motors draw from. ``gear_friction`` : beside what the motor's free current tells, N m at the
-    rotor. ``driving``, ``braking`` : torque behind the gear over that before it, where the motor drives the link and
-    where the link drives the motor. ``ground_friction`` : coefficient; only a leaning jump asks for it.
+    of the common supply of both motors. ``gear_friction`` : in addition to that in the motor's free current, N m at the
+    rotor. ``driving``, ``braking`` : torque after the gear over that before it, when the motor drives the link and
+    when the link drives the motor. ``ground_friction`` : coefficient, relevant for a leaning jump only.
     """
 
     layout: JumpLayout
@@ -78,14 +78,14 @@ class JumpLanes:
         return len(self.length)
 
     def scale_torque_constant(self, factor: Array) -> None:
-        """Torque a current and back-EMF a speed together: in SI they are one number."""
+        """Torque per current and back-EMF per speed together: one number in SI."""
         self.torque_constant *= factor
         self.back_emf *= factor
         self.stall_torque *= factor
         self.no_load_speed /= factor
 
     def repeat(self, count: int) -> JumpLanes:
-        """Each lane so many times, side by side."""
+        """Each lane repeated so many times."""
         return self._each(lambda values: np.repeat(values, count))
 
     def take(self, lanes: slice | NDArray[np.int64]) -> JumpLanes:
@@ -171,7 +171,8 @@ class JumpLanes:
     def _winding(self) -> dict[str, Array | float]:
         ratio = self.ratio
         return {
-            "resistance": self.resistance + 2.0 * self.supply_resistance,  # both motors' current is in the supply
+            "resistance": self.resistance
+            + 2.0 * self.supply_resistance,  # both motors' current flows through the supply
             "inverse_inductance": 1.0 / self.inductance,
             "back_emf": ratio * self.back_emf,
             "torque_constant": ratio * self.torque_constant,
@@ -181,7 +182,7 @@ class JumpLanes:
         }
 
     def _line(self) -> dict[str, Array | float]:
-        """The maker's line, flattened by the supply's voltage drop; with inductance, as a winding's lag."""
+        """The maker's line with the supply's voltage drop; with inductance, as a lag."""
         resistance = self.voltage / self.stall_current
         left = resistance / (resistance + 2.0 * self.supply_resistance)
         lags = self.inductance > 0.0
@@ -210,7 +211,7 @@ def jump_lanes(
     ``bouncy`` : ground by Hunt and Crossley's law, else the linear one, which may pull.
     """
     constant = motor.back_emf if lossy else motor.torque_constant
-    loss = constant / motor.back_emf  # where the gear's loss is in the torque constant, it is in friction too
+    loss = constant / motor.back_emf  # a gear loss in the torque constant also applies to friction
     laminate, flexures = leg.laminate, leg.flexures
     values = {
         "hip_spacing": leg.hip_spacing, "body_mass": leg.structure_mass + 2 * motor.mass, "foot_mass": leg.foot_mass,

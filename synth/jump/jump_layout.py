@@ -1,4 +1,4 @@
-"""Where each quantity of a jump lies in the compiled workspace: one flat array (n_row, 16), a lane a column."""
+"""Layout of the compiled workspace of a jump: one flat array (n_row, 16), a lane per column."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ LANES = 16  # lanes, as of the swinging chain: four registers of AVX2, two of AV
 
 @dataclass(frozen=True)
 class JumpLayout:
-    """Rows for ``n`` rigid pieces a side, of which the one numbered ``knee`` begins the lower link.
+    """Rows for ``n`` rigid pieces per side, of which number ``knee`` begins the lower link.
 
-    State: hips' height, ``n`` angles (the last follows from the closure and is carried for the springs), the hips'
+    State: hips' height, ``n`` angles (the last follows from the closure and is stored for the springs), the hips'
     speed, ``n - 1`` rates, winding current, electrical energy taken.
     """
 
@@ -26,7 +26,7 @@ class JumpLayout:
         sizes = {
             "height": 1, "angle": n, "speed": 1, "rate": n - 1, "current": 1, "energy": 1,
             "derivative": 2 * n + 3,
-            # what the right-hand side tells beside the derivative
+            # outputs of the right-hand side beside the derivative
             "normal": 1, "foot": 1, "foot_speed": 1, "com_speed": 1, "com": 1, "gear_torque": 1, "drawn": 1, "bend": 1,
             # parameters
             "alive": 1, "length": n, "inertia": n * (n + 1) // 2, "moment": n,
@@ -69,5 +69,5 @@ class JumpLayout:
         return self.row("inertia", i * self.n - i * (i - 1) // 2 + (j - i))
 
 
-# Pieces a side and the one that begins the lower link, by which links bend.
+# Pieces per side and the first one of the lower link, by bending model.
 LAYOUTS = {"none": JumpLayout(2, 1), "upper": JumpLayout(3, 2), "all": JumpLayout(4, 2)}

@@ -1,4 +1,4 @@
-"""Jumps by the compiled lanes: designs in, outcomes out, sixteen at a time."""
+"""Jumps by the compiled lanes: from designs to outcomes, sixteen at a time."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from synth.jump.jump_models import Model, lane
 from synth.jump.outcomes import N_OUTCOME, JumpOutcome, outcome_of
 
 TOLERANCE = 1e-4  # clearance within 0.1 mm of a hundred times finer one, see tests/hopper
-DURATION = 1.0  # s, for the push; a leg that has not lifted by then does not
-FALL = 0.1  # m/s, falling that fast its highest point is past
+DURATION = 1.0  # s, for the push; a leg still on the ground by then does not lift off
+FALL = 0.1  # m/s; falling that fast its highest point has passed
 FIRST_STEP = 1e-5  # s
-MAX_STEPS = 60_000  # a jump takes some hundreds to thousands; a stiffer one is reported as too stiff
+MAX_STEPS = 60_000  # a jump takes hundreds to thousands; a stiffer one is reported as too stiff
 
 
 @dataclass(frozen=True)
 class Jumper:
-    """The compiled functions for one way of bending; obtain it from ``compiled_jump``."""
+    """The compiled functions for one bending model, from ``compiled_jump``."""
 
     layout: JumpLayout
     right_hand_side: Any
@@ -68,7 +68,7 @@ class Jumper:
 
 @lru_cache(maxsize=3)
 def compiled_jump(bending: str) -> Jumper:
-    """The compiled jump; the first call on a machine compiles for some seconds, then it is on disk."""
+    """The compiled jump; the first call on a machine compiles for some seconds, later ones load it from disk."""
     layout = LAYOUTS[bending]
     made = load(f"hopper{layout.n}", jump_source.right_hand_side(layout), (jump_source.TRIGONOMETRY,))
     return Jumper(layout, made.right_hand_side, jump_integrator.jump)
@@ -77,7 +77,7 @@ def compiled_jump(bending: str) -> Jumper:
 def simulate(
     designs: Sequence[tuple[HopperLeg, Motor]], contact: Contact, model: Model, *, tolerance: float = TOLERANCE
 ) -> list[JumpOutcome]:
-    """Jumps of designs that bend alike, by a model that the lanes have."""
+    """Jumps of designs with one bending model, by a model that the lanes implement."""
     jumper = compiled_jump(designs[0][0].bending)
     lanes = np.stack([lane(leg, motor, contact, model) for leg, motor in designs], axis=1)
     return [outcome_of(column) for column in jumper.run(lanes, tolerance).T]

@@ -1,4 +1,4 @@
-"""Source text of the compiled jump: one side of the symmetric five-bar, sixteen lanes abreast.
+"""Source text of the compiled jump: one side of the symmetric five-bar, sixteen lanes in parallel.
 
 Equations of motion. One side with half the body: hips' height y, pieces i = 0 .. n-1 from hip to foot at angles
 phi_i from straight down (outward positive), masses and lengths folded into A_ij and G_i as for any chain
@@ -85,7 +85,7 @@ def _kinematics(layout: JumpLayout) -> list[str]:
 def _contact(layout: JumpLayout) -> list[str]:
     """Normal force: linear, N = k p + c p', or Hunt-Crossley, N = k p (1 + d p'), p = penetration.
 
-    The linear one may pull (``may_pull`` 1) as the lab's does; the other never does.
+    The linear one may pull (``may_pull`` 1) like the lab's; the other never does.
     """
     z = {name: f"Z[{layout.row(name)}, l]" for name in
          ("contact_stiffness", "contact_damping", "contact_dissipation", "may_pull")}  # fmt: skip

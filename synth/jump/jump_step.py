@@ -1,8 +1,8 @@
-"""One step of Bogacki and Shampine's 3(2) pair for sixteen jumps that share it.
+"""One step of Bogacki and Shampine's 3(2) pair for sixteen jumps with a common step.
 
 Coefficients: Bogacki & Shampine, Applied Mathematics Letters 2 (1989) 321-325; the last stage is the next step's
-first. It becomes part of the loops that use it (``integrator.jump``, ``recorder.record``), and of what numba keeps of
-them, which it makes anew when their own files change: after a change here, touch those.
+first. It is inlined into the loops that use it (``integrator.jump``, ``recorder.record``) and into their cached code,
+which is recompiled only when their own files change: after a change here, touch those.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from synth.jump.jump_layout import LANES
 
 
 def compiled_step(rules: Mapping[str, Any]) -> tuple[Any, Any]:
-    """``_error_weights`` and ``_try_step``, compiled by a loop's own ``rules`` for floating point.
+    """``_error_weights`` and ``_try_step``, compiled with a loop's own floating-point ``rules``.
 
-    Inlined as Python they would count references at every step; kept by numba on their own they would be taken for the
-    same under all rules.
+    Inlined as Python they would count references at every step; cached separately they would be shared by
+    loops with different rules.
     """
     return njit(**rules)(_error_weights), njit(**rules)(_try_step)
 
 
 def _error_weights(n):  # type: ignore[no-untyped-def]
-    """(n,) what an error counts in heights and angles, their rates, the current (A) and the energy (J)."""
+    """(n,) error weights of heights and angles, their rates, the current (A) and the energy (J)."""
     n_angle = (n - 3) // 2
     weight = np.empty(n)
     for j in range(n):
@@ -35,7 +35,7 @@ def _error_weights(n):  # type: ignore[no-untyped-def]
 
 
 def _try_step(rhs, Z, x, K, d, h, weight, tolerance, error_sum):  # type: ignore[no-untyped-def]
-    """Go from the state ``x`` (n, 16) and its derivative ``K[0]`` (n, 16) by ``h`` s.
+    """Advance the state ``x`` (n, 16) with derivative ``K[0]`` (n, 16) by ``h`` s.
 
     The new state is in the first rows of ``Z``, the derivatives of the stages in ``K`` (4, n, 16), the last of them at
     the new state, and each lane's sum of squared errors over ``tolerance`` in ``error_sum`` (16,). ``d`` : row of the

@@ -1,10 +1,10 @@
-"""Model C: the leg of model A in MuJoCo, an engine that shares no line with ours and closes the loop its own way.
+"""Model C: the leg of model A in MuJoCo, an independent engine with its own loop closure.
 
 Two chains of hinged rods hang from a body that slides on a vertical rail; an equality constraint ``connect`` joins
 their feet. MuJoCo solves constraints softly: here with a time constant of two steps and an impedance of 0.9999, so the
-feet part by micrometres (``closure_gap``). Springs are MuJoCo's own, the foot's flexure a fixed tendon, motors its
+feet separate by micrometres (``closure_gap``). Springs are MuJoCo's own, the foot's flexure a fixed tendon, motors its
 affine actuators. The ground is either ``same``, our linear law added to MuJoCo's passive forces at each stage, or
-``own``, MuJoCo's soft contact with its default parameters: where A and C part by contact is told by the two.
+``own``, MuJoCo's soft contact with default parameters: the difference shows the contact's share of A against C.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from synth.jump.outcomes import (
 
 Ground = Literal["same", "own"]
 STEP, LEAST_STEP = 5e-5, 4e-6  # s; half of it changes the clearance by less than 0.1 mm
-LONGEST = 1.0  # s, of a jump; none takes half of it
+LONGEST = 1.0  # s, of a jump; none takes half as long
 FOOT_RADIUS = 1e-3  # m, of MuJoCo's own contact only
 HOW_TO_INSTALL = 'model C needs MuJoCo, an engine that is not installed: pip install "limb-synth[mujoco]"'
 
 
 def require_mujoco() -> Any:
-    """The module; UserError with how to install it where it is missing."""
+    """The module; UserError with install instructions if it is missing."""
     try:
         import mujoco
     except ImportError:
@@ -55,7 +55,7 @@ class MujocoJump:
     """A jump by MuJoCo. ``trace`` columns: time, hips' height, right hip's angle, foot's height, com speed, normal."""
 
     outcome: JumpOutcome
-    closure_gap: float  # m, the greatest distance between the feet that should be one
+    closure_gap: float  # m, the largest distance between the two feet
     trace: Array
 
 
@@ -140,7 +140,7 @@ def _add_foot(link: Element, leg: HopperLeg, side: str, length: float) -> None:
 
 
 def followed(leg: HopperLeg, motor: Motor) -> float:
-    """A step that follows the motor's slope on the first piece of a link, half its time constant, within the limits."""
+    """A step within the limits that resolves the motor's slope on a link's first piece: half its time constant."""
     lengths, masses, _ = segments(leg)
     slope = motor.stall_torque / motor.no_load_speed
     return float(np.clip(0.5 * masses[0] * lengths[0] ** 2 / 3.0 / slope, LEAST_STEP, STEP))
@@ -148,7 +148,7 @@ def followed(leg: HopperLeg, motor: Motor) -> float:
 
 @dataclass(frozen=True)
 class Drop:
-    """A drop from rest with the motors off: the foot's ``height`` m above the ground, watched for ``duration`` s."""
+    """A drop from rest with the motors off: the foot ``height`` m above the ground, for ``duration`` s."""
 
     height: float
     duration: float = 1.0
@@ -156,7 +156,7 @@ class Drop:
 
 @dataclass
 class _Watched:
-    """What is gathered while MuJoCo moves the leg; ``takeoff`` time s, speed m/s and energy J."""
+    """Data collected during MuJoCo's simulation; ``takeoff`` time s, speed m/s and energy J."""
 
     rows: list[tuple[float, ...]] = field(default_factory=list)
     gap: float = 0.0
@@ -232,25 +232,25 @@ def mujoco_jump(
 
 
 def _ended(mujoco: Any, data: Any, seen: _Watched, step: float, foot_v: float) -> int | None:
-    """Why a jump ends here; None where it goes on."""
+    """The reason for the jump's end here; None if it continues."""
     *_, foot, speed, _ = seen.rows[-1]
     still = abs(speed) < CREEP and len(seen.rows) > 1 and abs(speed - seen.rows[-2][4]) < 0.5 * step
     if seen.highest > LIFTED and speed < -FALL and (foot_v < 0.0 or foot <= 0.0):
         return LANDED_AGAIN
     if data.qpos[0] > 0.0 and still and data.time > SETTLED and foot <= 0.0:
-        return TOO_WEAK  # as the lanes do: it stands, and is not going to lift
+        return TOO_WEAK  # as in the lanes: it stands, and will not lift off
     return _broken(mujoco, data)
 
 
 def _broken(mujoco: Any, data: Any) -> int | None:
-    """Whether the leg folded up, or MuJoCo lost it."""
+    """Whether the leg has folded up, or the simulation is lost."""
     if data.qpos[0] <= 0.0:
         return COLLAPSED
     return TOO_STIFF if data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number else None
 
 
 def _at_rest(mujoco: Any, model: Any, leg: HopperLeg, z: Array, height: float | None) -> Any:
-    """Data of the leg in its crouch as lane ``z`` (n_row,) has it; with ``height``, its foot that far (m) above."""
+    """Data of the leg in the crouch of lane ``z`` (n_row,); with ``height``, its foot that far (m) above."""
     layout = layout_of(leg)
     data, n = mujoco.MjData(model), layout.n
     relative = np.diff(z[layout.block("angle")], prepend=0.0)
@@ -289,7 +289,7 @@ def _own_normal(mujoco: Any, model: Any, data: Any) -> float:
 
 @contextmanager
 def _passive(mujoco: Any, model: Any, leg: HopperLeg, contact: Contact, n: int, ground: Ground) -> Iterator[None]:
-    """Our stop and, where asked for, our ground, added at every stage of a step."""
+    """Our stop and, if requested, our ground, added at every stage of a step."""
     right, left = model.site("foot_r").id, model.site("foot_l").id
     jacobian, other = np.zeros((3, model.nv)), np.zeros((3, model.nv))
 
@@ -308,7 +308,7 @@ def _passive(mujoco: Any, model: Any, leg: HopperLeg, contact: Contact, n: int, 
 
     warned = mujoco.get_mju_user_warning()
     mujoco.set_mjcb_passive(add)
-    mujoco.set_mju_user_warning(lambda _: None)  # else it writes a log into the current folder; see the status
+    mujoco.set_mju_user_warning(lambda _: None)  # otherwise it writes a log into the current folder; see the status
     try:
         yield
     finally:

@@ -1,4 +1,4 @@
-"""What a jump comes to, by whichever model: how it ended, and its numbers as rows of an array or by name."""
+"""The outcome of a jump by any model: how it ended, and its numbers as rows of an array or by name."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ N_OUTCOME = len(OUTCOMES)
 STATUS, CLEARANCE, TAKEOFF_TIME, TAKEOFF_SPEED, TAKEOFF_HEIGHT, APEX, PEAK_GEAR_TORQUE = range(7)
 PEAK_CURRENT, ENERGY, PEAK_NORMAL, PEAK_BEND, END_TIME, START_COM, GEAR_TORQUE_AT_START = range(7, N_OUTCOME)
 
-SETTLED = 0.05  # s, from which on a leg that neither moves nor is about to is not going to
-CREEP = 0.02  # m/s, of the centre of mass: a self-locking gear that folds does so slowly
-LIFTED = 1e-3  # m, the foot's height that counts as off the ground
+SETTLED = 0.05  # s, after which a leg at rest will not lift off
+CREEP = 0.02  # m/s, of the centre of mass: a folding self-locking gear is this slow
+LIFTED = 1e-3  # m, the foot's height from which it counts as lifted
 
 
 @dataclass(frozen=True)
 class JumpOutcome:
-    """What a jump came to.
+    """The outcome of a jump.
 
-    clearance : the foot's greatest height, m; 0 where it does not lift.
+    clearance : the foot's greatest height, m; 0 if it does not lift.
     rise : greatest rise of the centre of mass over the crouch, m (the total height).
     peak_gear_torque : largest torque of one gear on its link during the push, N m; peak_current : of both motors, A.
     energy : electrical, both motors, to takeoff, J.
-    limit : why there is no jump, empty where there is one.
+    limit : why there is no jump; empty if there is one.
     """
 
     clearance: float
@@ -74,12 +74,12 @@ def outcome_of(column: Array) -> JumpOutcome:
 
 
 def heights(found: Array, row: int = CLEARANCE) -> Array:
-    """(n_lane,) m, the clearance or another height of outcomes (n_outcome, n_lane); 0 where there is no jump."""
+    """(n_lane,) m, the clearance or another height of outcomes (n_outcome, n_lane); 0 without a jump."""
     return np.where(found[STATUS] == LANDED_AGAIN, found[row], 0.0)
 
 
 def column_of(outcome: JumpOutcome) -> Array:
-    """(n_outcome,) the other way round, for engines that give an ``JumpOutcome``; what it does not hold is 0."""
+    """(n_outcome,) the inverse, for engines that give a ``JumpOutcome``; missing values are 0."""
     status = next(code for code, text in LIMITS.items() if text == outcome.limit)
     values = {
         "status": status,

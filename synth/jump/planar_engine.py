@@ -1,7 +1,7 @@
-"""The full planar five-bar: body with x, y and pitch, both sides on their own, a foot that can slip.
+"""The full planar five-bar: body with x, y and pitch, independent sides, a foot that can slip.
 
-Every piece keeps its own absolute angle and the two feet are joined by two constraint equations, so nothing here is
-shared with the symmetric lanes but the parameters: the two forms check each other. Coordinates q = (x, y, pitch,
+Every piece has its own absolute angle and the two feet are joined by two constraint equations, so only the parameters
+are shared with the symmetric lanes: the two forms check each other. Coordinates q = (x, y, pitch,
 angles of the right side's pieces, angles of the left side's), angles from straight down, counter-clockwise positive.
 With J the constraints' Jacobian (foot right - foot left = 0),
 
@@ -207,7 +207,7 @@ def _derivative(x, n, arguments):  # type: ignore[no-untyped-def]
 
 @compiled_when_called(**_options)
 def integrate(x, n, arguments, weight, tolerance, duration, fall, mass, max_steps, trace):  # type: ignore[no-untyped-def]
-    """State and asides at every accepted step until the jump is decided; returns rows written and the status."""
+    """State and outputs at every accepted step until the outcome is known; returns rows written and the status."""
     K0, aside = _derivative(x, n, arguments)
     t, h, rows, steps = 0.0, 1e-5, 0, 0
     highest = 0.0

@@ -18,10 +18,10 @@ from synth.jump.planar_engine import SCALARS, com_speed, integrate
 
 @dataclass(frozen=True)
 class PlanarJump:
-    """A planar jump: the outcome and what only this form knows. Columns of ``trace``: time, state, asides."""
+    """A planar jump: the outcome and the quantities of this form only. Columns of ``trace``: time, state, outputs."""
 
     outcome: JumpOutcome
-    slip: float  # m, the foot's way along the ground during the push
+    slip: float  # m, path of the foot along the ground during the push
     pitch: float  # rad, at the end
     trace: Array
 
@@ -47,10 +47,10 @@ def planar_jump(
 def planar_record(
     jumps: JumpLanes, body_inertia: float, slip_speed: float, pitch: float, times: Array, tolerance: float
 ) -> dict[str, Array]:
-    """What sensors see of a jump that leans by ``pitch`` rad, (n_time,) each at ``times`` s; before 0 at rest.
+    """Sensor readings of a jump with initial lean ``pitch`` rad, (n_time,) each at ``times`` s; before 0 at rest.
 
     ``angle`` : the right upper link's, from the body; ``normal`` N; ``current`` of both motors, A; ``pitch`` rad;
-    ``slide`` : the foot's way along the ground, m.
+    ``slide`` : path of the foot along the ground, m.
     """
     run = _run(jumps, body_inertia, slip_speed, pitch, tolerance, float(times[-1]), fall=np.inf)
     t, x, aside = run.trace[:, 0], run.trace[:, 1 : 1 + 2 * run.n + 3], run.aside
@@ -116,7 +116,7 @@ def _slip(aside: Array) -> float:
 
 
 def _pushing(aside: Array) -> slice:
-    """Rows up to the last touch of the ground before the foot lifts."""
+    """Rows up to the last ground contact before the foot lifts."""
     lifted = np.flatnonzero(aside[:, 3] > LIFTED)
     end = int(lifted[0]) if len(lifted) else len(aside)
     touching = np.flatnonzero(aside[:end, 3] <= 0.0)

@@ -1,10 +1,10 @@
-"""Model ``point_mass``: the study's first, a point mass that one motor pushes up over one link, then flies.
+"""Model ``point_mass``: the study's first, a point mass pushed up by one motor over one link, then in free flight.
 
-Equations 1 and 2 of Knaup & Aukes as they are printed: T = T_max (1 - omega/omega_max) and F = T cos(theta)/l - m g,
-here with both motors on, theta the upper link's angle from level and m the whole mass. The link turns without slip
-of its end, y = l sin theta, so omega = y' / (l cos theta). The push ends when the force is gone or the link is at its
-stop; after that energy carries: height = y'^2 / (2 g). The equation for F is not the virtual-work one (T / (l cos
-theta)): it is the study's, and one reason why its scale is another.
+Equations 1 and 2 of Knaup & Aukes as printed: T = T_max (1 - omega/omega_max) and F = T cos(theta)/l - m g,
+here with both motors on, theta the upper link's angle from level and m the whole mass. The link's end does not
+of its end, y = l sin theta, so omega = y' / (l cos theta). The push ends when the force is zero or the link is at its
+stop; then energy is conserved: height = y'^2 / (2 g). The equation for F is not the virtual-work one (T / (l cos
+theta)): it is the study's, one reason for its different scale.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.outcomes import LANDED_AGAIN, N_OUTCOME, OUTCOMES, TOO_WEAK
 
 STEP = 2e-4  # s, of Runge and Kutta's fourth order
-LONGEST = 0.6  # s, longer than any push that lifts
+LONGEST = 0.6  # s, longer than any push that lifts off
 
 
 def point_mass_outcomes(leg: HopperLeg, motor: Motor, length: Array) -> Array:

@@ -1,8 +1,8 @@
-"""Sixteen jumps abreast as an encoder and a force plate would record them: chosen rows at given times.
+"""Sixteen jumps in parallel as recorded by an encoder and a force plate: chosen rows at given times.
 
-The same pair as in ``synth.jump.jump_integrator`` and for the same reasons. Angles and heights are read between steps
-by cubic Hermite interpolation, the other outputs of the right-hand side by straight lines; no step is longer than
-``LONGEST``. Lanes share every step, so differences between them are smooth however coarse it is.
+Uses the pair of ``synth.jump.jump_integrator``. Angles and heights are interpolated between steps
+by cubic Hermite polynomials, other outputs of the right-hand side linearly; no step is longer than
+``LONGEST``. Lanes share every step, so differences between them are smooth for any step size.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _rhs = types.FunctionType(types.void(float64[:, ::1]))
 _signature = int64(
     _rhs, float64[:, ::1], int64[::1], int64[::1], float64[:, ::1], float64, float64, int64, float64[:, :, ::1]
 )
-# Fast, but without the promise that every number is one: a lane may diverge beside others that do not.
+# Fast, but without assuming finite numbers: a lane may diverge beside others that do not.
 _rules: dict[str, Any] = {
     "fastmath": {"nsz", "arcp", "contract", "afn", "reassoc"}, "error_model": "numpy", "nogil": True,
 }  # fmt: skip
@@ -41,7 +41,7 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
     rows : (m,) rows to record.
     times : (n, 16) s, rising; before 0 the leg is at rest.
     tolerance : as in ``integrator.jump``.
-    max_steps : accepted and rejected; what then is not reached stays nan.
+    max_steps : accepted and rejected; later times stay nan.
     out : (n, m, 16) filled in.
 
     Returns
@@ -80,7 +80,7 @@ def record(rhs, Z, where, rows, times, tolerance, first_step, max_steps, out):  
         steps += 1
         error = 1e-30
         for lane in range(LANES):
-            if not (error_sum[lane] <= error):  # also when it is not a number
+            if not (error_sum[lane] <= error):  # also if it is nan
                 error = error_sum[lane]
         error = math.sqrt(error / n)
         if error <= 1.0:

@@ -240,7 +240,7 @@ def test_chunks_of_another_sweep_and_a_user_s_files_are_left_alone(tmp_path: Pat
     with pytest.raises(UserError, match="another project file"):
         Checkpoint(tmp_path / "out", {"project file": "b"})
     (checkpoint.folder / "notes.txt").write_text("mine")
-    with pytest.raises(UserError, match=r"no interrupted sweep \(notes.txt\)"):
+    with pytest.raises(UserError, match=r"than an interrupted sweep's \(notes.txt\)"):
         Checkpoint(tmp_path / "out", IDENTITY)
     assert len(names(checkpoint.folder)) == 3
 

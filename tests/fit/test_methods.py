@@ -108,7 +108,7 @@ def test_a_search_comes_near_the_truth_and_is_put_beside_least_squares(method: s
     assert (result.method, result.cost) == (method, cost)
     assert result.as_json()["cost"] == cost
     assert any("least squares on the same recordings" in text for text in result.warnings)
-    assert any(text.startswith("hip: against least squares k ") for text in result.warnings)
+    assert any(text.startswith("hip: compared with least squares k ") for text in result.warnings)
 
 
 def test_least_squares_by_the_transient_reports_residuals_over_all_samples() -> None:
@@ -146,8 +146,8 @@ def test_rests_hold_the_pose_in_which_a_trial_ends() -> None:
     ("choice", "beside", "said", "key"),
     [
         (Choice(cost="characteristics"), {}, "have no derivative", "fit.cost"),
-        (Choice(method="swarm"), {"static": True}, "would not heed it", "static"),
-        (Choice(method="piecewise"), {"prior": True}, "would not heed it", "prior"),
+        (Choice(method="swarm"), {"static": True}, "would ignore it", "static"),
+        (Choice(method="piecewise"), {"prior": True}, "would ignore it", "prior"),
         (Choice(method="swarm", intervals="bootstrap"), {}, "not of swarm", "fit.intervals"),
     ],
 )

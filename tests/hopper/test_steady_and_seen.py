@@ -174,7 +174,7 @@ def test_a_video_without_a_jump_is_refused() -> None:
     still = 1e-4 * np.sin(np.arange(100.0))
     with pytest.raises(UserError, match="is it a jump"):
         jumped("a.csv", still)
-    with pytest.raises(UserError, match="begins in the jump"):
+    with pytest.raises(UserError, match="begins during the jump"):
         jumped("a.csv", np.concatenate([[0.0, 0.05, 0.1], np.linspace(0.1, 0.0, 50)]))
     with pytest.raises(UserError, match="no push"):
         pushed("b.csv", np.arange(100) * 1e-3, -np.ones(100))

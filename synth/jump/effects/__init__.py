@@ -1,6 +1,6 @@
-"""What a jumping leg with gear motors may do beyond its design: one file an effect, found by looking.
+"""Effects of a jumping leg with gear motors beyond its design: one file each, discovered automatically.
 
-The legs of ``synth.swing.effects`` swing; these are driven. Names are those of the file formats.
+The effects of swinging legs are in ``synth.swing.effects``. Names are those of the file formats.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def _installed() -> dict[str, MotorEffect]:
 
 
 def motor_effects() -> tuple[MotorEffect, ...]:
-    """All of them, by name."""
+    """All effects by name."""
     return tuple(_installed().values())
 
 

@@ -1,4 +1,4 @@
-"""The ground gives: a spring in series with the foot's contact."""
+"""Compliant ground: a spring in series with the foot's contact."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def change(jumps: JumpLanes, stiffness: Array) -> None:
 
 EFFECT = MotorEffect(
     name="ground_compliance",
-    meaning="the ground under the foot gives more than the design says",
-    phrase="gives under the foot",
+    meaning="the ground under the foot is more compliant than designed",
+    phrase="is compliant under the foot",
     formula="1/k = 1/k_contact + 1/stiffness",
     source="springs in series",
     place="base",
-    parameters=(Parameter("stiffness", "N/m", 0.0, SOFT, meaning="of what gives beside the contact"),),
+    parameters=(Parameter("stiffness", "N/m", 0.0, SOFT, meaning="of the compliance in series with the contact"),),
     strengths=("stiffness",),
     shapes=(Shape(("stiffness",), {}, ({"stiffness": 0.3},)),),
 )

@@ -1,4 +1,4 @@
-"""The foot slides: less friction under it than the design has. Only a leaning jump asks the ground for any."""
+"""Sliding foot: less ground friction than designed. Only a leaning jump needs friction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def change(jumps: JumpLanes, friction: Array) -> None:
-    """Put another coefficient in the design's place where it is less."""
+    """Replace the design's coefficient if it is larger."""
     jumps.ground_friction[:] = jumps.ground_friction * (friction <= 0.0) + friction
 
 

@@ -1,4 +1,4 @@
-"""The flexure joints resist being moved: one damping for all five."""
+"""Damping of the flexure joints, equal for all five."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def change(jumps: JumpLanes, damping: Array) -> None:
 
 EFFECT = MotorEffect(
     name="joint_damping",
-    meaning="the flexure joints damp more than the design says",
+    meaning="the flexure joints have more damping than designed",
     phrase="have more damping than the design",
     formula="-damping times each joint's own rate",
     source="Knaup & Aukes, Simulation D and Experiment C",

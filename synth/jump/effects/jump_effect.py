@@ -1,7 +1,7 @@
-"""What an effect of the motor-driven leg is: one that changes the columns of ``synth.jump.jump_lanes.JumpLanes``.
+"""An effect of the motor-driven leg: it changes the columns of ``synth.jump.jump_lanes.JumpLanes``.
 
 Its module has ``change(jumps, *parameters)``, parameters (n_lane,) in SI, which changes the columns in place; all
-parameters zero (or, for a compliance's stiffness, without bound) leave them as they are.
+parameters zero (or an infinite stiffness of a compliance) leave them unchanged.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ Place = Literal["hip", "all", "base"]
 class MotorEffect(PlantEffect):
     """An effect of the jumping leg.
 
-    ``place`` : where the files say that it sits: the hips, whose motors it is about, all joints, or the ground (base).
-    ``leaning`` : only a jump from a leaning start can show it.
+    ``place`` : its place in files: the hips (motors), all joints, or the ground (base).
+    ``leaning`` : whether only a jump from a leaning start shows it.
     """
 
     place: Place = "hip"

@@ -1,4 +1,4 @@
-"""The motor's constant is not the design's: torque a current and back-EMF a speed are off by the same share."""
+"""A motor constant other than designed: torque per current and back-EMF per speed change by the same share."""
 
 from __future__ import annotations
 
@@ -19,13 +19,15 @@ def change(jumps: JumpLanes, share: Array) -> None:
 
 EFFECT = MotorEffect(
     name="torque_constant",
-    meaning="the motors' torque constant, and with it their back-EMF constant, is not the design's",
+    meaning="the motors' torque and back-EMF constant differ from the design",
     phrase="have another torque constant than the design",
     formula="K_t (1 + share), K_e (1 + share)",
     source="K_t = K_e in SI by conservation of energy; magnets lose strength with heat",
     place="hip",
     parameters=(
-        Parameter("share", "1", prior=Prior(0.0, 0.15, lower=-0.6, upper=1.0), meaning="by which the constant is off"),
+        Parameter(
+            "share", "1", prior=Prior(0.0, 0.15, lower=-0.6, upper=1.0), meaning="relative deviation of the constant"
+        ),
     ),
     strengths=("share",),
     shapes=(Shape(("share",), {}),),

@@ -1,4 +1,4 @@
-"""The supply gives way under load: battery, leads and driver have a resistance that both motors draw through."""
+"""Voltage sag: battery, leads and driver have a resistance in series with both motors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def change(jumps: JumpLanes, resistance: Array) -> None:
 EFFECT = MotorEffect(
     name="voltage_sag",
     meaning="the supply's voltage falls with the current drawn from it",
-    phrase="are starved by a supply that sags",
+    phrase="have a supply with voltage sag",
     formula="V = V_supply - resistance (i_1 + i_2)",
     source="Thevenin's equivalent of the supply",
     place="hip",

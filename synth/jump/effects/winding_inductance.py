@@ -1,4 +1,4 @@
-"""The winding takes time to carry current: more inductance than the design has, or any where the design has none."""
+"""Winding inductance beyond the design's, which may have none."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def change(jumps: JumpLanes, inductance: Array) -> None:
 
 EFFECT = MotorEffect(
     name="winding_inductance",
-    meaning="the winding's current takes longer to rise than the design says",
-    phrase="have windings that are slow to take current",
+    meaning="the winding's current rises more slowly than designed",
+    phrase="have more winding inductance",
     formula="(L + inductance) di/dt = V - i R - K_e G omega",
     source="Knaup & Aukes, equation 3; any text on DC motors",
     place="hip",
