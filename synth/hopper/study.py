@@ -101,7 +101,7 @@ def sweep_problem(project: HopperProject, catalogue: Catalogue) -> tuple[SweepPr
     if MODELS[project.model].engine == "mujoco":
         require_mujoco()
         if size > MOST_MUJOCO:
-            text = f'"{project.model}" takes a third of a second per design; {size} requested, at most {MOST_MUJOCO} allowed:'
+            text = f'"{project.model}" takes a third of a second per design; {size} asked, at most {MOST_MUJOCO}:'
             raise UserError(model_problem(project, f"{text} write model: A, or fewer motors and lengths"))
     everywhere = project.intervals == "all" or (project.intervals == "auto" and size <= MOST_INTERVALS)
     tolerances = tuple(_tolerances(project.tolerances, row) for row in rows)
