@@ -29,8 +29,8 @@ def read_leg(path: str | Path, *, catalogs: Sequence[str | Path] = ()) -> Leg:
     Returns
     -------
     Leg
-        in SI units and radians. It equals a leg of the same numbers built from ``Leg``, ``Joint``, ``Link``, the
-        same numbers is equal to it.
+        in SI units and radians. It equals a leg of the same numbers built from ``Leg``, ``Joint``, ``Link``,
+        ``Spring`` and ``Damper``.
 
     Raises
     ------

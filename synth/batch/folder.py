@@ -66,10 +66,10 @@ def find_projects(folder: Path, kind: str = "fit", done: str = "fitted") -> list
                 found.append(_File(name, path, tuple(error.problems)))
     if not any(not item.problems for item in found):
         problems = [problem for item in found for problem in item.problems]
-        text = f"holds no project that could be {done}: a YAML file with the line kind: {kind}"
+        text = f"contains no project that can be {done}, that is no YAML file with the line kind: {kind}"
         raise UserError([Problem(text, str(folder)), *problems])
     if len(found) > PROJECT_LIMIT:
-        raise UserError(Problem(f"holds {len(found)} projects, at most {PROJECT_LIMIT} can be {done}", str(folder)))
+        raise UserError(Problem(f"contains {len(found)} projects; at most {PROJECT_LIMIT} can be {done}", str(folder)))
     return _named(found, kind)
 
 

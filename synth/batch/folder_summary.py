@@ -1,4 +1,4 @@
-"""All fits of a folder in one table, read from the files of each fit; and what could not be done, of any kind of work."""
+"""All fits of a folder in one table, read from the files of each fit; failed projects of any kind of work."""
 
 from __future__ import annotations
 

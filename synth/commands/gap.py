@@ -36,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="simulate your leg and trials with known causes, diagnose them blind, and report which are found "
         "and from which size; resumes an interrupted run",
     )
-    parser.add_argument("--count", type=count, metavar="N", help="cases of a rehearsal; default two a cause and joint")
-    parser.add_argument("--workers", type=count, metavar="N", help="so many cases or projects at once; default all")
+    parser.add_argument("--count", type=count, metavar="N", help="rehearsal cases (default: two per cause and joint)")
+    parser.add_argument("--workers", type=count, metavar="N", help="parallel cases or projects (default: all cores)")
     cluster_argument(parser)
 
 

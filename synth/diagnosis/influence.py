@@ -53,12 +53,12 @@ class Hangs:
         if self.open:
             names = ", ".join(self.open[:5]) + (f" and {len(self.open) - 5} more" if len(self.open) > 5 else "")
             said.append(
-                f"the verdict may also depend on {names}: this is a first-order estimate, since only the most ~"
+                f"the verdict may also depend on {names}: this is a first-order estimate, since only the most "
                 "influential recordings were left out one by one. So many indicate nearly tied explanations"
             )
         said += [
-            f"{name} does not go with the others: without it they are left {left:.2g} times the noise off, with it all are "
-            f"left {whole:.2g} times. Look at that recording first (its start, its rest, what was different that day)"
+            f"{name} contradicts the others: their error is {left:.2g} times the noise without it and "
+            f"{whole:.2g} times with it. Check it first (its start, its rest position, what was different in this trial)"
             for name, left, whole in self.odd
             if name not in [turning for turning, _ in self.turned]
         ]

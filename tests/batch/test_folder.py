@@ -51,7 +51,7 @@ def test_projects_are_found_by_kind_and_named_by_their_place(tmp_path: Path) -> 
     found = find_projects(tmp_path)
     assert [item.name for item in found] == ["a", "b/fit", "b/other", "d/broken", "fit"]
     assert [bool(item.problems) for item in found] == [False, False, False, True, False]
-    with pytest.raises(UserError, match="contains no project to fit"):
+    with pytest.raises(UserError, match="contains no project that can be fitted"):
         find_projects(tmp_path / "c")
 
 

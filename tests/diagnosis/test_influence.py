@@ -24,14 +24,14 @@ def test_a_single_recording_that_speaks_against_the_others_is_named() -> None:
     trials = recorded(built, seed=2)
     slipped = replace(trials[1], angles=trials[1].angles + np.array([0.0, 0.12]))
     result = diagnose(TWO, [trials[0], slipped, *trials[2:]], Tolerance())
-    (warning,) = [text for text in result.warnings if "does not go with the others" in text]
+    (warning,) = [text for text in result.warnings if "contradicts the others" in text]
     assert warning.startswith(trials[1].name)
 
 
 def test_where_all_recordings_say_the_same_none_is_named() -> None:
     result = diagnose(TWO, recorded(with_effects(off(TWO, 4), FRICTION), seed=2), Tolerance())
     assert result.verdict == "effect"
-    assert not [text for text in result.warnings if "depends on" in text or "does not go with" in text]
+    assert not [text for text in result.warnings if "depends on" in text or "contradicts the others" in text]
 
 
 def test_only_the_recordings_that_count_for_most_are_left_out_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
