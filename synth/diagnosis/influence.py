@@ -58,7 +58,7 @@ class Hangs:
             )
         said += [
             f"{name} contradicts the others: their error is {left:.2g} times the noise without it and "
-            f"{whole:.2g} times with it. Check it first (its start, its rest position, what was different in this trial)"
+            f"{whole:.2g} times with it. Check it first (its start, its rest position, what was different then)"
             for name, left, whole in self.odd
             if name not in [turning for turning, _ in self.turned]
         ]

@@ -273,7 +273,7 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
                 if abs(value - side[at(j)]) < 1e-6:
                     sentences.append(
                         f"{unknowns.leg.joint_names[j]}: the {what} is at a bound of the search, "
-                        f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model is ~"
+                        f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model is "
                         "hold, and the interval does not count"
                     )
     return sentences

@@ -133,7 +133,7 @@ def _one_load(one: Coverage) -> list[Finding]:
     low, high = one.load
     if high <= 0.0 or high > ONE_VALUE * low:
         return []
-    text = f"its bearing carries {low:.3g} to {high:.3g} N throughout: load-dependent and constant ~"
+    text = f"its bearing carries {low:.3g} to {high:.3g} N throughout: load-dependent and constant "
     text += "friction look alike"
     return [Finding("note", text, "trials with a tip mass, or faster ones", "", one.joint)]
 
