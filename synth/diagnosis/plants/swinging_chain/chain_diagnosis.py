@@ -155,7 +155,7 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         return ErrorWording(
             nominal="the nominal leg",
             error="the error",
-            on=scored_on(self.held_out, "releases"),
+            on=scored_on(self.held_out, "trials" if any(t.recording.driven for t in self.scored) else "releases"),
             falls_from=angle(before),
             before=before,
             after=after,
