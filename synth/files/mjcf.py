@@ -11,13 +11,15 @@ and d is the smallest that MuJoCo allows. What else a curve holds is MuJoCo's ow
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import floor, log10
+from dataclasses import replace
+from math import ceil, floor, inf, log10
 from pathlib import Path
 from xml.etree.ElementTree import Comment, Element, SubElement
 
 import numpy as np
 
 from synth.arrays import Array
+from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms
 from synth.files.joint_curves import (
     IN_DAMPING,
     IN_SPRING,
@@ -36,7 +38,7 @@ IMPEDANCE = 1e-4  # the smallest value MuJoCo accepts (mjMINIMP): the friction's
 SHARP = {"solreffriction": "0.002 1", "solimpfriction": "0.99 0.99 1"}  # dry friction almost as stiff as ours
 LARGEST_STEP = 5e-4  # s
 STABLE = 1.0  # step times the fastest damping rate; Runge-Kutta is stable to 2.8
-HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING)
+HELD = ("coulomb_friction", *IN_DAMPING, *IN_SPRING, *IN_SERVO)
 
 
 def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Sequence[RobotLink] = ()) -> str:
@@ -48,14 +50,15 @@ def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     """
     shown = list(links) or [RobotLink()] * len(leg.joints)
     terms = [damping_terms(joint, float(speed)) for joint, speed in zip(leg.joints, fastest, strict=True)]
-    weights = inverse_inertia(leg)
+    weights, drives = inverse_inertia(leg), drive_terms(leg)
+    terms = [item if drive is None else _braked(item, drive) for item, drive in zip(terms, drives, strict=True)]
     root = Element("mujoco", model=leg.name)
     root.append(Comment(" written by synth; joint angles are rotations q = sign * (measured - zero) "))
     if leg.effects:
         root.append(Comment(f" not in this model: {', '.join(sorted(leg.effects))} of the base "))
     SubElement(root, "compiler", angle="radian", autolimits="true")
-    step = f"{time_step(terms, weights):.10g}"
-    SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=step)
+    step = time_step(terms, weights, drives)
+    SubElement(root, "option", gravity=f"0 0 {-leg.gravity:.10g}", integrator="RK4", timestep=f"{step:.10g}")
     visuals = [item for link in (base or RobotLink(), *shown) for item in link.visuals]
     if visuals:
         asset = SubElement(root, "asset")
@@ -65,13 +68,44 @@ def mjcf_text(leg: Leg, fastest: Array, base: RobotLink | None = None, links: Se
     _geoms(body, base or RobotLink())
     for index, joint in enumerate(leg.joints):
         height = 0.0 if index == 0 else leg.joints[index - 1].link.length
-        body = _body(body, joint, height, terms[index], shown[index])
+        body = _body(body, joint, height, terms[index], shown[index], drives[index])
     if any(item.slope for item in terms):
         root.append(Comment(" each friction is one straight piece of a damper's torque-speed curve "))
         tendon = SubElement(root, "tendon")
         for joint, item, weight in zip(leg.joints, terms, weights, strict=True):
             _tendons(tendon, joint.name, item, weight)
+    _actuators(root, leg, drives, step)
     return xml_text(root)
+
+
+def _braked(terms: DampingTerms, drive: DriveTerms) -> DampingTerms:
+    """A damper with what the drive's winding brakes beside it."""
+    linear, square, cube = terms.polynomial
+    return replace(terms, polynomial=(linear + drive.braking, square, cube))
+
+
+def _actuators(root: Element, leg: Leg, drives: Sequence[DriveTerms | None], step: float) -> None:
+    """Each servo as one affine actuator, in the order of the joints: the controls are in its comment."""
+    if not any(drives):
+        return
+    actuator = SubElement(root, "actuator")
+    for joint, drive in zip(leg.joints, drives, strict=True):
+        if drive is None:
+            continue
+        actuator.append(Comment(f" control of {joint.name}: {drive.control} "))
+        attributes = {
+            "name": f"{joint.name} drive", "joint": joint.name, "gainprm": f"{drive.stiffness + drive.volt:.10g}",
+            "biastype": "affine", "biasprm": f"0 {-drive.stiffness:.10g} {-drive.damping:.10g}",
+        }  # fmt: skip
+        if drive.limit < inf and drive.stiffness:
+            attributes["forcerange"] = f"{-drive.limit:.10g} {drive.limit:.10g}"
+        if drive.delay:  # MuJoCo 3.5 and later
+            attributes |= {
+                "delay": f"{drive.delay:.10g}",
+                "interp": "linear",
+                "nsample": str(ceil(drive.delay / step) + 2),
+            }
+        SubElement(actuator, "general", attributes)
 
 
 def inverse_inertia(leg: Leg) -> Array:
@@ -80,10 +114,15 @@ def inverse_inertia(leg: Leg) -> Array:
     return np.asarray(np.diag(np.linalg.inv(straight)))
 
 
-def time_step(terms: list[DampingTerms], weights: Array) -> float:
-    """A step (s) at which the stiffest damper is stable, in round numbers."""
+def time_step(terms: list[DampingTerms], weights: Array, drives: Sequence[DriveTerms | None] = ()) -> float:
+    """A step (s) at which the stiffest damper and servo are stable, in round numbers."""
     slopes = np.array([sum(item.slope) + item.polynomial[0] for item in terms])
+    servos = np.array([(drive.damping, drive.stiffness) if drive else (0.0, 0.0) for drive in drives]).reshape(-1, 2).T
+    if drives:
+        slopes = slopes + servos[0]
     stiffest = float(np.max(slopes * weights, initial=0.0))
+    if drives:
+        stiffest = max(stiffest, float(np.sqrt(np.max(servos[1] * weights))))
     step = min(LARGEST_STEP, STABLE / stiffest) if stiffest > 0.0 else LARGEST_STEP
     power = 10.0 ** floor(log10(step))
     return next(factor * power for factor in (5.0, 2.0, 1.0) if factor * power <= step * (1.0 + 1e-9))
@@ -112,7 +151,9 @@ def _geoms(body: Element, drawn: RobotLink) -> None:
         })  # fmt: skip
 
 
-def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms, drawn: RobotLink) -> Element:
+def _body(
+    parent: Element, joint: Joint, height: float, terms: DampingTerms, drawn: RobotLink, drive: DriveTerms | None
+) -> Element:
     """The body of a joint's link, which the next one's hangs from."""
     link, notes, inertial = joint.link, [], inertial_of(joint, drawn)
     attributes = {"name": joint.name, "axis": "0 -1 0"}
@@ -120,8 +161,8 @@ def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms, dra
         found = spring_terms(joint, _reach(joint))
         attributes |= {"stiffness": _polynomial(found.polynomial), "springref": f"{joint.rest:.10g}"}
         notes += _off("spring", found.error)
-    if joint.armature:
-        attributes["armature"] = f"{joint.armature:.10g}"
+    if joint.with_rotor:
+        attributes["armature"] = f"{joint.with_rotor:.10g}"
     if any(terms.polynomial):
         attributes["damping"] = _polynomial(terms.polynomial)
     notes += _off("damper", terms.error)
@@ -131,6 +172,9 @@ def _body(parent: Element, joint: Joint, height: float, terms: DampingTerms, dra
     lost = without_held(joint, HELD)
     if lost:
         notes.append(f"not in this model: {', '.join(lost)}")
+    if drive is not None and drive.cut < inf:
+        attributes["actuatorfrcrange"] = f"{-drive.cut:.10g} {drive.cut:.10g}"
+    notes += [f"not in this model: of the drive {text}" for text in (drive.lost if drive is not None else ())]
     if joint.ends is not None:
         attributes["range"] = f"{joint.ends[0]:.10g} {joint.ends[1]:.10g}"
     body = SubElement(parent, "body", name=joint.name, pos=f"0 0 {-height:.10g}")

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from math import degrees, radians
+from math import degrees, inf, radians
 
 from synth.arrays import Array
+from synth.files.drive_terms import IN_SERVO, DriveTerms, drive_terms
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.robot_bodies import RobotLink, inertial_of
 from synth.files.robot_xml import WORTH_SAYING, RobotFile
@@ -24,8 +25,8 @@ def usd_file(leg: Leg, fastest: Array) -> RobotFile:
     """The layer; ``fastest`` (n,) rad/s is the speed up to which each damper is represented."""
     said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
     links, joints = [], []
-    for joint, speed in zip(leg.joints, fastest, strict=True):
-        lines, lost = _joint(joint, float(speed))
+    for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
+        lines, lost = _joint(joint, float(speed), drive)
         said += [f"{joint.name}: {text}" for text in lost]
         joints += lines
         links += _link(joint)
@@ -62,22 +63,35 @@ def _link(joint: Joint) -> list[str]:
     ]
 
 
-def _joint(joint: Joint, fastest: float) -> tuple[list[str], list[str]]:
+def _joint(joint: Joint, fastest: float, drive: DriveTerms | None) -> tuple[list[str], list[str]]:
     """The joint's lines, and what they omit."""
     rate, error = linear_damping(joint, fastest)
     said = []
     if error > WORTH_SAYING:
         said.append(f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque")
-    lost = without_held(joint, IN_RATE)
+    stiffness, target = (0.0, 0.0) if joint.spring is None else (joint.spring.rate, joint.rest)
+    held = drive is not None and not stiffness
+    lost = without_held(joint, (*IN_RATE, *IN_SERVO) if held else IN_RATE)
     if lost:
         said.append(f"not held: {', '.join(lost)}")
-    stiffness = 0.0 if joint.spring is None else joint.spring.rate
+    limit = []
+    if drive is not None and held:  # the angular drive is free for the servo; its target is the command
+        stiffness, target, rate = drive.stiffness, 0.0, rate + drive.damping + drive.braking
+        most = min(drive.limit, drive.cut)
+        limit = [f"float drive:angular:physics:maxForce = {most:.9g}"] if most < inf else []
+        said += [f"of the drive {text}" for text in drive.lost]
+        said += ["maxForce cuts the damping with the servo's torque"] if limit else []
+        said += [f"the command comes {drive.delay:.3g} s late: send it so"] if drive.delay else []
+        said += ["the voltage that turns it"] if drive.volt else []
+    elif drive is not None:
+        said.append(f"not held: the drive ({drive.in_words}); the angular drive is the joint's spring")
     lines = [
         'uniform token drive:angular:physics:type = "force"',
         f"float drive:angular:physics:stiffness = {stiffness * radians(1.0):.9g}",
         f"float drive:angular:physics:damping = {rate * radians(1.0):.9g}",
-        f"float drive:angular:physics:targetPosition = {degrees(joint.rest):.9g}",
-        f"float physxJoint:armature = {joint.armature:.9g}",
+        f"float drive:angular:physics:targetPosition = {degrees(target):.9g}",
+        *limit,
+        f"float physxJoint:armature = {joint.with_rotor:.9g}",
     ]
     if joint.ends is not None:
         lines += [f"float physics:{end}Limit = {degrees(value):.9g}" for end, value in _ends(joint.ends)]

@@ -14,6 +14,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Comment, Element
 
 from synth.arrays import Array
+from synth.files.drive_terms import drive_terms
 from synth.files.joint_curves import linear_damping, without_held
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers
@@ -181,6 +182,8 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
             f"the damper's torque-speed curve is a straight line here, error at most {error:.0%} of its torque up to "
             f"{fastest * 30 / pi:.3g} rpm"
         )
+    if joint.with_rotor:
+        said.append(f"not held: {joint.with_rotor:.4g} kg*m^2 that turn with the joint itself (armature, rotor)")
     friction = joint.effects.get("coulomb_friction", {}).get("torque", 0.0)
     lost = without_held(joint, ("coulomb_friction", "shear_thinning_damping", "quadratic_damping"))
     if lost:
@@ -189,7 +192,9 @@ def _dynamics(joint: Joint, fastest: float) -> tuple[float, float, list[str]]:
 
 
 def _base(leg: Leg) -> list[str]:
-    return [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
+    drives = zip(leg.joints, drive_terms(leg), strict=True)
+    return [*said, *(f"{joint.name}: not held: the drive ({drive.in_words})" for joint, drive in drives if drive)]
 
 
 def _finished(root: Element, said: list[str]) -> RobotFile:

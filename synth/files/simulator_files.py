@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from synth.arrays import Array
+from synth.files.drive_terms import drive_terms
 from synth.files.joint_curves import damping_terms, without_held
 from synth.files.mjcf import HELD, mjcf_text
 from synth.files.output import write_text
@@ -35,7 +36,8 @@ def write_simulator_files(leg: Leg, fastest: Array, folder: Path) -> dict[str, t
 def _mjcf_lost(leg: Leg, fastest: Array) -> list[str]:
     """Features that MuJoCo's joints lack; the file lists them in comments too."""
     said = [f"not held: {', '.join(sorted(leg.effects))} of the base"] if leg.effects else []
-    for joint, speed in zip(leg.joints, fastest, strict=True):
+    for joint, speed, drive in zip(leg.joints, fastest, drive_terms(leg), strict=True):
+        said += [f"{joint.name}: of the drive {text}" for text in (drive.lost if drive is not None else ())]
         lost = without_held(joint, HELD)
         if lost:
             said.append(f"{joint.name}: not held: {', '.join(lost)}")

@@ -100,6 +100,12 @@ class Joint:
         return self.sign * (self.spring.free_angle - self.zero) if self.spring is not None else 0.0
 
     @property
+    def with_rotor(self) -> float:
+        """Inertia that turns with the joint itself, kg m^2: its armature and the rotor of its drive."""
+        rotor = self.drive.motor.armature if self.drive is not None and self.drive.motor is not None else 0.0
+        return self.armature + rotor
+
+    @property
     def ends(self) -> tuple[float, float] | None:
         """Least and greatest rotation q of the range, rad; None where there is no range."""
         if self.range is None:
@@ -146,8 +152,7 @@ class Leg:
     @property
     def armature(self) -> Array:
         """(n_joint,) kg m^2 that turn with each joint itself."""
-        rotors = [joint.drive.motor.armature if joint.drive and joint.drive.motor else 0.0 for joint in self.joints]
-        return np.array([joint.armature + rotor for joint, rotor in zip(self.joints, rotors, strict=True)])
+        return np.array([joint.with_rotor for joint in self.joints])
 
     @property
     def total_length(self) -> float:

@@ -1,0 +1,91 @@
+"""A joint's drive as a simulator's servo has it: a controller linear in angle and speed, a limit, a brake, a delay.
+
+With the sources of ``drives.servo_law``: outside its dead band and without a sagging supply the law is
+
+    torque = cut(limit(stiffness (command - angle) - damping rate) - braking rate)
+
+with ``stiffness`` = gain strength supply and so on, so that a simulator's position servo and joint damper follow it.
+Effects of the drive are in these numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import inf
+
+from synth.drives.servo import UNLIMITED, Servo
+from synth.swing.effects import effect_named
+from synth.swing.lane_layout import SERVO
+from synth.swing.leg_lanes import LegLanes
+from synth.swing.leg_model import Leg
+
+# Effects that are in a servo's numbers, and so in every file that holds these.
+IN_SERVO = ("command_delay", "drive_torque_limit", "motor_constant", "servo_gain", "winding_resistance")
+AS_GOOD_AS_UNLIMITED = 1e-3 * UNLIMITED  # N m
+
+
+@dataclass(frozen=True)
+class DriveTerms:
+    """A joint's drive: ``control`` says what its input is, in the sense of q.
+
+    ``stiffness`` N m/rad of a position servo (0 where a voltage is the input), ``volt`` N m/V of that input,
+    ``damping`` N m s/rad of the controller, at most ``limit`` N m; ``braking`` N m s/rad of the winding; both together
+    at most ``cut`` N m; ``delay`` s of the input. ``lost`` : what is not in these numbers.
+    """
+
+    control: str
+    stiffness: float
+    volt: float
+    damping: float
+    limit: float
+    braking: float
+    cut: float
+    delay: float
+    lost: tuple[str, ...] = ()
+
+    @property
+    def in_words(self) -> str:
+        """Its numbers, for what has no servo."""
+        way = f"{self.volt:.4g} N*m/V" if self.volt else f"{self.stiffness:.4g} N*m/rad"
+        limit = f", at most {min(self.limit, self.cut):.4g} N*m" if min(self.limit, self.cut) < inf else ""
+        slow = f"damping {self.damping:.4g} and braking {self.braking:.4g} N*m*s/rad"
+        return f"{way}, {slow}{limit}, {self.delay:.3g} s late"
+
+
+def drive_terms(leg: Leg) -> list[DriveTerms | None]:
+    """Of each joint; None where no servo and no known voltage acts. The supply is the stated one."""
+    held = [{name: x for name, x in joint.effects.items() if effect_named(name).way == "drive"} for joint in leg.joints]
+    joints = [replace(joint, effects=effects) for joint, effects in zip(leg.joints, held, strict=True)]
+    servo = LegLanes.of(replace(leg, joints=tuple(joints), effects={})).servo[:, :, 0]
+    return [
+        _terms(joint.drive, dict(zip(SERVO, servo[:, j].tolist(), strict=True)))
+        if isinstance(joint.drive, Servo)
+        else None
+        for j, joint in enumerate(joints)
+    ]
+
+
+def _terms(drive: Servo, found: dict[str, float]) -> DriveTerms:
+    supply = drive.supply if drive.motor is not None else 1.0
+    strength = found["servo_strength"]
+    volts = bool(found["servo_open_duty"])
+    limit = found["servo_duty_limit"] * strength * supply
+    cut = found["servo_torque_limit"]
+    lost = []
+    if found["servo_dead_band"] > 0.0:
+        lost.append(f"its dead band of {found['servo_dead_band']:.3g} rad")
+    if found["servo_sag"] > 0.0:
+        lost.append("its supply's sag; the supply is steady here")
+    if cut < AS_GOOD_AS_UNLIMITED and found["servo_back_emf"] > 0.0:
+        lost.append("that the torque limit cuts the winding's braking too; here it cuts the controller's torque")
+    return DriveTerms(
+        control="voltage, V" if volts else "rotation that is commanded, rad",
+        stiffness=0.0 if volts else found["servo_gain"] * strength * supply,
+        volt=strength if volts else 0.0,
+        damping=found["servo_damping_gain"] * strength * supply,
+        limit=limit if limit < AS_GOOD_AS_UNLIMITED else inf,
+        braking=found["servo_back_emf"],
+        cut=cut if cut < AS_GOOD_AS_UNLIMITED else inf,
+        delay=found["servo_delay"],
+        lost=tuple(lost),
+    )
