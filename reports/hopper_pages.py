@@ -11,6 +11,7 @@ from synth.reports.reading import read_result
 from synth.reports.section import ReportSection
 from synth.reports.sections import (
     files,
+    gap_evidence,
     gap_how_far,
     gap_next,
     gap_terms,
@@ -46,6 +47,7 @@ TRUTH_SECTIONS: tuple[ReportSection, ...] = (
 )
 GAP_SECTIONS: tuple[ReportSection, ...] = (
     gap_which.SECTION,
+    gap_evidence.SECTION,
     gap_how_far.SECTION,
     hopper_gap.WHERE,
     hopper_gap.ACROSS,

@@ -32,6 +32,7 @@ from synth.reports.sections import (
     equations,
     estimates,
     files,
+    gap_evidence,
     gap_how_far,
     gap_next,
     gap_terms,
@@ -78,6 +79,7 @@ FIT_SECTIONS: tuple[ReportSection, ...] = (
 )
 GAP_SECTIONS: tuple[ReportSection, ...] = (
     gap_which.SECTION,
+    gap_evidence.SECTION,
     gap_how_far.SECTION,
     gap_where.SECTION,
     gap_next.SECTION,

@@ -15,6 +15,7 @@ from synth.reports.reading import Json, read_result
 from synth.reports.scripts import policy, script
 from synth.reports.section import mapping, sequence
 from synth.reports.sections.spring_sheet import drawing_of, groups_of
+from synth.reports.sections.warnings import text_of
 from synth.reports.sections.winding_plan import sheet_content
 from synth.reports.severity import judged
 
@@ -31,8 +32,8 @@ def write_winding_sheet(folder: Path) -> Path:
     make = mapping(content, "make") or mapping(content, "checked")
     shown = sheet_content(content, drawing_of("the spring to wind", make), groups_of(make))
     told = told_of([
-        *(judged("", str(text), "violations", "decide") for text in sequence(make, "violations")),
-        *(judged("", str(text), "warnings") for text in sequence(make, "warnings")),
+        *(judged("", str(text), "violations", {"severity": "decide"}) for text in sequence(make, "violations")),
+        *(judged("", text_of(item), "warnings", item) for item in sequence(make, "warnings")),
     ])  # fmt: skip
     scripts = [script("page.js")]
     page = (

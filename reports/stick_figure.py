@@ -24,6 +24,7 @@ from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
 MOST = 12  # trials that are drawn
 SIZE = 430.0  # of a drawing, view box units
 MARGIN = 46.0  # px
+ROOM = 120.0  # px, that a joint's words take: a dozen letters of 12 px and the sense
 GHOSTS = 7  # poses between the first and the last
 START, END = Line(BLUE, 4.0), Line(VERMILION, 4.0, "9 4")
 GHOST, TIP, TRACKED = Line("#b9c2cb", 1.6), Line(GREEN, 1.2), Line(ORANGE, 5.0, dots=True)
@@ -120,11 +121,19 @@ def stick_figure(title: str, stick: Stick, motion: FigureMotion, tracked: Sequen
         sense = "↺" if joint.sign > 0 else "↻"
         words = f"{joint.name} {first[index]:.0f}° {sense}"
         halo = 'font-size="12" fill="none" stroke="#fff" stroke-width="4" aria-hidden="true"'
-        left = x > SIZE / 2  # words on the side that has the room
+        beside = [place(pose[k])[0] for pose in (poses[0], poses[-1]) for k in (index - 1, index + 1) if k >= 0]
+        left = _words_left(x, beside)
         most, anchor = int((x if left else SIZE - x) / 7.3) - 2, ' text-anchor="end"' if left else ""
         for style in (halo, f'font-size="12" fill="{BLACK}"'):
             svg.text((x - 10 if left else x + 10, y - 7), words, style + anchor, most=min(28, most))
     return svg.markup
+
+
+def _words_left(x: float, beside: Sequence[float]) -> bool:
+    """Whether a joint's words stand to its left: away from its links where there is room, else where the room is."""
+    left = sum(beside) / len(beside) > x
+    room = x if left else SIZE - x
+    return left if room > ROOM else x > SIZE / 2
 
 
 def moving(trial: str, stick: Stick, drawing: Markup, place: Callable[[Point], Point]) -> Markup:

@@ -27,6 +27,7 @@ GATHERED = {
     "synth.cache": "basics",
     "synth.errors": "basics",
     "synth.threads": "basics",
+    "synth.remarks": "basics",
     "synth.units": "basics",
     "synth.units_often": "basics",
     "synth.units_spelling": "basics",

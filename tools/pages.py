@@ -16,6 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "synth" / "examples"
+REHEARSED = "8"  # cases: enough for a page with every table, a minute on two cores
 SPRING = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 deg", "--arbor", "12 mm"]
 
 
@@ -37,13 +38,17 @@ def commands(projects: Path, results: Path) -> dict[str, list[str]]:
             f"robot={projects / 'leg' / 'leg-design.yaml'}#animal,wanted",
         ],
         "truth": ["hopper", "--truth"],
+        "import": ["import", str(projects / "import" / "import.yaml")],
+        "gap-check": ["gap", "--check", str(projects / "gap" / "gap.yaml")],
+        "rehearsal": ["gap", "--rehearse", str(projects / "gap" / "gap.yaml"), "--count", REHEARSED],
+        "reproduction": ["reproduce", "jump"],
     }
 
 
 def writers() -> dict[str, Callable[[Path], Path]]:
     """What writes each page from its result folder."""
     from synth import reports
-    from synth.reports import comparison_page, fits_page, hopper_pages, model_checks
+    from synth.reports import comparison_page, fits_page, hopper_pages, model_checks, reproduction
 
     return {
         "leg": reports.write_leg_report,
@@ -57,6 +62,10 @@ def writers() -> dict[str, Callable[[Path], Path]]:
         "check-hopper": model_checks.write_checks_report,
         "compare": comparison_page.write_comparison_report,
         "truth": hopper_pages.write_truth_report,
+        "import": reports.write_import_report,
+        "gap-check": reports.write_check_report,
+        "rehearsal": reports.write_rehearsal_report,
+        "reproduction": reproduction.write_reproduction_report,
     }
 
 
@@ -66,7 +75,7 @@ def make(to: Path, only: list[str], *, fresh: bool) -> None:
     if fresh:
         shutil.rmtree(to, ignore_errors=True)
     results.mkdir(parents=True, exist_ok=True)
-    for example in ("leg", "fit", "gap", "hopper"):
+    for example in ("leg", "fit", "gap", "hopper", "import"):
         shutil.copytree(EXAMPLES / example, projects / example, dirs_exist_ok=True)
     for name in ("first", "second"):
         shutil.copytree(EXAMPLES / "fit", projects / "many" / name, dirs_exist_ok=True)

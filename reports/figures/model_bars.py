@@ -55,5 +55,5 @@ def models_figure(title: str, bars: Sequence[ModelBar], lines: Sequence[tuple[st
     for label, value in lines:
         y = axes.y(100 * value)
         svg.line((LEFT, y), (WIDTH - RIGHT, y), f'stroke="{VERMILION}" stroke-width="1.5" stroke-dasharray="6 3"')
-        svg.text((WIDTH - RIGHT + 4, y + 3.5), label, f'font-size="10.5" fill="{VERMILION}"')
+        svg.text((WIDTH - RIGHT + 4, y + 3.5), label, f'font-size="10.5" fill="{BLACK}"')
     return svg.markup

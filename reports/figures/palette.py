@@ -37,7 +37,7 @@ USED_LAW = Line(BLUE, 2.6)
 OTHER_LAWS = (Line(GREEN, 1.5, "8 3"), Line(PURPLE, 1.5, "2 2.5"), Line(ORANGE, 1.6, "8 3 2 3"), Line(SKY, 1.5, "1 4"))
 SECANT = Line(VERMILION, 1.5, "5 4")
 # Sides of a comparison, in their order: recordings as dots, legs that were moved as lines, each with a dash of its own.
-RECORDED_SIDES = (RECORDED, Line(GREEN, 2.6, dots=True), Line(PURPLE, 2.6, dots=True), Line(SKY, 2.6, dots=True))
+RECORDED_SIDES = (RECORDED, Line(BLACK, 2.6, dots=True), Line(ORANGE, 2.6, dots=True), Line(SKY, 2.6, dots=True))
 MODEL_SIDES = (
     Line(BLUE, 1.6), Line(VERMILION, 1.7, "7 3"), Line(GREEN, 1.8, "2 2.5"), Line(PURPLE, 1.8, "9 3 2 3"),
     Line(ORANGE, 1.9, "12 3"), Line(SKY, 1.9, "4 2"), Line(BLACK, 1.4, "1 3"), Line(GREY, 1.8, "9 3 2 3 2 3"),

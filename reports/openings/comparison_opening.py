@@ -52,7 +52,8 @@ def _verdict(document: Json) -> str:
         return (
             f"From the same start {ranked[0][1].get('name')} moves {words[0].rsplit(' ', 1)[1]} (RMS) off {reference}."
         )
-    return f"Nearest to {reference} moves {words[0]} off (RMS), then {listed(words[1:])}."
+    nearest, _, away = words[0].rpartition(" ")
+    return f"{nearest} comes nearest to {reference}, {away} off (RMS); {listed(words[1:])}."
 
 
 def _family_verdict(family: list[Json]) -> str:

@@ -85,7 +85,7 @@ def _trust(document: Json, limit: str) -> str:
 def _steps(limit: str) -> list[str]:
     if limit:
         return ["To leave such designs out, write `motors: {gearbox: stop}`; or run it and expect the gear to wear."]
-    return ["Cut the parts of parts/ and record jumps on a force plate; `synth gap` then tells what the model lacks."]
+    return ["Cut the parts of `parts/` and record jumps on a force plate; `synth gap` then tells what the model lacks."]
 
 
 def _picture(result: Result) -> tuple[Markup, str]:

@@ -96,7 +96,7 @@ def _steps(document: Json, without: list[str], failed: list[Mapping[str, Any]]) 
             f"{whole_percent(chance)} to {whole_percent(measured)}."
         )
     if mapping(document, "solids").get("drawn"):
-        steps.append("Order what bom.csv lists and print the plates parts/leg_print_*.3mf.")
+        steps.append("Order what `bom.csv` lists and print the plates `parts/leg_print_*.3mf`.")
     elif mapping(document, "joints"):
         steps.append("Run without --no-cad for parts to print.")
     return steps

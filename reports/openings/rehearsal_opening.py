@@ -21,7 +21,8 @@ def rehearsal_opening(result: Result) -> Opening:
         f"small causes beside the main one that leave {share:g} % of the motion ({brief(document.get('background'))}), "
         "by an engine and forms that the diagnosis does not share; each diagnosed where the answer cannot be read."
     )
-    return Opening(str(document.get("sentence") or ""), trust, figures=_figures(result))
+    more = "For surer counts plant more: the same command with a larger `--count` goes on from here."
+    return Opening(str(document.get("sentence") or ""), trust, [more], figures=_figures(result))
 
 
 def _figures(result: Result) -> Figures | None:
@@ -29,7 +30,8 @@ def _figures(result: Result) -> Figures | None:
     joints = list(dict.fromkeys(str(c.get("joint")) for c in causes if c.get("joint") != "base"))
     found = {(c.get("effect"), c.get("joint")): c for c in causes}
     rows = []
-    for effect in ASKED:
+    planted = [effect for effect in ASKED if any((effect, joint) in found for joint in joints)]
+    for effect in planted or list(dict.fromkeys(str(c.get("effect")) for c in causes))[: len(ASKED)]:
         cells = [visible_cell(found.get((effect, joint))) for joint in joints]
         if any((effect, joint) in found for joint in joints):
             rows.append([Cell(effect.replace("_", " ")), *cells])

@@ -36,6 +36,7 @@ def fits_opening(result: Result, across: ReportSection) -> Opening:
         caption,
         Figures(("Rate", "Legs", "Median", "Least", "Greatest"), rows) if rows else None,
         not failed,
+        wide=True,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -58,7 +58,7 @@ def responses(result: Result) -> dict[str, Any] | AbsentResult:
     limits = shared_limits([panel for found in panels.values() for panel in found])
     starts = {str(start.get("name")): start for start in sequence(result.content, "starts")}
     return {
-        "legend": legend([(line, name) for name, line in lines.items()]),
+        "legend": legend(_drawn(lines, [panel for found in panels.values() for panel in found])),
         "figures": [
             {
                 "name": name,
@@ -82,7 +82,7 @@ def telling_figure(result: Result) -> tuple[Markup, str] | None:
     drawn = trial_figure(f"{name}: motions from the same start", panels, shared_limits(panels), f"first-{name}")
     stick = following(result, f"first-{name}", read[name].table, reference)
     many = f"the start, of {len(read)}, from which the sides differ most" if len(read) > 1 else "the common start"
-    key = legend([(line, side) for side, line in lines.items()])
+    key = legend(_drawn(lines, panels))
     return key + drawn + stick, f"{name}: {many}."
 
 
@@ -118,6 +118,12 @@ def _panels(document: Json, response: Response, lines: Mapping[str, Line]) -> li
         if len(times) > 1 and curves:
             panels.append(TrialPanel(joint, "deg", times, curves, ""))
     return panels
+
+
+def _drawn(lines: Mapping[str, Line], panels: Sequence[TrialPanel]) -> list[tuple[Line, str]]:
+    """The sides that have a curve; one that shares no start with the others has none."""
+    names = {curve.name for panel in panels for curve in panel.curves}
+    return [(line, name) for name, line in lines.items() if name in names]
 
 
 def _notes(starts: Mapping[str, Any], name: str) -> list[str]:

@@ -70,6 +70,7 @@ def _remainder(left: Json) -> Json:
     return {
         "rms": left.get("rms"),
         "share": f"{100 * share:.0f} %" if isinstance(share, (int, float)) else "–",
+        "nothing": not value_of(left.get("rms")),
         "times": number(float(times), 2) if isinstance(times, (int, float)) else "–",
         "where": ", ".join(str(name) for name in most),
     }

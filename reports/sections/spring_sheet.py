@@ -12,6 +12,7 @@ from synth.reports.figures.spring_drawing import DrawnSpring, spring_drawing
 from synth.reports.quantities import in_si, text
 from synth.reports.reading import Json, Result, value_of
 from synth.reports.section import AbsentResult, ReportSection, mapping, sequence
+from synth.reports.sections.warnings import text_of
 from synth.reports.sections.winding_plan import winding_of
 
 # Key of ``make`` -> its words and its equation. In the order of the sheet: what to wind, what it does, how it lasts.
@@ -75,7 +76,7 @@ def _sheet(name: str, spring: Json, wanted: Json) -> Json:
         "make": make,
         "groups": groups_of(make),
         "winding": winding_of(make),
-        "notes": [*sequence(make, "violations"), *sequence(make, "warnings")],
+        "notes": [*sequence(make, "violations"), *map(text_of, sequence(make, "warnings"))],
         "count": make.get("count") or 1,
         "drawing": drawing_of(f"{name}: the spring to make", make),
         "binding": sequence(spring, "binding"),

@@ -24,7 +24,7 @@ def content(result: Result) -> dict[str, Any] | AbsentResult:
     replay = page.get("replay") or {}
     unsupported = [str(name).replace("_", " ") for name in sequence(replay, "unsupported")]
     if unsupported:
-        return AbsentResult(f"the page's own integrator does not know {', '.join(unsupported)}")
+        return AbsentResult(f"the leg has {', '.join(unsupported)}: the page's own integrator does not know it")
     releases = [release for release in sequence(replay, "releases") if isinstance(release, dict)]
     joints = [str(joint.get("name")) for joint in sequence(page, "leg", "joints")]
     if not releases or not joints:

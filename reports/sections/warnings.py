@@ -15,12 +15,12 @@ def warnings_of(result: Result) -> list[Warned]:
     """Every warning once: the design's own, the joints', the dampers' and the fits', each with its key."""
     found: dict[tuple[str, str], tuple[str, object]] = {}
     joints = joint_names(result.content)
-    for joint, text, key, level in _all(result.content):
+    for joint, text, key, entry in _all(result.content):
         named = joint or next((name for name in joints if text.startswith(f"{name}: ")), "")
-        found.setdefault((_bare(named, text), named), (key, level))
+        found.setdefault((_bare(named, text), named), (key, entry))
     texts = {text for text, joint in found if joint}
     return [
-        judged(joint, text, key, level) for (text, joint), (key, level) in found.items() if joint or text not in texts
+        judged(joint, text, key, entry) for (text, joint), (key, entry) in found.items() if joint or text not in texts
     ]
 
 
@@ -30,20 +30,23 @@ def joint_names(document: Json) -> list[str]:
 
 
 def _all(document: Json) -> list[tuple[str, str, str, object]]:
-    """(joint or empty, text, key, stated level)."""
+    """(joint or empty, text, key, the entry itself)."""
     rows: list[tuple[str, str, str, object]] = []
     for index, item in enumerate(sequence(document, "warnings")):
-        stated = mapping(item)
-        joint, text = (stated.get("joint") or "", stated.get("text")) if isinstance(item, Mapping) else ("", item)
-        rows.append((str(joint), str(text), f"warnings[{index}]", stated.get("severity")))
+        rows.append((str(mapping(item).get("joint") or ""), text_of(item), f"warnings[{index}]", item))
     for name, joint in mapping(document, "joints").items():
-        rows += [(name, str(text), f"joints.{name}.warnings", None) for text in sequence(joint, "warnings")]
+        rows += [(name, text_of(item), f"joints.{name}.warnings", item) for item in sequence(joint, "warnings")]
     for name, law in mapping(document, "damper_laws").items():
-        rows += [(name, str(text), f"damper_laws.{name}.warnings", None) for text in sequence(law, "warnings")]
+        rows += [(name, text_of(item), f"damper_laws.{name}.warnings", item) for item in sequence(law, "warnings")]
     for stage in _STAGES:
         fit = mapping(document, "stages", stage)
-        rows += [("", str(text), f"stages.{stage}.warnings", None) for text in sequence(fit, "warnings")]
+        rows += [("", text_of(item), f"stages.{stage}.warnings", item) for item in sequence(fit, "warnings")]
     return rows
+
+
+def text_of(item: object) -> str:
+    """A warning's text, which an older result may hold alone."""
+    return str(item.get("text")) if isinstance(item, Mapping) else str(item)
 
 
 def _bare(joint: str, text: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 from synth.reports.quantities import in_si, number, percent, text
 from synth.reports.reading import Json, value_of
 from synth.reports.section import mapping, sequence
+from synth.reports.sections.warnings import text_of
 
 GRIP = 1.1  # of the wire's length to cut: ends to hold
 _MEASURED = (
@@ -96,7 +97,7 @@ def sheet_content(content: Json, drawing: Any, groups: list[Json]) -> Json:
         "groups": groups,
         "winding": winding_of(make),
         "count": make.get("count") or 1,
-        "notes": [*sequence(make, "violations"), *sequence(make, "warnings")],
+        "notes": [*sequence(make, "violations"), *map(text_of, sequence(make, "warnings"))],
         "checked": not mapping(content, "make"),
         "off": percent(value_of(make.get("rate")), value_of(mapping(content, "wanted").get("rate"))),
     }

@@ -13,8 +13,33 @@ window.synthLeg = (function () {
     return sum;
   }
 
-  // Accelerations of the joints; locked ones keep still. `acting[j]` = {rate, rotation, damper}.
-  function accelerations(release, acting, q, v, out) {
+  // Effects of the built leg, as in synth/swing/effects: torque on q of what resists beside spring and damper. A
+  // friction's bristle z bends with the motion and holds within -1..1; `bends` takes its rate of change.
+  // The engine turns a sliding bristle over at once where its joint turns back (synth.swing.turning_events); here it
+  // bends over, with so little give that half a swing is late by twice LEAST_GIVE, 0.002 deg.
+  const LEAST_GIVE = 2e-5, BRISTLE_DAMPING = 0.0005;  // rad, s
+  const NOTHING = { friction: [], drag: [], hardening: [] };
+  function effects(own, deflection, rate, speed, z, first, bends) {
+    let sum = 0;
+    own.friction.forEach(function (f, k) {
+      const bend = z[first + k], sliding = Math.abs(bend) >= 1 && speed * bend > 0;
+      const change = sliding ? 0 : speed / Math.max(f.presliding, LEAST_GIVE);
+      const held = Math.max(-1, Math.min(1, Math.abs(bend) < 1 ? bend + BRISTLE_DAMPING * change : bend));
+      const level = f.torque * (f.fall ? 1 - f.fall + f.fall * Math.pow(1 + Math.pow(speed / f.speed, 2) / 16, -16) : 1);
+      sum -= level * held * (1.5 - 0.5 * held * held);
+      bends[first + k] = change;
+    });
+    for (const d of own.drag) sum -= d.coefficient * d.speed * speed * Math.pow((Math.abs(speed) + 1e-9) / d.speed, d.exponent - 1);
+    for (const h of own.hardening) {
+      const extra = h.stiffening * Math.pow((Math.max(Math.abs(deflection) - h.onset, 0) + 1e-9) / h.reach, h.exponent);
+      sum += rate * deflection * (1 - 1 / Math.sqrt(1 + Math.pow(h.softening * deflection, 2))) - (deflection > 0 ? extra : -extra);
+    }
+    return sum;
+  }
+
+  // Accelerations of the joints; locked ones keep still. `acting[j]` = {rate, rotation, damper, effects}; bristles `z`
+  // stand joint by joint, their rates of change go to `bends`.
+  function accelerations(release, acting, q, v, out, z, bends) {
     const n = q.length, phi = new Float64Array(n), omega = new Float64Array(n);
     let angle = release.tilt, turning = 0;
     for (let i = 0; i < n; i++) { angle += q[i]; turning += v[i]; phi[i] = angle; omega[i] = turning; }
@@ -26,9 +51,11 @@ window.synthLeg = (function () {
     }
     for (let i = n - 2; i >= 0; i--) force[i] += force[i + 1];
     const free = [];
-    for (let i = 0; i < n; i++) {
-      const a = acting[i];
+    for (let i = 0, at = 0; i < n; i++) {
+      const a = acting[i], own = a.effects || NOTHING;
       force[i] -= a.rate * (q[i] - a.rotation) + damperTorque(a.damper, v[i]);
+      force[i] += effects(own, q[i] - a.rotation, a.rate, v[i], z, at, bends);
+      at += own.friction.length;
       out[i] = 0;
       if (!release.locked.includes(i)) free.push(i);
     }
@@ -37,6 +64,7 @@ window.synthLeg = (function () {
     for (let i = 0; i <= n; i++) whole.push(new Float64Array(n + 1));
     for (let i = n - 1; i >= 0; i--) for (let j = n - 1; j >= 0; j--)
       whole[i][j] = release.inertia[i][j] * Math.cos(phi[i] - phi[j]) + whole[i + 1][j] + whole[i][j + 1] - whole[i + 1][j + 1];
+    for (const i of free) whole[i][i] += (acting[i].effects || NOTHING).armature || 0;
     const m = free.length, a = [];
     for (let r = 0; r < m; r++) { a.push(new Float64Array(m + 1)); for (let c = 0; c < m; c++) a[r][c] = whole[free[r]][free[c]]; a[r][m] = force[free[r]]; }
     for (let c = 0; c < m; c++) for (let r = c + 1; r < m; r++) {  // symmetric and positive: no pivoting
@@ -59,12 +87,14 @@ window.synthLeg = (function () {
 
   // Rotations (one array a joint) at the release's times; null where the motion cannot be followed.
   function motion(release, acting) {
-    const n = release.rotation.length, times = release.time, y = new Float64Array(2 * n), stages = [];
+    const n = release.rotation.length, times = release.time, stages = [];
+    const m = acting.reduce((sum, a) => sum + (a.effects || NOTHING).friction.length, 0), all = 2 * n + m;
+    const y = new Float64Array(all);  // rotations, their rates, bristles (straight at the release)
     for (let i = 0; i < n; i++) { y[i] = release.rotation[i]; y[n + i] = release.locked.includes(i) ? 0 : release.rate[i]; }
-    for (let s = 0; s < 7; s++) stages.push(new Float64Array(2 * n));
-    const acc = new Float64Array(n), trial = new Float64Array(2 * n);
+    for (let s = 0; s < 7; s++) stages.push(new Float64Array(all));
+    const acc = new Float64Array(n), trial = new Float64Array(all);
     const slope = function (state, into) {
-      accelerations(release, acting, state.subarray(0, n), state.subarray(n), acc);
+      accelerations(release, acting, state.subarray(0, n), state.subarray(n, 2 * n), acc, state.subarray(2 * n), into.subarray(2 * n));
       for (let i = 0; i < n; i++) { into[i] = state[n + i]; into[n + i] = acc[i]; }
     };
     const found = [];
@@ -72,12 +102,17 @@ window.synthLeg = (function () {
     for (let i = 0; i < n; i++) found[i][0] = y[i];
     let t = times[0], h = 1e-3, steps = 0;
     slope(y, stages[0]);
+    for (let i = 0, at = 2 * n; i < n; i++) for (const f of (acting[i].effects || NOTHING).friction) {  // as if it had slid
+      if (f.presliding < 2e-4) y[at] = Math.sign(y[n + i] || acc[i]);
+      at++;
+    }
+    if (m) slope(y, stages[0]);
     for (let k = 1; k < times.length; k++) {
       while (t < times[k] - 1e-12) {
         if (++steps > MOST_STEPS) return null;
         const last = t + h >= times[k], step = last ? times[k] - t : h;
         for (let s = 1; s < 7; s++) {
-          for (let i = 0; i < 2 * n; i++) { let sum = 0; for (let p = 0; p < s; p++) sum += A[s][p] * stages[p][i]; trial[i] = y[i] + step * sum; }
+          for (let i = 0; i < all; i++) { let sum = 0; for (let p = 0; p < s; p++) sum += A[s][p] * stages[p][i]; trial[i] = y[i] + step * sum; }
           slope(trial, stages[s]);
         }
         let error = 0;
@@ -91,6 +126,8 @@ window.synthLeg = (function () {
         if (error <= 1) {
           y.set(trial); t += step;
           const first = stages[0]; stages[0] = stages[6]; stages[6] = first;  // the last stage is the next first
+          for (let i = 2 * n; i < all; i++) if (Math.abs(y[i]) > 1) y[i] = Math.sign(y[i]);  // a step may bend it too far
+          if (m) slope(y, stages[0]);
         }
         const factor = Math.min(4, Math.max(0.2, 0.9 * Math.pow(Math.max(error, 1e-10), -0.2)));
         if (error > 1 || !last || factor < 1) h = step * factor;

@@ -150,8 +150,8 @@ addEventListener("load", () => setTimeout(async function () {  // after the page
     };
     put("line", { x1: 4, x2: w - 4, y1: sy(0), y2: sy(0), stroke: "#d4d8dd" });
     put("path", { d: points.map((p, i) => `${i ? "L" : "M"}${sx(p[0]).toFixed(1)} ${sy(p[1]).toFixed(1)}`).join(""), fill: "none", stroke: "#0072b2", "stroke-width": 1.5 });
-    put("text", { x: 4, y: h - 2, "font-size": 9, fill: "#666" }, labels[0]);
-    put("text", { x: w - 4, y: h - 2, "font-size": 9, fill: "#666", "text-anchor": "end" }, labels[1]);
+    put("text", { x: 4, y: h - 2, "font-size": 12, fill: "#666" }, labels[0]);
+    put("text", { x: w - 4, y: h - 2, "font-size": 12, fill: "#666", "text-anchor": "end" }, labels[1]);
     const dot = put("circle", { r: 3.5, fill: "#d55e00", stroke: "#fff" });
     parent.appendChild(svg);
     return (x, y) => { dot.setAttribute("cx", sx(x)); dot.setAttribute("cy", sy(y)); };

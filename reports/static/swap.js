@@ -23,7 +23,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     const options = page.joints[joints[j].name], damper = options.dampers[state.damper];
     const rate = state.rate;
     const rotation = state.free === null ? (state.own ? joints[j].rotation : freeRotation(joints[j].name, rate)) : joints[j].sign * (state.free - joints[j].zero) / DEG;
-    return { rate, rotation, damper: scaled(damper, state.strength) };
+    return { rate, rotation, damper: scaled(damper, state.strength), effects: joints[j].effects };
   }
   const fresh = (j) => ({ spring: 0, damper: 0, rate: joints[j].rate, strength: 1, free: null, own: true });
   let states = joints.map((_, j) => fresh(j));
@@ -63,12 +63,15 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
       if (option.price) pieces.push(option.price);
       make("option", { value: i, textContent: (i ? "" : "chosen: ") + pieces.join(", ") }, spring);
     });
+    const springWhole = make("p", { className: "picked-part" }, box);
     const damperLabel = make("label", { textContent: "damper" }, box), damper = make("select", {}, damperLabel);
     options.dampers.forEach(function (option, i) {
       const pieces = [option.part, option.law, `${shown(option.error, 2)}° off`];
+      if (option.price) pieces.push(option.price);
       if (option.spring_rate) pieces.push(`with a spring of ${number(option.spring_rate)} N·m/rad`);
       make("option", { value: i, textContent: (i ? "" : "chosen: ") + pieces.join(", ") }, damper);
     });
+    const damperWhole = make("p", { className: "picked-part" }, box);
     const fit = joint.fit || {};
     const slide = function (words, low, high) {
       const label = make("label", {}, box), text = make("span", {}, label), input = make("input", { type: "range", min: low, max: high, step: "any" }, label);
@@ -96,7 +99,7 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     rate.input.addEventListener("input", function () { Object.assign(states[j], { rate: joint.rate * WIDE ** parseFloat(rate.input.value), own: false }); later(); });
     strength.input.addEventListener("input", function () { states[j].strength = WIDE ** parseFloat(strength.input.value); later(); });
     free.input.addEventListener("input", function () { states[j].free = parseFloat(free.input.value); later(); });
-    return { spring, damper, rate, strength, free };
+    return { spring, springWhole, damper, damperWhole, rate, strength, free };
   });
   trial.addEventListener("change", draw);
   reset.addEventListener("click", function () { states = joints.map((_, j) => fresh(j)); solve(); });
@@ -119,10 +122,12 @@ addEventListener("load", () => setTimeout(function () {  // after the page stand
     draw();
     tellLines();
   }
+  const picked = (select) => select.selectedOptions.length ? select.selectedOptions[0].textContent : "";  // a narrow list cuts it
   function show() {
     joints.forEach(function (joint, j) {
       const state = states[j], control = controls[j], now = acting(state, j);
       control.spring.value = state.spring; control.damper.value = state.damper;
+      control.springWhole.textContent = picked(control.spring); control.damperWhole.textContent = picked(control.damper);
       control.rate.input.value = Math.log(state.rate / joint.rate) / Math.log(WIDE);
       control.rate.text.textContent = `spring rate ${number(state.rate)} N·m/rad`;
       control.strength.input.value = Math.log(state.strength) / Math.log(WIDE);

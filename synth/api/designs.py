@@ -20,6 +20,7 @@ from synth.files.stage_cache import StageCache, key_of
 from synth.fit.wanted_motion import with_wanted_leg
 from synth.parts.catalogs import Catalogue
 from synth.parts.resolver import resolver
+from synth.remarks import remark_json
 from synth.swing.chain import Chain, compiled_chain
 from synth.swing.leg_model import Leg
 
@@ -233,6 +234,8 @@ def _report(design: LegDesign, folder: Path, extra: dict[str, Any], lost: list[s
     write_json(folder / "page.json", page_json(design))
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     content = design_json(design, files, folder, extra)
-    content["warnings"] += [{"joint": None, "text": note} for note in (*extra["solids"]["notes"], *lost)]
+    said = {str(note): note for note in design.drawn.notes} if design.drawn is not None else {}
+    notes = [said.get(note, note) for note in extra["solids"]["notes"]]  # kept solids hold texts, without severity
+    content["warnings"] += [{"joint": None, **remark_json(note)} for note in (*notes, *lost)]
     write_json(folder / "design.json", content)
     write_leg_report(folder)

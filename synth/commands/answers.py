@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from synth.commands.table_text import table_text
 from synth.files.shown_units import METRIC, ShownUnits
+from synth.remarks import SEVERITIES, read_remark, severity_of
 
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
@@ -46,13 +48,21 @@ def tell(progress: Progress, result: Path, text: Callable[[Json], str], notes: S
     tell_notes(progress, notes if notes is not None else warning_texts(content), result)
 
 
+def tell_document(progress: Progress, content: Json, text: str) -> None:
+    """Print a result that no file holds: its table, or with ``--json`` its content; ``text`` may be empty."""
+    from synth.files.text_forms import json_text, plain
+
+    if progress.as_json:
+        progress.document(json_text(plain(content, ""), 0))
+    elif text:
+        progress.result(text)
+
+
 def tell_notes(progress: Progress, notes: Sequence[str], result: Path) -> None:
     """At most five notes, those that could change a decision first; then the number of the others and their file."""
     if not notes:
         return
-    from synth.reports.severity import judged, ordered
-
-    ranked = [each.text for each in ordered([judged("", note, "") for note in dict.fromkeys(notes)])]
+    ranked = sorted(dict.fromkeys(notes), key=lambda note: SEVERITIES.index(severity_of(note)))
     for note in ranked[:MOST_NOTES]:
         progress.say(f"note: {shorten(note, NOTE_LETTERS, placeholder=' ...')}")
     if len(ranked) > MOST_NOTES:
@@ -60,8 +70,8 @@ def tell_notes(progress: Progress, notes: Sequence[str], result: Path) -> None:
 
 
 def warning_texts(content: Json) -> list[str]:
-    """The texts of ``warnings`` and of ``not_separable``."""
-    found = [item["text"] if isinstance(item, Mapping) else str(item) for item in content.get("warnings") or []]
+    """The texts of ``warnings``, with their severity, and of ``not_separable``."""
+    found = [read_remark(item) for item in content.get("warnings") or []]
     return [*found, *(str(item) for item in content.get("not_separable") or [])]
 
 
@@ -76,6 +86,23 @@ def fit_text(content: Json, shown: ShownUnits = METRIC) -> str:
         rows.append([name, *cells, _number(content["rms"].get(name))])
     count = len(warning_texts(content))
     return f"{table_text(rows)}\n{count} warning{'' if count == 1 else 's'}"
+
+
+def folder_text(columns: Mapping[str, Sequence[Any]]) -> str:
+    """A folder's summary table for the screen: without ends of intervals, messages and columns that hold nothing."""
+    shown = {
+        head: column
+        for head, column in columns.items()
+        if head != "message" and not re.search(r" (low|high) \[", head) and any(cell is not None for cell in column)
+    }
+    rows = zip(*shown.values(), strict=True)
+    return table_text([list(shown), *([_cell(cell) for cell in row] for row in rows)])
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def gap_text(content: Json) -> str:

@@ -13,10 +13,21 @@ synth catalog import TABLE.csv --map "Their header=wire_diameter [in]" --vendor 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from synth.commands.answers import tell_document
 from synth.commands.arguments import near_miss, one_of
+from synth.commands.catalog_json import (
+    FORMAT,
+    STATUSES,
+    alike_json,
+    families_json,
+    family_counts,
+    imported_json,
+    rows_json,
+)
 from synth.errors import UserError
 
 if TYPE_CHECKING:
@@ -67,31 +78,39 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     if arguments.action == "alike":
         if len(arguments.names) != 1:
             raise UserError("synth catalog alike takes one part, such as synth catalog alike 6597K19")
-        progress.result(_alike_text(Catalogue.load(extra), arguments.names[0]))
+        _alike(Catalogue.load(extra), arguments.names[0], progress)
         return 0
     if arguments.action == "show":
         if len(arguments.names) != 1:
             raise UserError("synth catalog show takes one part, such as synth catalog show 6597K19")
-        progress.result(_shown(arguments.names[0], extra))
+        _show(arguments.names[0], extra, progress)
         return 0
     if len(arguments.names) > 1:
         raise UserError("synth catalog list takes one family, or none for all of them")
     catalogue = Catalogue.load(extra)
-    progress.result(_family_text(catalogue, arguments.names[0]) if arguments.names else _overview(catalogue))
+    if arguments.names:
+        rows = catalogue.rows(arguments.names[0])
+        tell_document(progress, rows_json(rows), _family_text(catalogue, arguments.names[0]))
+    else:
+        tell_document(progress, families_json(catalogue), _overview(catalogue))
     return 0
 
 
-def _shown(name: str, extra: list[Path]) -> str:
+def _show(name: str, extra: list[Path], progress: Progress) -> None:
     """One part, or the parts that fit the wish in a file."""
     from synth.parts.catalogs import Catalogue
 
     if not name.casefold().endswith((".yaml", ".yml")):
-        return _part_text(Catalogue.load(extra), name)
-    from synth.commands.fitting_parts import fitting_text
+        rows, text = _part(Catalogue.load(extra), name)
+        tell_document(progress, rows_json(rows), text)
+        return
+    from synth.commands.fitting_parts import fitting_blocks
     from synth.files.part_wish import read_part_wish
 
     wish = read_part_wish(name)
-    return fitting_text(wish, Catalogue.load([*wish.catalogs, *extra]))
+    blocks = fitting_blocks(wish, Catalogue.load([*wish.catalogs, *extra]))
+    content = {"format": FORMAT, "wishes": [block.as_json() for block in blocks]}
+    tell_document(progress, content, "\n\n".join(block.text() for block in blocks))
 
 
 def _import(arguments: argparse.Namespace, progress: Progress) -> int:
@@ -118,16 +137,17 @@ def _import(arguments: argparse.Namespace, progress: Progress) -> int:
     read = Catalogue.load(files).rows(table.family)
     mine = [row for row in read if Path(row.file) in files]
     usable = sum(getattr(row, "choosable", False) for row in mine)
-    for theirs, ours in table.used:
-        progress.result(f"{theirs} -> {ours}")
-    for title in table.unused:
-        progress.result(f"{title}: ignored; use --map to give its meaning")
-    progress.result(f"{len(mine)} rows, {usable} usable; synth catalog list gives the reason for the others")
+    lines = [f"{theirs} -> {ours}" for theirs, ours in table.used]
+    lines += [f"{title}: ignored; use --map to give its meaning" for title in table.unused]
+    lines.append(f"{len(mine)} rows, {usable} usable; synth catalog list gives the reason for the others")
+    counts = {"rows": len(mine), "choosable": usable}
+    content = imported_json([str(file) for file in files], table.used, table.unused, counts)
+    tell_document(progress, content, "\n".join(lines))
     progress.say(f"written: {', '.join(map(str, files))}")
     return 0
 
 
-def _alike_text(catalogue: Catalogue, part: str) -> str:
+def _alike(catalogue: Catalogue, part: str, progress: Progress) -> None:
     """Substitutes for a spring or damper, one per line."""
     from synth.commands.table_text import table_text
     from synth.parts.alike import alike
@@ -138,10 +158,11 @@ def _alike_text(catalogue: Catalogue, part: str) -> str:
     if not rows:
         known = [row.part for row in sold]
         raise UserError(f'no spring or damper "{part}" in the catalogues{near_miss(part, known, 3)}')
+    found = alike(catalogue, rows[0])
     lines = [["part", "vendor", "distance", "differs"]]
-    for item in alike(catalogue, rows[0]):
+    for item in found:
         lines.append([item.row.part, item.row.vendor, f"{item.distance:.2f}", ", ".join(item.differs) or "in nothing"])
-    return table_text(lines, numbers_right=False)
+    tell_document(progress, alike_json(rows[0].part, found), table_text(lines, numbers_right=False))
 
 
 def _check(paths: list[Path], progress: Progress) -> int:
@@ -151,8 +172,9 @@ def _check(paths: list[Path], progress: Progress) -> int:
     problems = check_catalogue(paths)
     if paths and problems:
         raise UserError(problems)
-    for problem in problems:
-        progress.result(f"flagged, not used: {problem}")
+    lines = [f"flagged, not used: {problem}" for problem in problems]
+    content = {"format": FORMAT, "files": [str(path) for path in paths], "flagged": [str(each) for each in problems]}
+    tell_document(progress, content, "\n".join(lines))
     progress.say(f"{len(paths)} checked, no mistakes" if paths else "the built-in catalogues have no other mistakes")
     return 0
 
@@ -162,11 +184,9 @@ def _overview(catalogue: Catalogue) -> str:
     from synth.commands.table_text import table_text
     from synth.parts.rows import FAMILIES
 
-    lines = [["family", "rows", "complete", "usable", "incomplete", "contradiction", "other"]]
+    lines = [["family", "rows", *STATUSES, "other"]]
     for family in FAMILIES:
-        statuses = [row.status.partition(":")[0] for row in catalogue.rows(family)]
-        counts = [statuses.count(status) for status in ("complete", "usable", "incomplete", "contradiction")]
-        lines.append([family, *map(str, (len(statuses), *counts, len(statuses) - sum(counts)))])
+        lines.append([str(value) for value in family_counts(family, catalogue).values()])
     return "\n".join(
         [
             table_text(lines),
@@ -186,20 +206,21 @@ def _family_text(catalogue: Catalogue, family: str) -> str:
     return table_text(rows, numbers_right=False)
 
 
-def _part_text(catalogue: Catalogue, part: str) -> str:
-    """All values of every row with this part number or wire material."""
+def _part(catalogue: Catalogue, part: str) -> tuple[Sequence[CatalogueRow], str]:
+    """All values of every row with this part number or wire material, as rows and as text."""
     from synth.commands.part_text import row_text, stock_text
 
     wanted = part.strip().casefold()
     sold: list[CatalogueRow] = [*catalogue.springs, *catalogue.dampers, *catalogue.motors]
     found = [row for row in sold if getattr(row, "part", "").casefold() == wanted]
     if found:
-        return "\n\n".join(row_text(row, catalogue) for row in found)
+        return found, "\n\n".join(row_text(row, catalogue) for row in found)
     records = _material(catalogue, wanted)
     if not records:
         known = [*(getattr(row, "part", "") for row in sold), *(row.material for row in catalogue.materials)]
         raise UserError(f'no part or wire material "{part}" in the catalogues{near_miss(part, known, 3)}')
-    return "\n\n".join([stock_text(records[0].material, catalogue), *(row_text(row, catalogue) for row in records)])
+    texts = [stock_text(records[0].material, catalogue), *(row_text(row, catalogue) for row in records)]
+    return records, "\n\n".join(texts)
 
 
 def _material(catalogue: Catalogue, wanted: str) -> list[MaterialRow]:

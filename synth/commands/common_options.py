@@ -13,7 +13,12 @@ WITH_JSON = (
     "hopper",
     "compare",
     "check",
-)  # commands that end with a table; `synth spring` has its own --json
+    "import",
+    "catalog",
+    "reproduce",
+    "init",
+    "warmup",
+)  # all but `completion`, whose result is a script; `synth spring` has its own --json
 WITH_UNITS = ("fit", "leg", "spring")  # their tables contain lengths, rates and similar quantities
 READING_LEGS = ("fit", "leg", "gap", "import", "hopper")  # their projects name files
 

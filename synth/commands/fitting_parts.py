@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import degrees, log, pi
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Damper
 
+OTHER_HEADS = ("part", "vendor", "off", "why")  # of those that do not fit
 MOST = 30  # listed rows, of those that fit and of those that do not
 
 
@@ -31,17 +33,41 @@ class _Line:
     cells: tuple[str, ...]
 
 
-def fitting_text(wish: PartWish, catalogue: Catalogue) -> str:
+@dataclass(frozen=True)
+class FittingParts:
+    """Parts of one kind: those that fit, those that do not with their reasons, and rows that cannot be used."""
+
+    title: str
+    heads: tuple[str, ...]
+    fitting: tuple[_Line, ...]  # nearest first, as are the others
+    others: tuple[_Line, ...]
+    unusable: Counter[str]  # by what they lack
+
+    def text(self) -> str:
+        """As tables; the nearest of each are named one by one."""
+        return "\n".join(_lines(self))
+
+    def as_json(self) -> dict[str, Any]:
+        """All of them, none left out; cells as the table shows them."""
+        return {
+            "wish": self.title,
+            "fit": [dict(zip(self.heads, (line.part, *line.cells), strict=True)) for line in self.fitting],
+            "do_not": [dict(zip(OTHER_HEADS, (line.part, *line.cells), strict=True)) for line in self.others],
+            "cannot_be_used": dict(self.unusable.most_common()),
+        }
+
+
+def fitting_blocks(wish: PartWish, catalogue: Catalogue) -> tuple[FittingParts, ...]:
     """Springs and dampers that fit, and the reasons against the others."""
     blocks = []
     if wish.spring is not None:
         blocks.append(_springs(wish.spring, wish, catalogue))
     if wish.damper is not None:
         blocks.append(_dampers(wish.damper, wish, catalogue))
-    return "\n\n".join(blocks)
+    return tuple(blocks)
 
 
-def _springs(asked: SpringWished, wish: PartWish, catalogue: Catalogue) -> str:
+def _springs(asked: SpringWished, wish: PartWish, catalogue: Catalogue) -> FittingParts:
     parts = of_family(wish.parts, catalogue.springs)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.springs:
@@ -57,10 +83,10 @@ def _springs(asked: SpringWished, wish: PartWish, catalogue: Catalogue) -> str:
                 others.append(_Line(label, abs(off), (row.vendor, _off(off, asked.rate), "; ".join(reasons))))
             else:
                 fitting.append(_Line(label, abs(off), (row.vendor, *_spring_cells(row, count, off, asked.rate))))
-    heads = ("spring", "vendor", "rate [N*m/rad]", "[lbf*in/deg]", "off", "wire [mm]", "[in]", "outside [mm]", "[in]",
-             "coils", "angle [deg]")  # fmt: skip
+    heads = ("spring", "vendor", "rate [N*m/rad]", "[lbf*in/deg]", "off", "wire [mm]", "wire [in]", "outside [mm]",
+             "outside [in]", "coils", "angle [deg]")  # fmt: skip
     title = "springs" if asked.rate is None else f"springs of {asked.rate:.4g} N*m/rad"
-    return "\n".join(_block(title, heads, fitting, others, unusable))
+    return _sorted(title, heads, fitting, others, unusable)
 
 
 def _off(off: float, wanted: float | None) -> str:
@@ -76,7 +102,7 @@ def _spring_cells(row: TorsionSpringRow, count: int, off: float, wanted: float |
     return f"{rate:.4g}", f"{per_degree:.4g}", _off(off, wanted), *sizes, coils, angle
 
 
-def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> str:
+def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> FittingParts:
     parts = of_family(wish.parts, catalogue.dampers)
     fitting, others, unusable = [], [], Counter[str]()
     for row in catalogue.dampers:
@@ -96,9 +122,9 @@ def _dampers(asked: DamperWished, wish: PartWish, catalogue: Catalogue) -> str:
                 fitting.append(_Line(label, abs(off), (*cells, str(pieces), row.direction)))
     speed = _speed(asked)
     at = f"at {speed * 30 / pi:.4g} rpm of the joint"
-    heads = ("damper", "vendor", f"torque {at} [N*m]", "[ozf*in]", "off", "pieces", "direction")
+    heads = ("damper", "vendor", f"torque {at} [N*m]", "torque [ozf*in]", "off", "pieces", "direction")
     title = "dampers" if asked.torque is None else f"dampers of {asked.torque:.4g} N*m {at}"
-    return "\n".join(_block(title, heads, fitting, others, unusable))
+    return _sorted(title, heads, fitting, others, unusable)
 
 
 def _speed(asked: DamperWished) -> float:
@@ -122,18 +148,21 @@ def _torque(damper: Damper, speed: float) -> float:
     return float(torque_at(damper.curve, np.array([speed]))[0])
 
 
-def _block(
-    title: str, heads: Sequence[str], fitting: list[_Line], others: list[_Line], unusable: Counter[str]
-) -> Iterator[str]:
-    """Parts that fit; parts that do not, with reasons; counts of unusable rows by what they lack."""
-    fitting.sort(key=lambda line: line.distance)
-    others.sort(key=lambda line: line.distance)
+def _sorted(
+    title: str, heads: tuple[str, ...], fitting: list[_Line], others: list[_Line], unusable: Counter[str]
+) -> FittingParts:
+    near = [tuple(sorted(lines, key=lambda line: line.distance)) for lines in (fitting, others)]
+    return FittingParts(title, heads, near[0], near[1], unusable)
+
+
+def _lines(found: FittingParts) -> Iterator[str]:
+    title, heads, fitting, others, unusable = found.title, found.heads, found.fitting, found.others, found.unusable
     yield f"{title}: {len(fitting)} fit" + (f", the nearest {MOST}:" if len(fitting) > MOST else ":" * bool(fitting))
     if fitting:
         yield table_text([heads, *((line.part, *line.cells) for line in fitting[:MOST])])
     yield f"{len(others)} do not" + (f", the nearest {MOST}:" if len(others) > MOST else ":" * bool(others))
     if others:
-        rows = [("part", "vendor", "off", "why"), *((line.part, *line.cells) for line in others[:MOST])]
+        rows = [OTHER_HEADS, *((line.part, *line.cells) for line in others[:MOST])]
         yield table_text(rows, numbers_right=False)
     if len(others) > MOST:
         reasons = Counter(reason for line in others[MOST:] for reason in line.cells[-1].split("; "))

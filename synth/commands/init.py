@@ -12,7 +12,7 @@ import argparse
 import os
 import shlex
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,10 +55,19 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         raise UserError([Problem("selects parts of a robot: name its file with --from", key=key) for key in alone])
     copy_example(EXAMPLES / arguments.kind, target, prepare=with_schemas)
     project = target / PROJECTS[arguments.kind]
-    command = shlex.join(["synth", arguments.kind, str(project), "--out", str(target / "result")])
     progress.say(f"{target} holds the example; {target / 'README.md'} describes it. Next:")
-    progress.say(f"  {command}")
+    _tell(progress, target, project, arguments.kind)
     return 0
+
+
+def _tell(progress: Progress, target: Path, project: Path, kind: str, notes: Sequence[str] = ()) -> None:
+    """What to run next; with ``--json`` also where everything lies."""
+    from synth.commands.answers import tell_document
+
+    words = ["synth", kind, str(project), "--out", str(target / "result")]
+    progress.say(f"  {shlex.join(words)}")
+    content = {"format": "synth/init/1", "folder": str(target), "project": str(project), "command": words}
+    tell_document(progress, {**content, "notes": list(notes)}, "")
 
 
 def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress) -> int:
@@ -86,7 +95,7 @@ def _from_robot(arguments: argparse.Namespace, target: Path, progress: Progress)
         progress.say(f"note: {text}")
     progress.say(f"{target} holds the leg; {target / 'README.md'} describes the recordings to add. Then:")
     project = target / f"{PROJECT_NAMES[arguments.kind]}.yaml"
-    progress.say(f"  {shlex.join(['synth', arguments.kind, str(project), '--out', str(target / 'result')])}")
+    _tell(progress, target, project, arguments.kind, picked.said)
     return 0
 
 

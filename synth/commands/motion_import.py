@@ -10,8 +10,9 @@ jumps by whole turns, left and right exchanged by a tracker, samples before the 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from synth.commands.arguments import Quantities, one_of
 from synth.errors import Problem, UserError
@@ -19,6 +20,7 @@ from synth.errors import Problem, UserError
 if TYPE_CHECKING:
     from synth.commands.progress import Progress
     from synth.files.import_project import ImportProject
+    from synth.motion.importers.import_result import ImportedTrial
 
 CUTS = ("cut", "free", "keep")
 BARE = (
@@ -49,11 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the recordings, write ``trials/*.csv``, ``import.json`` and ``report.html``."""
+    from synth.commands.answers import tell_document
     from synth.files.output import output_folder
     from synth.motion.importers.import_result import FIT, TRIALS, read_files, write_import
 
     if arguments.list:
-        progress.result(_formats_text())
+        tell_document(progress, _formats_json(), _formats_text())
         return 0
     needed = [] if arguments.file else [Problem("name a recording or a project: synth import FILE", key="FILE")]
     if not arguments.out and not arguments.dry_run:
@@ -63,13 +66,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     with progress.stage("reading"):
         project = _project(arguments)
         trials = read_files(project)
-    for trial in trials:
-        recording = trial.imported
-        duration = recording.time[-1] - recording.time[0]
-        progress.say(f"{trial.source.name}: {len(recording.time)} samples over {duration:.2f} s, {recording.format}")
-        for note in recording.notes:
-            progress.say(f"  {note}")
     if arguments.dry_run:
+        _tell_read(trials, progress)
         progress.say(f"{arguments.file} is valid: {len(trials)} recordings")
         return 0
     with output_folder(arguments.out) as folder, progress.stage("writing"):
@@ -78,6 +76,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
         write_import_report(folder)
     out = Path(arguments.out)
+    if progress.as_json:
+        progress.document((out / "import.json").read_text(encoding="utf-8"))
+    _tell_read(trials, progress)
     progress.say(f"trials: {out / TRIALS}/*.csv; fit them with: synth fit {out / FIT} --out {out.name}_fit")
     progress.say(f"check the stick figure before you fit: {out / 'report.html'}")
     return 0
@@ -111,6 +112,31 @@ def _project(arguments: argparse.Namespace) -> ImportProject:
     points, both = _words(arguments.points), (plane[0], plane[1]) if plane else None
     mapping = Mapping(frame_rate=rate, points=points, plane=both, topic=arguments.topic)
     return ImportProject(leg.name, leg, (ForeignFile(path, str(path)),), "auto", mapping, arguments.release or "cut")
+
+
+def _tell_read(trials: Sequence[ImportedTrial], progress: Progress) -> None:
+    """A row a recording, then what was found, mended and cut in each."""
+    from synth.commands.table_text import table_text
+
+    rows = [["recording", "samples", "time [s]", "notes", "format"]]
+    for trial in trials:
+        made = trial.imported
+        duration = f"{made.time[-1] - made.time[0]:.2f}"
+        rows.append([trial.source.name, str(len(made.time)), duration, str(len(made.notes)), made.format])
+    if not progress.as_json:
+        progress.result(table_text(rows))
+    for trial in trials:
+        for note in trial.imported.notes:
+            progress.say(f"{trial.source.name}: {note}")
+
+
+def _formats_json() -> dict[str, Any]:
+    """The formats with what each needs."""
+    from synth.motion.importers.registry import formats
+
+    keys = ("name", "title", "gives", "package", "extra", "installed")
+    rows = [{key: getattr(item, key) for key in keys} for item in formats().values()]
+    return {"format": "synth/formats/1", "formats": rows}
 
 
 def _formats_text() -> str:

@@ -22,6 +22,7 @@ from synth.batch.folder_summary import Failed, messages
 from synth.batch.folder_task import FolderTask, summary_json
 from synth.batch.local import run_here
 from synth.batch.task_outcome import Ended
+from synth.commands.answers import folder_text, tell_document
 from synth.commands.streams import write_message
 from synth.errors import Problem, UserError
 from synth.files.output import output_folder, place, write_csv, write_json
@@ -63,6 +64,7 @@ def run_folder(arguments: argparse.Namespace, progress: Progress, task: FolderTa
             failed = run.perform(runner)
         with progress.stage("writing"):
             content = _write(folder, [item.name for item in found], kept, failed, task)
+    tell_document(progress, content, folder_text(task.columns(content)))
     refused = [Failed(entry["name"], task.refused(entry)) for entry in content["legs"] if task.refused(entry)]
     if failed or refused:
         _tell_failed(failed, refused, len(found), task, progress)

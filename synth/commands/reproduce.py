@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> int:
     """Read the folder and compute the tables; write ``reproduction.json`` and the page."""
+    from synth.commands.answers import tell
     from synth.files.output import output_folder, write_json
     from synth.reports.reproduction import write_reproduction_report
     from synth.validation.thesis_reproduction import reproduction_json
@@ -41,10 +42,19 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
         with progress.stage("writing"):
             write_json(folder / "reproduction.json", reproduction_json(name, inputs, tables, arguments.seed))
             write_reproduction_report(folder)
-    for table in tables:
-        progress.say(f"{table.name}: {len(table.rows)} rows, {len(table.differences)} differences explained")
+    tell(progress, Path(arguments.out) / "reproduction.json", reproduced_text, notes=())
     progress.say(f"report: {Path(arguments.out) / 'report.html'}")
     return 0
+
+
+def reproduced_text(content: Mapping[str, Any]) -> str:
+    """A row a table: how many rows it holds and how many differences are explained."""
+    from synth.commands.table_text import table_text
+
+    rows = [["table", "rows", "differences explained"]]
+    for table in content["tables"]:
+        rows.append([table["name"], str(len(table["rows"])), str(len(table["differences"]))])
+    return table_text(rows)
 
 
 def _thesis(arguments: argparse.Namespace, progress: Progress) -> Gone:

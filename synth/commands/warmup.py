@@ -28,12 +28,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
 
     wanted = _links(arguments.links)
     from synth.cache import cache_folder
+    from synth.commands.answers import tell_document
     from synth.swing.chain import is_compiled
+    from synth.units import quantity
 
     start = time.perf_counter()
-    n_compiled = 0
+    compiled = [n_link for n_link in wanted if not is_compiled(n_link)]
     for n_link in wanted:
-        n_compiled += not is_compiled(n_link)
         progress.compiling(n_link)
     if arguments.links is None:
         _compile_jumps(progress)
@@ -41,7 +42,17 @@ def run(arguments: argparse.Namespace, progress: Progress) -> int:
     folder = cache_folder()
     files = [path for path in (folder / "code").glob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
-    progress.say(f"{n_compiled} of {len(wanted)} compiled, the others were stored already: {spent:.1f} s")
+    content = {
+        "format": "synth/warmup/1",
+        "links": wanted,
+        "compiled_now": compiled,
+        "jumping_legs": arguments.links is None,
+        "time": quantity(spent, "s"),
+        "folder": str(folder),
+        "size": {"value": size, "unit": "MB"},
+    }
+    tell_document(progress, content, "")
+    progress.say(f"{len(compiled)} of {len(wanted)} compiled, the others were stored already: {spent:.1f} s")
     progress.say(f"stored in {folder}: {size:.1f} MB")
     return 0
 

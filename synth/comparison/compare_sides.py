@@ -15,6 +15,7 @@ from synth.comparison.shown_characteristics import UNITS, JointAlone, Spread, al
 from synth.comparison.side import MODEL, ComparedMotion, Side
 from synth.errors import UserError
 from synth.files.validate import near
+from synth.remarks import remarks_json
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -61,7 +62,7 @@ class Comparison:
             "sides": [self._side_json(place) for place in range(len(self.sides))],
             "starts": [self._start_json(overlay) for overlay in self.overlays],
             "differences": [self._difference_json(found) for found in self.differences],
-            "warnings": [{"text": text} for text in warnings(self)],
+            "warnings": remarks_json(warnings(self)),
             "inputs": dict(self.inputs),
             "versions": {"synth": synth.__version__},
         }

@@ -1,7 +1,7 @@
 """The list of parts: what to order, wind, cut and print, with standard, size, length, vendor, quantity and mass.
 
 The vendor's column holds vendors only: ``any`` for what every dealer has, empty for what is made. No price is in the
-catalogues, so that column stays empty until a user's own table has one.
+catalogues: that column, of one piece, has what the user's own table says.
 """
 
 from __future__ import annotations

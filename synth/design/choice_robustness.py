@@ -15,6 +15,7 @@ import numpy as np
 from synth.arrays import Array
 from synth.design.response import WantedResponse
 from synth.fit.fit_result import FitResult
+from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -39,7 +40,7 @@ class ChoiceRobustness:
         """A sentence where another set would be chosen as often."""
         if len(self.errors) < 2 or self.best[0] >= HANGS:
             return None
-        return (
+        return decisive(
             f"the choice of parts hangs on what the trials leave open: over {self.errors.shape[1]} legs that they "
             f"allow the chosen set is the best of {len(self.errors)} in {self.best[0]:.0%}; what would settle it "
             "stands under what to measure"

@@ -16,6 +16,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.part_candidates import ANY, damper_candidates, damper_reason, of_family
 from synth.parts.rows import DamperRow
 from synth.parts.usable import offers
+from synth.remarks import decisive, noted
 from synth.swing.damper_curves import thinning_error, torque_at
 from synth.swing.leg_model import Damper, DamperCurve, Leg, Spring
 
@@ -217,16 +218,17 @@ def _with(leg: Leg, options: Mapping[int, DamperOption]) -> Leg:
     return replace(leg, joints=joints)
 
 
+DROPS = "Record drops with that damper alone and name them under `dampers:`."
+
+
 def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float], fastest: float) -> list[str]:
     """What to know of a chosen damper: an assumed law, a thinned table, speeds beyond what was measured."""
     said = []
     if option.row is not None and option.row.derived and option.law != "curve":
         said.append(f"{joint}: {option.row.order} is {option.row.status}")
     if option.law == "concave":
-        said.append(
-            f"{joint}: the torque-speed law of {option.part} is {option.why}. Drops with that damper alone would tell; "
-            "its rate at low speed may be off by a factor of two"
-        )
+        text = f"{joint}: the torque-speed law of {option.part} is {option.why}: its rate at low speed may be off by a "
+        said.append(decisive(f"{text}factor of two", DROPS))
     if option.law == "curve" and fastest > 1.1 * speeds[1]:
         said.append(
             f"{joint}: the wanted motion reaches {fastest:.2g} rad/s; the damper was measured up to {speeds[1]:.2g} "
@@ -241,5 +243,5 @@ def curve_warnings(joint: str, option: DamperOption, speeds: tuple[float, float]
     if option.damper.curve is not None:
         error = thinning_error(option.damper.curve)
         if error > 0.005:
-            said.append(f"{joint}: the damper's table was thinned to 12 points, at most {error:.1%} off")
+            said.append(noted(f"{joint}: the damper's table was thinned to 12 points, at most {error:.1%} off"))
     return said

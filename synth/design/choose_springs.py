@@ -17,6 +17,7 @@ from synth.parts.catalogs import Catalogue
 from synth.parts.coil_rate import RATE_FORMS
 from synth.parts.part_candidates import ANY, no_spring, of_family, spring_candidates, spring_reason
 from synth.parts.rows import TorsionSpringRow
+from synth.remarks import about, decisive, noted
 from synth.spring.design import SpringResult, SpringWish, design_spring
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_result import DESIGN_LIFE, SpringDesign, SpringLimits, SpringTask
@@ -197,7 +198,7 @@ def spring_options(source: SpringSource, rate: float) -> tuple[list[SpringOption
             return [_bought(row, travel, source, count, rate) for row, count in rows[:MOST]], reasons, []
         if choice.make is False:
             raise no_spring(joint, found, catalogue.springs)
-        said = [f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed"]
+        said = [noted(f"{joint}: no bought spring meets the constraints ({found.nearest}); one to wind is designed")]
     else:
         said = []
     option, more = spring_to_wind(source, rate)
@@ -283,7 +284,7 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         leg = leg_that_bends_as_much(*size, wish.opening_travel, cad)
         result = design_spring(replace(wish, leg_lengths=(leg, leg)), catalogue)
     if result.best is not None:
-        design, said = result.best, [f"{joint}: {text}" for text in (*result.notes, *result.best.warnings)]
+        design, said = result.best, [about(joint, text) for text in (*result.notes, *result.best.warnings)]
         said += [f"{joint}: to last {DESIGN_LIFE:.0f} full turns: {item.text}" for item in result.lasting[:1]]
     else:
         if not result.nearest:
@@ -291,10 +292,11 @@ def spring_to_wind(source: SpringSource, rate: float) -> tuple[SpringOption, lis
         order = {"parallel": 0, "smaller_travel": 1, "other_material": 2, "more_room": 3}
         nearest = min(result.nearest, key=lambda item: order[item.kind])
         design = nearest.design
-        said = [
+        text = (
             f"{joint}: no single spring can do {rate:.4g} N*m/rad over {degrees(travel.winding):.1f} deg: "
             f"{'; '.join(result.binding)}. The nearest that can is taken: {nearest.text}"
-        ]
+        )
+        said = [decisive(text)]
     total = design.rate * design.count
     closes = 1 if travel.turned_round else -1
     return SpringOption(total, design.included_angle, design=design, result=result, closes=closes, asked=rate), said
@@ -325,7 +327,8 @@ def spring_warnings(joint: str, option: SpringOption) -> list[str]:
         return [f"{joint}: the catalogue knows too little of {option.part} to tell at which angle it yields"]
     if option.check is None or option.check.travel <= option.check.free_travel:
         return []
-    return [
+    text = (
         f"{joint}: {option.part} yields at {degrees(option.check.free_travel):.0f} deg from its free angle, the joint "
         f"turns it {degrees(option.check.travel):.0f} deg"
-    ]
+    )
+    return [decisive(text)]

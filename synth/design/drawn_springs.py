@@ -18,6 +18,7 @@ from synth.design.choose_springs import SpringOption
 from synth.design.joint_sizing import dimensions_of
 from synth.design.leg_design import LegDesign, Solids
 from synth.parts.catalogs import Catalogue
+from synth.remarks import decisive
 from synth.spring.evaluate import check_spring
 from synth.spring.spring_result import SpringDesign
 from synth.swing.leg_model import Leg
@@ -261,8 +262,10 @@ def _told(design: LegDesign, settings: Mapping[str, SeatSetting]) -> LegDesign:
     said = [
         (
             name,
-            f"{name}: the spring in hand is {degrees(setting.left):+.1f} deg beyond its seat's travel; turn the seat "
-            f"to {degrees(setting.turn):+.1f} deg, and wind or choose another spring for the rest",
+            decisive(
+                f"{name}: the spring in hand is {degrees(setting.left):+.1f} deg beyond its seat's travel; turn the "
+                f"seat to {degrees(setting.turn):+.1f} deg, and wind or choose another spring for the rest"
+            ),
         )
         for name, setting in settings.items()
         if abs(setting.left) > LEAST_LEFT

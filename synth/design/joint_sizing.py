@@ -12,6 +12,7 @@ import numpy as np
 from synth.design.damper_drawing import damper_of
 from synth.design.leg_design import LegDesign, Solids, fastest_rates
 from synth.errors import Problem, UserError
+from synth.remarks import decisive, noted
 from synth.swing.damper_curves import torque_at
 from synth.swing.leg_model import Joint
 from synth.swing.mechanics import rest_pose
@@ -96,10 +97,9 @@ def _joint(
     turned = replace(dimensions, upper_arm_angle=cad.clear_upper_arm_angle(dimensions))
     if turned.upper_arm_angle != 0.0:
         offset = remainder(turned.arm_offset, 360.0)
-        notes.append(
-            f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn at "
-            f"{turned.upper_arm_angle:+.0f} deg from there, and the lower arm at {offset:+.1f} deg"
-        )
+        text = f"{joint.name}: over this travel the upper arm cannot lie where the angle is measured from; it is drawn "
+        where = f"at {turned.upper_arm_angle:+.0f} deg from there, and the lower arm at {offset:+.1f} deg"
+        notes.append(noted(text + where))
     return turned
 
 
@@ -135,12 +135,13 @@ def _stops(
     if first <= needed[0] - ASKED_STOP and needed[1] + ASKED_STOP <= last:
         stops = (max(stops[0], first), min(stops[1], last))
         return (max(travel[0], stops[0] + ASKED_STOP), min(travel[1], stops[1] - ASKED_STOP)), stops, yields
-    notes.append(
+    text = (
         f"{joint.name}: the spring's yield at {yields[0]:.1f} and {yields[1]:.1f} deg is the limit that binds: the "
         f"wanted travel of {needed[0]:.1f} to {needed[1]:.1f} deg and stops {YIELD_SPARE:g} deg before yield cannot "
         f"both be had; the stops are drawn at {stops[0]:.1f} and {stops[1]:.1f} deg, past the travel. A spring of "
         "thicker wire, or a smaller range of the joint, would have both"
     )
+    notes.append(decisive(text))
     return travel, stops, None
 
 
@@ -174,10 +175,8 @@ def _borne(design: LegDesign, asked: JointDimensions, printing: PrintDimensions,
         if after != before
     ]
     if changed:
-        notes.append(
-            f"{asked.name}: to bear the spring's {asked.spring_torque:.3g} N*m and the damper's "
-            f"{asked.loads.damper_torque:.3g} N*m: {', '.join(changed)}"
-        )
+        loads = f"{asked.spring_torque:.3g} N*m and the damper's {asked.loads.damper_torque:.3g} N*m"
+        notes.append(noted(f"{asked.name}: to bear the spring's {loads}: {', '.join(changed)}"))
     if not design.project.cad.encoder:
         return grown
     seated = replace(grown, encoder=cad.EncoderDimensions())
@@ -219,7 +218,7 @@ def _spring(design: LegDesign, j: int, notes: list[str]) -> Any:
             raise UserError(Problem(text, str(design.project.path), key=f"select.joints.{name}.spring"))
         hand = row.hand or "right"
         if not row.hand:
-            notes.append(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand")
+            notes.append(noted(f"{name}: the catalogue does not say which way {row.part} is wound; drawn right-hand"))
         assert row.rate is not None
         # The catalogue's rate is that of the body alone; with its arms the spring is softer as it is longer.
         stiff = pi * row.mean_diameter * row.body_coils * row.rate * option.count / option.rate * 1e3
@@ -242,5 +241,5 @@ def _count(design: LegDesign, j: int, notes: list[str]) -> int:
     if count == 2:
         notes.append(f"{name}: two springs, drawn as a mirrored pair: order or wind one right-hand and one left-hand")
     elif count > 2:
-        notes.append(f"{name}: {count} springs stand side by side; one is drawn, and the pocket is for one")
+        notes.append(noted(f"{name}: {count} springs stand side by side; one is drawn, and the pocket is for one"))
     return count

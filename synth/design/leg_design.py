@@ -32,6 +32,7 @@ from synth.fit.fit_result import FitResult, TrialFit
 from synth.fit.methods import fit_by
 from synth.fit.plausibility import doubts
 from synth.parts.catalogs import Catalogue
+from synth.remarks import decisive, like, noted
 from synth.swing.leg_model import Leg
 
 
@@ -233,21 +234,23 @@ def _warnings(design: LegDesign, motion: SourceMotion) -> list[tuple[str | None,
         texts += laws[name].warnings if name in laws else []
         texts += _rate_warning(name, target, refit)
         if errors[j] > np.radians(2.0):
-            texts.append(f"{name}: the built leg will move {degrees(errors[j]):.1f} deg (RMS) off the wanted motion")
+            off = f"{degrees(errors[j]):.1f} deg (RMS) off the wanted motion"
+            texts.append(decisive(f"{name}: the built leg will move {off}"))
         said += [(name, text) for text in texts]
     for text in (*target.not_separable, *target.warnings):
         said.append((_joint_of(text, names), text))
     for text in refit.not_separable:
         if "mass scale" not in text:
-            said.append((_joint_of(text, names), f"with the real dampers: {text}"))
+            said.append((_joint_of(text, names), like(text, f"with the real dampers: {text}")))
     if target.lost_samples:
-        said.append((None, f"{target.lost_samples} lost samples were left out of the fit"))
+        said.append((None, noted(f"{target.lost_samples} lost samples were left out of the fit")))
     if motion.factor != 1.0 and project.dynamic_similarity is False:
         ratio = float(np.sqrt(project.target.total_length / project.source.total_length))
-        said.append(
-            (None, f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {ratio:.3g} "
-             "(square root of the ratio of leg lengths), so gravity acts differently on the robot than on the animal")
-        )  # fmt: skip
+        text = (
+            f"time is stretched by {motion.factor:g}; dynamic similarity would stretch it by {ratio:.3g} (square root "
+            "of the ratio of leg lengths), so gravity acts differently on the robot than on the animal"
+        )
+        said.append((None, noted(text)))
     return said
 
 
@@ -262,10 +265,11 @@ def _rate_warning(joint: str, target: FitResult, refit: FitResult) -> list[str]:
     linear, curved = (result.joints[joint].spring_rate.value for result in (target, refit))
     if 0.8 < curved / linear < 1.25:
         return []
-    return [
+    text = (
         f"{joint}: with the chosen damper's curve the trials ask for a spring of {curved:.3g} N*m/rad, with a linear "
         f"damper for {linear:.3g}. The damper's law decides about the spring: a wrong one costs as much"
-    ]
+    )
+    return [decisive(text)]
 
 
 def _joint_of(text: str, names: tuple[str, ...]) -> str | None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from synth.design.part_masses import PartMass
+from synth.remarks import Remark
 from synth.swing.leg_model import Leg, Link
 from synth.swing.rigid_body import RigidBody, of_link, offset_torque, together
 from synth.units import quantity
@@ -130,16 +131,19 @@ def alike(one: Leg, other: Leg) -> bool:
     )
 
 
+STATE = "State what the link weighs and what its figures hold: `link: {..., includes: none}`."
+
+
 def link_warnings(links: Sequence[BuiltLink], assumed: Mapping[str, str]) -> list[tuple[str, str]]:
     """Joint and sentence of each link that ends up elsewhere than assumed.
 
     ``assumed``: parts whose mass is assumed, with the key that takes a weighed one.
     """
-    said = []
+    said: list[tuple[str, str]] = []
     for item in links:
         own, built, drawn = of_link(item.assumed), item.body, item.drawn
         if item.share > WORTH_SAYING:
-            said.append((item.joint, _off(item)))
+            said.append((item.joint, Remark(_off(item), "check", STATE)))
         elif item.assumed.includes == "joint" and drawn.mass < (1.0 - WORTH_SAYING) * own.mass:
             text = (
                 f"{item.joint}: its link is simulated at the target's {own.mass * 1e3:.0f} g; what is drawn of it, "

@@ -19,8 +19,10 @@ from synth.design.choose_springs import SpringOption
 from synth.design.leg_design import LegDesign
 from synth.design.response import WantedRelease, WantedResponse
 from synth.files.output import stems
+from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.spring.stress import bending_stress
 from synth.swing.damper_curves import clamps, thin
+from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
 
@@ -28,6 +30,13 @@ FORMAT = "synth/page/1"
 MOST_RELEASES = 12  # in the page: its size grows with each
 MOST_SAMPLES = 250  # of a release's wanted motion
 MOST_CHOICES = 8  # of a joint's springs, and of its dampers
+# Effects that reports/static/integrator.js knows, by its word for their law.
+LAWS = {
+    "coulomb_friction": "friction",
+    "stribeck_friction": "friction",
+    "quadratic_damping": "drag",
+    "hardening_spring": "hardening",
+}
 OFFERED = 4.0  # times or part of the wanted rate: a spring farther off makes another leg, whatever its response
 
 
@@ -57,7 +66,7 @@ def leg_json(leg: Leg) -> dict[str, Any]:
     """The leg's geometry and what acts at its joints; angles in degrees as they are measured."""
     rest = np.degrees(leg.to_measured(rest_pose(leg)))
     joints = []
-    for joint, angle in zip(leg.joints, rest, strict=True):
+    for j, (joint, angle) in enumerate(zip(leg.joints, rest, strict=True)):
         assert joint.spring is not None
         joints.append(
             {
@@ -70,6 +79,7 @@ def leg_json(leg: Leg) -> dict[str, Any]:
                 "rate": _number(joint.spring.rate),
                 "rotation": _number(joint.rest),
                 "damper": damper_json(joint.damper),
+                "effects": effects_json(leg, j),
             }
         )
     return {"tilt": _number(math.degrees(leg.tilt)), "joints": joints}
@@ -85,8 +95,9 @@ def replay_json(leg: Leg, wanted: WantedResponse, names: Sequence[str]) -> dict[
         _release(leg, release, motion, name)
         for release, motion, name in list(zip(wanted.releases, wanted.motions, names, strict=True))[::every]
     ]
-    effects = [f"{name} of the {joint.name}" for joint in leg.joints for name in joint.effects]
-    return {"unsupported": [*effects, *leg.effects], "releases": found, "of": len(wanted.releases)}
+    unknown = [f"{name} of the {joint.name}" for joint in leg.joints for name in joint.effects if name not in LAWS]
+    unknown += [f"drive of the {joint.name}" for joint in leg.joints if joint.drive is not None]
+    return {"unsupported": [*unknown, *leg.effects], "releases": found, "of": len(wanted.releases)}
 
 
 def _release(leg: Leg, release: WantedRelease, motion: Array, name: str) -> dict[str, Any]:
@@ -114,6 +125,16 @@ def damper_json(damper: Damper | None) -> dict[str, Any]:
         return {"rate": _number(damper.rate or 0.0)}
     speed, slope = clamps(thin(damper.curve))
     return {"speed": [_number(value) for value in speed], "slope": [_number(value) for value in slope]}
+
+
+def effects_json(leg: Leg, j: int) -> dict[str, Any]:
+    """What the joint has beside spring and damper that the page's integrator knows: its armature and its laws, SI."""
+    found: dict[str, Any] = {"armature": _number(leg.armature[j]), **{kind: [] for kind in set(LAWS.values())}}
+    for name, given in leg.joints[j].effects.items():
+        if name in LAWS:
+            numbers = {**effect_named(name).defaults, **given}
+            found[LAWS[name]].append({key: _number(value) for key, value in numbers.items()})
+    return {key: found[key] for key in sorted(found)}
 
 
 def _springs(design: LegDesign, j: int) -> list[dict[str, Any]]:
@@ -146,6 +167,7 @@ def _spring(option: SpringOption) -> dict[str, Any]:
         "stress_per_torque": per_torque,  # MPa a N m, inner fibre
         "allowed_mpa": None if made is None else _number(made.allowed_stress * 1e-6),
         "choice": f"{{part: {row.part}}}" if row is not None else "{make: true}",
+        **_price(row),
     }
 
 
@@ -170,8 +192,14 @@ def _damper(option: DamperOption, spring_rate: float | None) -> dict[str, Any]:
         "spring_rate": None if spring_rate is None else _number(spring_rate),
         "outer_mm": None if row is None or row.outer_diameter is None else _number(row.outer_diameter * 1e3),
         "choice": f"{{part: {row.part}}}" if row is not None else "",
+        **_price(row),
         **damper_json(option.damper),
     }
+
+
+def _price(row: TorsionSpringRow | DamperRow | None) -> dict[str, str]:
+    """What one costs, where the user's table says so."""
+    return {"price": row.price} if row is not None and row.price else {}
 
 
 def _number(value: float, digits: int = 8) -> float:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from synth.errors import Problem, UserError
 from synth.files.output import write_json
 from synth.files.stage_cache import StageCache, key_of
+from synth.remarks import decisive
 
 if TYPE_CHECKING:
     from synth.cad import BuiltLeg, CheckResult, ExportedFile
@@ -79,7 +80,7 @@ def not_weighed(design: LegDesign) -> LegDesign:
     bare = [joint.name for joint in design.project.target.joints if joint.link.includes == "none"]
     if not bare:
         return design
-    text = (
+    text = decisive(
         f"nothing is drawn, so the parts of the joints are not on the links of {', '.join(bare)}, whose figures hold "
         "none of them (includes: none): the leg will be heavier than it is simulated"
     )

@@ -21,6 +21,7 @@ from synth.files.curve import write_curve
 from synth.files.leg_file import write_leg
 from synth.files.output import place, sha256_file, stems, write_csv
 from synth.fit.fit_result import TrialFit
+from synth.remarks import remark_json, remarks_json
 from synth.units import quantity
 
 FORMAT = "synth/leg-design/1"
@@ -109,7 +110,7 @@ def design_json(design: LegDesign, files: Sequence[Path], folder: Path, extra: d
             "alternatives": [item.as_json(names, design.sets.chosen) for item in design.sets.sets[1:]],
             "search": _search(design),
         },
-        "warnings": [{"joint": joint, "text": text} for joint, text in design.warnings],
+        "warnings": [{"joint": joint, **remark_json(text)} for joint, text in design.warnings],
         **extra,
         "files": [_file(path, folder, parts) for path in files],
     }
@@ -180,7 +181,7 @@ def _joint(design: LegDesign, j: int) -> dict[str, Any]:
         ),
         "tolerance": tolerance_json(design.project.parts, design.sets.chosen, j),
         "left_out": {"springs": dict(design.springs.left_out[j]), "dampers": dict(design.dampers.left_out[j])},
-        "warnings": [text for joint, text in design.warnings if joint == name],
+        "warnings": remarks_json(text for joint, text in design.warnings if joint == name),
     }
     return written
 
@@ -288,16 +289,9 @@ def bought_or_wound(design: LegDesign) -> list[dict[str, str]]:
             what += f", turning {damper.arrangement.ratio:g} times as fast as the joint"
         if damper.arrangement.pair:
             what += ", in pairs, one each way"
-        rows.append(
-            _line(
-                joint.name,
-                what,
-                vendor,
-                row.order if row is not None else damper.part,
-                str(damper.arrangement.pieces),
-                source,
-            )
-        )
+        part, price = (row.order, row.price) if row is not None else (damper.part, "")
+        line = _line(joint.name, what, vendor, part, str(damper.arrangement.pieces), source)
+        rows.append({**line, "price": price})
     return rows
 
 
@@ -307,7 +301,8 @@ def _spring_line(joint: str, option: SpringOption) -> dict[str, str]:
         what = f"torsion spring, {option.rate / option.count:.4g} N*m/rad"
         if row.measure:
             what += f" (measure before printing: {', '.join(row.measure)})"
-        return _line(joint, what, row.vendor, row.part, str(option.count), row.source)
+        line = _line(joint, what, row.vendor, row.part, str(option.count), row.source)
+        return {**line, "price": row.price}
     design = option.design
     assert design is not None
     material = design.material.removesuffix(" wire")

@@ -18,6 +18,7 @@ from synth.diagnosis.hypotheses import Assessed, HeldOutError, Hypotheses
 from synth.diagnosis.score import fresh
 from synth.diagnosis.verdict import CALIBRATED, Calibration, Judged, judge
 from synth.diagnosis.workbench import EvaluatedHypothesis, Workbench
+from synth.remarks import decisive
 
 T = TypeVar("T")
 LEAST_TRIALS = 3  # with fewer, the verdict depends on each anyway
@@ -46,8 +47,10 @@ class Hangs:
     def warnings(self) -> tuple[str, ...]:
         """In sentences."""
         said = [
-            f"the verdict depends on {name}: without it {other}. Check it first (its start, its rest position, what "
-            "was different in this trial), or repeat it"
+            decisive(
+                f"the verdict depends on {name}: without it {other}. Check it first (its start, its rest position, "
+                "what was different in this trial), or repeat it"
+            )
             for name, other in self.turned
         ]
         if self.open:

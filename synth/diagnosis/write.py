@@ -13,6 +13,7 @@ import synth
 from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import PHASES, Cause, Diagnosis
 from synth.estimation.parameters import PlantEffect
+from synth.remarks import remarks_json
 from synth.units import quantity
 
 LIBRARIES = ("numpy", "scipy", "numba")
@@ -63,7 +64,7 @@ def basis_json(
     return {
         "effects": described([cause for causes in found for cause in causes], effect_called),
         "phases": list(PHASES),
-        "warnings": list(result.warnings),
+        "warnings": remarks_json(result.warnings),
         "settings": {"seed": project.seed, **tolerance_settings(asdict(project.tolerance), units)},
         "defaults": [{"key": d.key, "value": d.value, "why": d.reason} for d in project.defaults],
         "inputs": dict(inputs),

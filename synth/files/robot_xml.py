@@ -19,6 +19,7 @@ from synth.files.joint_curves import linear_damping, without_held
 from synth.files.output import write_text
 from synth.files.robot_bodies import SCALE, Inertial, RobotLink, Visual, inertial_of, numbers
 from synth.files.xml_text import nested, xml_text
+from synth.remarks import noted
 from synth.swing.leg_model import Joint, Leg, Link
 
 SDF_VERSION = "1.9"
@@ -215,5 +216,5 @@ def write_robot_files(
     ):
         write_text(folder / name, made.text)
         if made.warnings:
-            said.append(f"{name} does not represent all of the leg: {'; '.join(made.warnings)}")
+            said.append(noted(f"{name} does not represent all of the leg: {'; '.join(made.warnings)}"))
     return said

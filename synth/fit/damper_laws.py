@@ -21,6 +21,7 @@ from synth.fit.recordings import Recording
 from synth.fit.starts import first_locals
 from synth.fit.trajectories import Local, TrajectoryModel
 from synth.fit.uncertainty import clipped_rms, root_mean_square
+from synth.remarks import remarks_json
 from synth.swing.chain import compiled_chain
 from synth.swing.leg_model import DamperCurve, Leg
 from synth.swing.mechanics import coefficients, outboard_inertia, static_torque
@@ -76,7 +77,7 @@ class DamperLaw:
             "trials": [{"file": name, "held_out": out} for name, out in self.trials],
             "how_held_out": self.how_held_out,
             "laws": [fit.as_json(fit is self.used, self.joint) for fit in self.fits],
-            "warnings": list(self.warnings),
+            "warnings": remarks_json(self.warnings),
         }
 
 

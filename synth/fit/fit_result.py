@@ -15,6 +15,7 @@ from synth.fit.proposal import Proposal
 from synth.fit.static_points import JudgedPoint
 from synth.motion.characteristics import Characteristics
 from synth.motion.first_state import FirstState
+from synth.remarks import remarks_json
 from synth.swing.chain import Conditions
 from synth.swing.leg_model import Leg
 from synth.units import quantity
@@ -219,7 +220,7 @@ class FitResult:
             "tolerance": dict(self.tolerance),
             "fitted_from": quantity(self.cut, "s"),
             "defaults": [dict(default) for default in self.defaults],
-            "warnings": list(self.warnings),
+            "warnings": remarks_json(self.warnings),
             "method": self.method,
             "cost": self.cost,
             "iterations": self.iterations,

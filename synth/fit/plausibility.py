@@ -22,6 +22,7 @@ from synth.fit.recordings import Recording
 from synth.fit.refinement import refine
 from synth.fit.starts import first_locals, weak_form_start
 from synth.fit.uncertainty import root_mean_square, sample_scatter
+from synth.remarks import decisive
 from synth.swing.leg_model import Joint, Leg
 
 MASS_RATIO = 1e3  # between two links of one leg: a whale's thigh and a rat's foot
@@ -51,10 +52,11 @@ def leg_doubts(leg: Leg) -> list[str]:
         reach = max(link.length, 2.0 * abs(link.com))
         if link.inertia > link.mass * reach**2:
             times = link.inertia / (link.mass * reach**2)
-            said.append(
+            text = (
                 f"{name}: the link's inertia is {times:.2g} times its mass by its length squared, more than any "
                 "distribution of that mass along it has; check the units of inertia, mass and length"
             )
+            said.append(decisive(text))
         if not 0.0 <= link.com <= link.length:
             said.append(
                 f"{name}: the link's centre of mass lies {1e3 * link.com:.4g} mm from its joint, outside the link's "
@@ -63,10 +65,11 @@ def leg_doubts(leg: Leg) -> list[str]:
     ranked = sorted(leg.joints, key=lambda joint: joint.link.mass)
     light, heavy = ranked[0], ranked[-1]
     if heavy.link.mass > MASS_RATIO * light.link.mass:
-        said.append(
+        text = (
             f"{heavy.name} and {light.name}: link masses of {heavy.link.mass:.3g} and {light.link.mass:.3g} kg, more "
             f"than {MASS_RATIO:.0f} to one; check their units (g, kg)"
         )
+        said.append(decisive(text))
     return said
 
 
@@ -77,18 +80,19 @@ def recording_doubts(leg: Leg, recordings: Sequence[Recording]) -> list[str]:
         for j in recording.free:
             text = _frozen(recording, j)
             if text:
-                said.append(f"{recording.name}: {leg.joints[j].name} {text}")
+                said.append(decisive(f"{recording.name}: {leg.joints[j].name} {text}"))
     length = sum(joint.link.length for joint in leg.joints)
     if leg.gravity > 0.0 and recordings:
         natural = float(np.sqrt(leg.gravity / length))
         rate = 0.5 / float(np.median([recording.smoothed.pace for recording in recordings]))
         hint = "are the times milliseconds, labelled as seconds?" if rate < natural else "is the clock right?"
         if not SLOWEST * natural < rate < FASTEST * natural:
-            said.append(
+            text = (
                 f"the recorded motion swings at about {rate / (2 * np.pi):.2g} Hz, a leg of {1e3 * length:.4g} mm "
                 f"hangs and swings at {natural / (2 * np.pi):.2g} Hz, and limbs of this size lie between "
                 f"{SLOWEST:g} and {FASTEST:g} times that; {hint}"
             )
+            said.append(decisive(text))
     return said
 
 
@@ -145,10 +149,11 @@ def convention_doubts(leg: Leg, recordings: Sequence[Recording], result: FitResu
     if not found:
         return []
     after, name, text = min(found)
-    return [
+    text = (
         f"the fit leaves {np.degrees(before):.2g} deg; with {text} of the {name} one of {len(some)} trials leaves "
         f"{np.degrees(after):.2g}. Sign or zero of the {name}?"
-    ]
+    )
+    return [decisive(text)]
 
 
 def _changes(joint: Joint) -> list[tuple[Joint, str]]:

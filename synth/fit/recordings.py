@@ -16,6 +16,7 @@ from synth.motion.first_state import FirstState, first_state
 from synth.motion.smoothing import Mask, Smoothed, lost_samples, smooth
 from synth.motion.thinning import thinned
 from synth.motion.velocity import unlike, with_velocities
+from synth.remarks import noted
 from synth.swing.chain import Conditions
 from synth.swing.known_torque import averaged, no_denser
 from synth.swing.leg_model import Leg
@@ -262,7 +263,7 @@ def _unmoved(leg: Leg, made: Sequence[Recording], sought: Sequence[str] | None) 
 
 def thinned_sentences(recordings: Sequence[Recording]) -> tuple[str, ...]:
     """Messages on recordings with more samples than their motion needs."""
-    return tuple(f"{recording.name}: {recording.thinning}" for recording in recordings if recording.thinning)
+    return tuple(noted(f"{recording.name}: {recording.thinning}") for recording in recordings if recording.thinning)
 
 
 def relative_amplitudes(recordings: Sequence[Recording]) -> Array:

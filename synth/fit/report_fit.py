@@ -26,6 +26,7 @@ from synth.fit.trajectories import TrajectoryModel
 from synth.fit.trial_fits import away_from_their_starts, trial_fits
 from synth.fit.uncertainty import clipped_rms, covariance, mass_scale_sentence, not_separable, root_mean_square
 from synth.fit.unknowns import SpringsAndDampers
+from synth.remarks import decisive, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Damper, Leg, Spring
 from synth.swing.tolerances import LINK_QUANTITIES
@@ -173,7 +174,7 @@ def _refits(
     try:
         return bootstrap(model, recordings, stage, covariance, seed=options.seed), []
     except ArithmeticError as error:
-        return None, [f"bootstrap: {error}; the intervals are from the sensitivities"]
+        return None, [noted(f"bootstrap: {error}; the intervals are from the sensitivities")]
 
 
 def _variant(name: str, joints: Mapping[str, JointFit], rms: Mapping[str, float], spread: Array) -> Variant:
@@ -271,11 +272,12 @@ def _at_edges(unknowns: SpringsAndDampers, values: Array) -> list[str]:
             value = values[at(j)]
             for name, side in sides:
                 if abs(value - side[at(j)]) < 1e-6:
-                    sentences.append(
+                    text = (
                         f"{unknowns.leg.joint_names[j]}: the {what} is at a bound of the search, "
-                        f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model is "
+                        f"{np.exp(value):.3g} {unit} is the {name}: the true value is beyond, or the model does not "
                         "hold, and the interval does not count"
                     )
+                    sentences.append(decisive(text))
     return sentences
 
 

@@ -26,6 +26,7 @@ from synth.jump.planar_jump import planar_jump
 from synth.jump.point_mass import point_mass_outcomes
 from synth.parts.catalogs import Catalogue
 from synth.parts.rows import GearMotorRow
+from synth.remarks import decisive, noted
 
 if TYPE_CHECKING:
     from synth.batch.cluster import Cluster
@@ -235,19 +236,20 @@ def warnings_of(found: Study) -> list[str]:
     sweep = found.sweep
     texts: list[str] = []
     if found.best is None:
-        texts.append("no design lifts off: every motor is too weak or too slow for this leg; the height is zero")
+        texts.append(
+            decisive("no design lifts off: every motor is too weak or too slow for this leg; the height is zero")
+        )
         return texts
     row = found.rows[sweep.motor[found.best]]
     if limit := sweep.limit_text(found.best):
-        texts.append(
-            f"the chosen design: {limit}; the gear may break (motors: {{gearbox: stop}} leaves such designs out)"
-        )
+        way_out = "motors: {gearbox: stop} leaves such designs out"
+        texts.append(decisive(f"the chosen design: {limit}; the gear may break ({way_out})"))
     texts += [f"{row.part}: {text}" for text in estimates_of(row, found.project.motor_options)]
     edge = {found.project.lengths[0]: "shortest", found.project.lengths[-1]: "longest"}
     if len(found.project.lengths) > 2 and (word := edge.get(float(sweep.length[found.best]))):
         texts.append(f"the chosen length is the {word} of the sweep: the optimum may lie beyond")
     stiff = int((sweep.status == TOO_STIFF).sum())
     if stiff:
-        texts.append(f"{stiff} designs are too stiff for the step and count as not jumping")
-    texts += found.ladder_notes.values()
+        texts.append(noted(f"{stiff} designs are too stiff for the step and count as not jumping"))
+    texts += [noted(text) for text in found.ladder_notes.values()]
     return texts

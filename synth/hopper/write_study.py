@@ -18,6 +18,7 @@ from synth.jump.hopper_leg import Motor
 from synth.jump.jump_layout import LAYOUTS
 from synth.jump.jump_models import MODELS
 from synth.jump.outcomes import LANDED_AGAIN, JumpOutcome
+from synth.remarks import remarks_json
 from synth.units import quantity
 
 FORMAT = "synth/hopper/1"
@@ -104,7 +105,7 @@ def hopper_json(found: Study, files: Sequence[Path], folder: Path) -> dict[str, 
             "motors": f"{len(sweep.problem.motors)}",
         },
         "counts": statuses,
-        "warnings": warnings_of(found),
+        "warnings": remarks_json(warnings_of(found)),
         "best": {} if found.best is None else _best(found, found.best),
         "pareto": [_design(found, index) for index in found.front],
         "models": _ladder(found),

@@ -172,7 +172,7 @@ def _scale(title: str, item: Field[Any]) -> float:
     """What a number of this column is multiplied by to be SI; raises UserError on a missing or wrong unit."""
     unit = item.metadata["unit"]
     if unit is None:
-        if "[" in title:
+        if "[" in title and not item.metadata.get("currency"):
             raise UserError(f'"{title}" is a column of words and has no unit')
         return 1.0
     if "[" not in title:
@@ -216,7 +216,8 @@ def _cell(text: str, column: _TableColumn) -> float | str:
             near = get_close_matches(text.lower(), rules["choices"], n=1, cutoff=0.5)
             hint = f'; did you mean "{near[0]}"?' if near else ""
             raise ValueError(f'"{text}" is none of {", ".join(rules["choices"])}{hint}')
-        return text
+        currency = column.title.partition("[")[2].rstrip("] ") if rules.get("currency") else ""
+        return f"{text} {currency}".rstrip()
     if _NUMBER.fullmatch(text) is None:
         comma = "; decimals take a point" if re.fullmatch(r"\d+,\d+", text) else "; the unit stands in the header"
         raise ValueError(f'"{text}" is not a number{comma}')

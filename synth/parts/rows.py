@@ -38,6 +38,7 @@ class CatalogueRow:
     source: str = _text()
     as_published: str = _text()
     note: str = _text()
+    price: str = field(default="", metadata={"unit": None, "key": False, "choices": (), "currency": True})  # of one
 
     @property
     def complete(self) -> bool:

@@ -14,6 +14,7 @@ from synth.rehearsal.outcome import CANNOT, CaseOutcome, Key
 from synth.rehearsal.plants import RUNGS
 from synth.rehearsal.sizes import MEANING
 from synth.rehearsal.users_rig import BACKGROUND, Rig
+from synth.remarks import remarks_json
 from synth.units import quantity
 
 FORMAT = "synth/rehearsal/1"
@@ -102,11 +103,12 @@ class RehearsalResult:
         large = [o for o in self.of_kind("cause") if o.task.rung >= LARGE]
         nothing, strange = self.of_kind("nothing"), self.of_kind("stranger")
         seen = sum(shown.rung is not None for shown in self.shown)
-        count = _of(sum(o.right for o in large), len(large))
-        said = (
-            f"In these trials a cause with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder is found "
-        )
-        said += f"in {count}; {seen} of {len(self.shown)} causes were found at some size."
+        gap = f"with a gap of at least {RUNGS[LARGE]:g} times the unexplained remainder"
+        if large:
+            said = f"In these trials a cause {gap} is found in {_of(sum(o.right for o in large), len(large))}; "
+        else:
+            said = f"No cause {gap} was planted; "
+        said += f"{seen} of {len(self.shown)} causes were found at some size."
         if nothing:
             said += " With small causes only, an absent cause is named in "
             said += f"{_of(sum(not o.right for o in nothing), len(nothing))}."
@@ -136,7 +138,7 @@ class RehearsalResult:
             "left_out": list(self.rig.left_out),
             "plants": [outcome.as_json() for outcome in self.outcomes],
             "identity": dict(self.identity),
-            "warnings": list(self.rig.left_out),
+            "warnings": remarks_json(self.rig.left_out),
         }
 
     def _tally(self, kind: str) -> dict[str, Any]:

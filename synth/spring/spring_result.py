@@ -8,6 +8,7 @@ from typing import Any
 
 from synth.parts.coil_angle import Convention
 from synth.parts.coil_rate import RATE_FORMULA, RateForm
+from synth.remarks import decisive, remarks_json
 from synth.spring.arms import arm_force, arm_share
 from synth.spring.calibration import UNCALIBRATED, WindingCalibration
 from synth.spring.codes import CodeCheck, dynamic_factor
@@ -219,9 +220,10 @@ class SpringDesign:
         if self.strength_basis == "law":
             found.append(f"strength by a fitted law, no maker's table has {self.wire_diameter * 1e3:.4g} mm wire")
         if self.life is not None and self.safety >= 1.0 and self.life.factor_1e5 < 1.0:
-            found.append(
+            text = (
                 f"it may break before 100 000 full turns: strength over stress is {self.life.factor_1e5:.2f} (Gerber)"
             )
+            found.append(decisive(text))
         low = [check for check in self.codes if check.safety < 1.0 <= self.safety]
         found += [
             f"{check.code} would allow {check.allowed / 1e6:.0f} MPa where it reckons {check.stress / 1e6:.0f} MPa"
@@ -266,7 +268,7 @@ class SpringDesign:
             "strength_source": self.strength_source,
             "yield_source": self.yield_source,
             "violations": [violation.text for violation in self.violations],
-            "warnings": list(self.warnings),
+            "warnings": remarks_json(self.warnings),
         }
 
     def _lasting(self) -> dict[str, Any]:

@@ -80,7 +80,10 @@ def test_projects_of_one_stem_and_names_that_are_no_text_stop_no_other(
     (legs / "leg_00" / "fit").mkdir()
     (legs / "leg_00" / "fit" / "report.html.yaml").write_text("kind: fit\n")
     assert main(["fit", str(legs), "--out", str(tmp_path / "out"), "--quiet"]) == 2
-    said = capsys.readouterr().err
+    table, said = capsys.readouterr()
+    rows = [line.split()[:2] for line in table.splitlines()[2:]]  # quiet prints just the table
+    assert [name for name, state in rows if state == "failed"] == ["leg_00/b\\xff", "leg_00/fit/report.html"]
+    assert {name for name, state in rows if state == "fitted"} == {"leg_00/fit.yaml", "leg_00/fit.yml"}
     assert said.startswith("synth: 2 of 4 projects could not be fitted:\n")
     assert "is not UTF-8 text; rename" in said
     fits = json.loads((tmp_path / "out" / "fits.json").read_text())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +13,7 @@ from synth.cli import main
 from synth.commands import init
 from synth.commands.answers import MOST_NOTES, NOTE_LETTERS, offered, tell_notes
 from synth.commands.progress import Progress
+from synth.remarks import decisive, noted
 
 FIT = Path(init.__file__).resolve().parent.parent / "examples" / "fit" / "fit.yaml"
 
@@ -61,8 +63,8 @@ def test_a_spring_s_result_can_be_printed(capsys: pytest.CaptureFixture[str]) ->
 def test_notes_are_few_one_line_each_and_the_rest_is_counted(tmp_path: Path) -> None:
     out = io.StringIO()
     notes = [
-        "something to know",
-        "it may break before 100 000 full turns",
+        noted("something to know"),
+        decisive("it may break before 100 000 full turns"),
         *(f"note {i} " + "long " * 60 for i in range(9)),
     ]
     tell_notes(Progress(results=out, messages=io.StringIO()), notes, tmp_path / "design.json")
@@ -77,3 +79,59 @@ def test_notes_are_few_one_line_each_and_the_rest_is_counted(tmp_path: Path) -> 
 def test_a_spring_far_from_the_wanted_rate_is_not_offered(rate: float, is_offered: bool) -> None:
     assert offered({"rate": {"value": rate, "unit": "N*m/rad"}}, 1.0) is is_offered
     assert offered({"part": "unknown"}, 1.0)
+
+
+def printed(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    """The JSON on standard output; nothing else is there."""
+    assert main([*words, "--json", "-q"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    found: dict[str, Any] = json.loads(shown.out)
+    return found
+
+
+def test_the_catalogue_answers_in_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    families = printed(capsys, "catalog", "list")["families"]
+    assert all(item["rows"] == sum(list(item.values())[2:]) for item in families)
+    dampers = printed(capsys, "catalog", "list", "dampers")["rows"]
+    assert len(dampers) == next(item["rows"] for item in families if item["family"] == "dampers")
+    (damper,) = printed(capsys, "catalog", "show", "6597K19")["rows"]
+    assert damper["max_torque"] == {"value": pytest.approx(0.218908, rel=1e-5), "unit": "N*m"}
+    assert damper in dampers
+    near = printed(capsys, "catalog", "alike", "6597K19")["alike"]
+    assert [item["distance"] for item in near] == sorted(item["distance"] for item in near)
+    assert printed(capsys, "catalog", "check")["files"] == []
+    wish = tmp_path / "knee.yaml"
+    wish.write_text("kind: part-wish\ndamper: {torque: 0.2 N*m, speed: 50 rpm}\n")
+    (wished,) = printed(capsys, "catalog", "show", str(wish))["wishes"]
+    assert wished["fit"]
+    assert all(item["why"] for item in wished["do_not"])
+    assert len(wished["fit"]) + len(wished["do_not"]) >= sum(row["status"] == "complete" for row in dampers)
+
+
+def test_init_import_and_warmup_answer_in_json(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = printed(capsys, "init", "import", str(tmp_path / "p"))
+    assert made["command"][:2] == ["synth", "import"]
+    done = printed(capsys, *made["command"][1:])
+    assert done == json.loads((tmp_path / "p" / "result" / "import.json").read_text())
+    assert {"trc", "sleap"} <= {item["name"] for item in printed(capsys, "import", "--list")["formats"]}
+    monkeypatch.setattr(Progress, "compiling", lambda *_, **__: None)
+    warmed = printed(capsys, "warmup", "--links", "2")
+    assert warmed["links"] == [2]
+    assert set(warmed["compiled_now"]) <= {2}
+
+
+def test_an_import_ends_with_a_row_a_recording_and_quiet_prints_just_that(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main(["init", "import", str(tmp_path / "p"), "-q"]) == 0
+    project = str(tmp_path / "p" / "import.yaml")
+    assert main(["import", project, "--out", str(tmp_path / "o"), "-q"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    head, _, *rows = shown.out.splitlines()
+    assert head.split()[:2] == ["recording", "samples"]
+    trials = json.loads((tmp_path / "o" / "import.json").read_text())["trials"]
+    assert [(row.split()[0], int(row.split()[1])) for row in rows] == [(t["source"], t["samples"]) for t in trials]

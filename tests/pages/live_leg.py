@@ -24,6 +24,22 @@ CURVED = LEG.with_joints(
     hip={"damper": Damper(curve=power_law_curve(2.0, 5.0, 0.5))},
     knee={"damper": Damper(curve=power_law_curve(0.2, 5.0, 0.5))},
 )
+RUBBING = LEG.with_joints(  # every effect that the page's integrator knows, each moving the leg by degrees
+    hip={"effects": {"coulomb_friction": {"torque": 0.3}}},
+    knee={
+        "armature": 2e-3,
+        "effects": {
+            "stribeck_friction": {"torque": 0.05, "fall": 0.6, "speed": 0.3},
+            "hardening_spring": {"stiffening": 0.3, "softening": 0.5},
+        },
+    },
+    ankle={
+        "effects": {
+            "quadratic_damping": {"coefficient": 0.002},
+            "coulomb_friction": {"torque": 0.004, "presliding": 2e-3},
+        }
+    },
+)
 STIFFER = 1.6  # times the knee's rate, of the alternative spring
 RELEASES = (
     WantedRelease("free_1", TIME, np.array([0.1, 1.4, -0.5]), np.zeros(3), Conditions()),

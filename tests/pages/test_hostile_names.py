@@ -17,7 +17,10 @@ def test_names_with_markup_run_nothing(browser: Any, made: ModuleType, tmp_path:
 
     joints = [WICKED.replace("/", "|"), "knee", "a]b\"'c"]
     design = made.make_design(tmp_path / "leg", joints=joints, trials=2, name=WICKED)
-    design["warnings"] = [{"joint": joints[0], "text": f"it may break {WICKED}"}, {"joint": None, "text": WICKED}]
+    design["warnings"] = [
+        {"joint": joints[0], "text": f"it may break {WICKED}", "severity": "decide", "remedy": WICKED},
+        {"joint": None, "text": WICKED},
+    ]
     for joint in design["joints"].values():
         joint["damper"]["part"] = WICKED
     made.write_json(tmp_path / "leg" / "design.json", design)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from pages.browser import Opened, opened
-from pages.live_leg import CURVED, LEG, RELEASES, engine_angles, responses, swapped, write_leg_folder
+from pages.live_leg import CURVED, LEG, RELEASES, RUBBING, engine_angles, responses, swapped, write_leg_folder
 
 NEAR = 0.1  # deg, the page against the engine
 MOVE = """(legs) => {
@@ -41,9 +41,17 @@ def live(browser: Any, folder: Path) -> Iterator[Opened]:
 
 
 def as_acting(leg: Any) -> list[dict[str, Any]]:
-    from synth.design.page_data import damper_json
+    from synth.design.page_data import damper_json, effects_json
 
-    return [{"rate": j.spring.rate, "rotation": j.rest, "damper": damper_json(j.damper)} for j in leg.joints]
+    return [
+        {
+            "rate": each.spring.rate,
+            "rotation": each.rest,
+            "damper": damper_json(each.damper),
+            "effects": effects_json(leg, j),
+        }
+        for j, each in enumerate(leg.joints)
+    ]
 
 
 def said_number(text: str, before: str) -> float:
@@ -54,10 +62,10 @@ def said_number(text: str, before: str) -> float:
 
 
 def test_the_page_s_integrator_is_the_engine_s_within_a_tenth_of_a_degree(live: Opened) -> None:
-    """Linear and curved dampers, a locked joint, a mass at the tip, a tilted base."""
+    """Linear and curved dampers, friction that slides and sticks, a locked joint, a mass at the tip, a tilted base."""
     wanted, built = responses()
     other, _ = swapped(wanted, built)
-    legs = [LEG, CURVED, other]
+    legs = [LEG, CURVED, other, RUBBING]
     moved = live.page.evaluate(MOVE, [as_acting(leg) for leg in legs])
     for leg, motions in zip(legs, moved, strict=True):
         for release, ours, theirs in zip(RELEASES, motions, engine_angles(wanted, leg), strict=True):

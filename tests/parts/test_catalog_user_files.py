@@ -116,8 +116,12 @@ def test_bad_headers(tmp_path: Path, header: str, message: str) -> None:
 
 
 def test_temperature_and_foreign_columns(tmp_path: Path) -> None:
-    good = _file(tmp_path, "part,max_torque [N*m],speed [rpm],temperature [degC],price [EUR]\nD1,1,20,-5,9.90\n")
-    assert Catalogue.load([good]).find_damper("D1").temperature == -5.0
+    good = _file(
+        tmp_path, "part,max_torque [N*m],speed [rpm],temperature [degC],price [EUR],colour\nD1,1,20,-5,9.90,red\n"
+    )
+    found = Catalogue.load([good]).find_damper("D1")
+    assert found.temperature == -5.0
+    assert found.price == "9.90 EUR"
     bad = _file(tmp_path, "part,max_torque [N*m],speed [rpm],temperature [K]\nD1,1,20,300\n", "kelvin.csv")
     with pytest.raises(UserError, match="degC"):
         Catalogue.load([bad])

@@ -322,7 +322,10 @@ def make_design(folder: Path, joints: list[str] | None = None, trials: int = 7, 
             ],
             "search": {"sets": 1200, "simulated": 1200, "exhaustive": True, "none_better_left": True},
         },
-        "warnings": [{"joint": joints[0], "text": "no single spring can do it"}, {"joint": None, "text": "30 s"}],
+        "warnings": [
+            {"joint": joints[0], "text": "no single spring can do it", "severity": "decide"},
+            {"joint": None, "text": "30 s", "severity": "note"},
+        ],
         "solids": {
             "drawn": True, "notes": [],
             "checks": [{"name": "wall", "part": "knee_upper", "passed": True, "text": "wall: 3 mm, at least 1.2 mm",

@@ -132,13 +132,41 @@ def test_a_locked_joint_and_lost_samples_are_empty_cells_and_no_panel(written: F
     assert [drawing.count("angle [°]") for drawing in found] == [1, 1]
 
 
+def with_single_causes(effect: GapResult) -> GapResult:
+    """Dry friction alone does what the explanation does, latency alone makes twice the error."""
+    found = []
+    for trial in effect.trials:
+        alone = {"coulomb_friction @ knee": trial.after, "latency @ hip": 2 * trial.before - trial.measured}
+        found.append(replace(trial, alone=alone if trial.scored else {}))
+    return replace(effect, trials=tuple(found))
+
+
+def test_the_evidence_of_a_cause_is_what_it_leaves_and_which_trials_speak_for_it(
+    written: Folder, effect: GapResult
+) -> None:
+    html, _ = page_of(written(with_single_causes(effect)) / "report.html")
+    section = html.split('id="evidence"')[1].split("</details>")[0]
+    friction, latency = re.findall(r"<tr><th>(.*?)</tr>", section.split("<tbody>")[1])
+    before, after = (
+        np.degrees(np.sqrt(np.nanmean(np.concatenate([(getattr(t, kind) - t.measured)[:, 1] ** 2 for t in scored]))))
+        for scored in [[t for t in effect.trials if t.scored]]
+        for kind in ("before", "after")
+    )
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", friction)
+    assert [float(word) for word in cells[1].split(" → ")] == pytest.approx([before, after], rel=0.06)
+    assert cells[3:5] == ["2 of 2", "0"]
+    assert re.fullmatch(r"trials/check_[67].csv: −\d+\xa0%", unescape(cells[5]))
+    assert re.findall(r"<td[^>]*>(.*?)</td>", latency)[3:6] == ["0 of 2", "2", "–"]
+    assert re.findall(r"<td[^>]*>(.*?)</td>", latency)[6].endswith("+100\xa0%")
+
+
 def test_the_page_opens_with_the_sentence_and_keeps_the_order(written: Folder, effect: GapResult) -> None:
-    folder = written(effect)
+    folder = written(with_single_causes(effect))
     html, page = page_of(folder / "report.html")
     opening = re.search(r"<h1>robot</h1>\n<p class=\"verdict good\">(.*?)</p>", html)
     assert opening
     assert unescape(opening.group(1)) == effect.sentence
-    assert page.ids == ["warnings", "which", "how-far", "where", "next", "terms", "inputs"]
+    assert page.ids == ["warnings", "which", "evidence", "how-far", "where", "next", "terms", "inputs"]
     assert "Left out" not in page.text
     assert "equations of the last section" not in page.text
 

@@ -6,6 +6,7 @@ import ast
 import base64
 import hashlib
 import json
+import pickle
 import re
 import shutil
 from collections.abc import Callable
@@ -17,6 +18,7 @@ import pytest
 
 from page_reader import check_words, drawings, page_of
 from synth import reports
+from synth.remarks import about, decisive, noted, read_remark, remark_json, severity_of
 from synth.reports import ReportError, write_fit_report, write_leg_report
 from synth.reports.reading import read_result
 from synth.reports.sections.warnings import warnings_of
@@ -68,26 +70,32 @@ def test_the_leg_s_opening_says_what_came_out_how_sure_it_is_and_what_to_do(leg_
     assert f"All {len(found)} warnings:" in page.text
 
 
-@pytest.mark.parametrize(
-    ("text", "level"),
-    [
-        ("it may break before 100 000 full turns: strength over stress is 0.76 (Gerber)", "decide"),
-        ("leg.urdf does not hold all of the leg: hip: URDF has no springs: 15.62 N*m/rad is left out", "note"),
-        ("not separable: mass scale, from free swings alone.", "check"),
-        ("something that nobody has thought of yet", "check"),
-    ],
-)
-def test_a_warning_s_level_is_what_it_could_change(text: str, level: str) -> None:
-    assert judged("hip", text, "warnings[0]").level == level
-    assert judged("hip", text, "warnings[0]", "decide").level == "decide"  # its own word counts more
+def test_a_warning_s_level_is_the_one_it_was_raised_with() -> None:
+    text = "it may break before 100 000 full turns"  # whose words alone say nothing
+    assert judged("hip", text, "warnings[0]").level == "check"
+    assert judged("hip", text, "warnings[0]", {"severity": "more than ever"}).level == "check"
+    found = judged("hip", text, "warnings[0]", remark_json(decisive(text, "Take another.")))
+    assert (found.level, found.remedy) == ("decide", "Take another.")
+    assert judged("hip", text, "warnings[0]", remark_json(noted(text))).level == "note"
 
 
 def test_of_many_warnings_three_kinds_stand_above_the_fold() -> None:
-    texts = [*["it may break"] * 5, *["the torque-speed law of x is assumed"] * 2, "knee: off the wanted motion",
-             "the choice hangs on what the fit leaves open", "no single spring"]  # fmt: skip
-    groups = foremost([judged(f"joint {i}", text, "") for i, text in enumerate(texts)])
+    texts = ["no single spring", *[f"it may break before {i} turns" for i in range(5)],
+             *[f"the torque-speed law of 6597K{i} is assumed" for i in range(2)], "off the wanted motion"]  # fmt: skip
+    stated = {"severity": "decide"}
+    groups = foremost([judged(f"joint {i}", text, "", stated) for i, text in enumerate(texts)])
     assert [group.more for group in groups] == [0, 4, 1]
-    assert groups[1].joints == tuple(f"joint {i}" for i in range(5))
+    assert groups[1].joints == tuple(f"joint {i}" for i in range(1, 6))
+
+
+def test_a_remark_keeps_its_severity_through_prefixes_and_files() -> None:
+    law = decisive("the law is assumed", "Record drops.")
+    assert remark_json(about("hip", law)) == {
+        "text": "hip: the law is assumed", "severity": "decide", "remedy": "Record drops."
+    }  # fmt: skip
+    assert severity_of(read_remark(remark_json(noted("thinned")))) == "note"
+    assert severity_of(read_remark("an older file's text")) == "check"
+    assert pickle.loads(pickle.dumps(law)).severity == "decide"
 
 
 def test_only_the_page_s_own_scripts_may_run(leg_folder: LegFolder) -> None:

@@ -17,6 +17,7 @@ from synth.jump.hopper_leg import HopperLeg, Motor
 from synth.jump.jump_lanes import JumpLanes
 from synth.jump.jump_models import MODELS, columns
 from synth.parts.catalogs import Catalogue
+from synth.remarks import noted
 
 EFFECTIVE = 50.0  # samples per trial and channel that count as independent
 DENSE = 1e-3  # s; faster recordings are averaged
@@ -90,7 +91,7 @@ def prepared(project: HopperGapProject, catalogue: Catalogue) -> tuple[list[Jump
     for trial in project.trials:
         twin = next((f.name for f in found if _same(f.trial, trial)), None)
         if twin is not None:
-            said.append(f"{trial.name} is a copy of {twin} and is left out")
+            said.append(noted(f"{trial.name} is a copy of {twin} and is left out"))
             continue
         try:
             found.append(_jump(project, trial, catalogue, groups))

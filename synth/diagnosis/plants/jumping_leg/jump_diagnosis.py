@@ -33,6 +33,7 @@ from synth.estimation.information import TrialForecast
 from synth.estimation.normal_equations import ReducedNormal
 from synth.files.hopper_gap_project import HopperGapProject
 from synth.parts.catalogs import Catalogue
+from synth.remarks import decisive
 
 # At the end of a push, a cause of another form than the library's leaves a larger error; from 14 cases of
 # ``tests/blind/jumps.py``
@@ -126,10 +127,8 @@ class JumpingLeg(Plant[JumpFit, Jump, ScoredJump]):
         names = [trial.name for trial, worse in zip(self.scored, poor, strict=True) if worse]
         if not names:
             return ()
-        return (
-            f"{', '.join(names)}: predicted no better with the explanation than without; add a trial of that kind to "
-            "learn from",
-        )
+        text = f"{', '.join(names)}: predicted no better with the explanation than without"
+        return (decisive(f"{text}; add a trial of that kind to learn from"),)
 
     def menu(self) -> Sequence[MenuItem[Jump]]:
         """Jumps under other conditions, other sensors, a lean, a pull-up."""
@@ -168,6 +167,7 @@ def diagnose(
         stages.errors,
         plant.rises(stages),
         learnt_rises(plant.bench, stages.fits) if plant.held_out else (),
+        stages.alone,
     )
     lacks = tuple(missing(trial, told) for trial, told in zip(gaps.trials, gaps.before, strict=True))
     return JumpGapResult(

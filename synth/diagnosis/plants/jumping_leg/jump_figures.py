@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,6 +31,7 @@ class JumpGaps:
     """Scored trials with every stage's prediction; ``rises`` one per trial.
 
     ``learnt`` : training trials that are not scored, with their rises; their ``before`` and ``after`` are fits.
+    ``alone`` : label of a single cause -> the scored trials with it.
     """
 
     trials: tuple[Jump, ...]
@@ -40,6 +41,7 @@ class JumpGaps:
     errors: PredictionErrors
     rises: tuple[Rise, ...]
     learnt: tuple[tuple[Jump, Rise], ...] = ()
+    alone: Mapping[str, tuple[ScoredJump, ...]] = field(default_factory=dict)
 
 
 def rises_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,9 @@ def write_gap(result: JumpGapResult, project: HopperGapProject, folder: Path) ->
         stages = {stage: getattr(result.gaps, stage)[i] for stage in STAGES}
         write_csv(place(folder / "predicted", f"{name}.csv"), predicted_columns(trial, stages))
         write_csv(place(folder / "where", f"{name}.csv"), _where_columns(result, i))
+        if result.gaps.alone:
+            (folder / "alone").mkdir(exist_ok=True)
+            write_csv(place(folder / "alone", f"{name}.csv"), alone_columns(trial, result.gaps.alone, i))
     write_json(folder / "gap.json", gap_json(result, project, names))
 
 
@@ -44,6 +48,17 @@ def predicted_columns(trial: Jump, stages: dict[str, ScoredJump]) -> dict[str, A
         columns[f"{name} measured [{unit}]"] = measured / scale
         for stage in ("before", "after"):
             columns[f"{name} {stage} [{unit}]"] = stages[stage].channels[channel] / scale
+    return columns
+
+
+def alone_columns(trial: Jump, alone: Mapping[str, Sequence[ScoredJump]], i: int) -> dict[str, Array]:
+    """Time, and every channel with each of the likeliest causes alone."""
+    columns: dict[str, Array] = {"time [s]": trial.time}
+    for cause, scored in alone.items():
+        for channel in trial.measured:
+            name, unit = NAMES.get(channel, channel), UNITS[channel]
+            scale = factor(unit, {"deg": "rad", "mm": "m"}.get(unit, unit))
+            columns[f"{name} with {cause} [{unit}]"] = scored[i].channels[channel] / scale
     return columns
 
 
@@ -93,6 +108,7 @@ def _trial(result: JumpGapResult, i: int, name: str) -> dict[str, Any]:
         "scored": True,
         "predicted": f"predicted/{name}.csv",
         "where": f"where/{name}.csv",
+        **({"alone": f"alone/{name}.csv"} if result.gaps.alone else {}),
         "rms": {"hip": errors},
         "rise": {key: quantity(value, "mm") for key, value in rises.items() if value is not None},
     }

@@ -40,6 +40,7 @@ from synth.estimation.linearisation import LinearisedNormal
 from synth.files.tolerance import Tolerance
 from synth.fit.odd_trials import odd_trials
 from synth.fit.recordings import recordings, thinned_sentences
+from synth.remarks import decisive, noted
 from synth.swing.effects import effect_named
 from synth.swing.leg_model import Leg
 from synth.swing.tolerances import Tolerances
@@ -200,11 +201,12 @@ class SwingingChain(Plant[EvaluatedHypothesis, AngleTrial, Array]):
         names = [trial.recording.name for trial, b, a in zip(self.scored, before, after, strict=True) if a > 1.1 * b]
         if not names:
             return ()
-        return (
+        text = (
             f"{', '.join(names)}: predicted no better with the explanation than without. Either the training trials "
             "do not determine what matters there (a tip mass shows the leg's total mass, a tilt its gravity), or "
-            "another effect is present; add a training trial of that kind",
+            "another effect is present; add a training trial of that kind"
         )
+        return (decisive(text),)
 
 
 def diagnose(
@@ -268,7 +270,7 @@ def scene_of(
     warnings = list(thinned_sentences(made))
     twice = copies(made, [trial.held_out for trial in trials])
     for later, earlier in twice:
-        warnings.append(f"{made[later].name} is a copy of {made[earlier].name} and is left out")
+        warnings.append(noted(f"{made[later].name} is a copy of {made[earlier].name} and is left out"))
     struck = {later for later, _ in twice}
     kept = [(r, t.held_out) for k, (r, t) in enumerate(zip(made, trials, strict=True)) if k not in struck]
     prepared = [angle_trial(recording, held) for recording, held in kept]

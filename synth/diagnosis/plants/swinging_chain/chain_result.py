@@ -13,6 +13,7 @@ from synth.arrays import Array
 from synth.diagnosis.diagnosis_result import Diagnosis
 from synth.diagnosis.hypotheses import HeldOutError
 from synth.estimation.intervals import Estimate
+from synth.remarks import remarks_json
 from synth.swing.leg_model import Leg
 from synth.units import quantity
 
@@ -129,6 +130,6 @@ class GapResult(Diagnosis):
             "free_torque": [item.as_json() for item in self.free_torque],
             "noise": {name: quantity(value, "deg") for name, value in self.noise.items()},
             "next_experiment": self.next_as_json(),
-            "warnings": list(self.warnings),
+            "warnings": remarks_json(self.warnings),
             "inputs": dict(self.inputs),
         }

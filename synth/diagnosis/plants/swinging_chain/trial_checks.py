@@ -11,6 +11,7 @@ import numpy as np
 from synth.diagnosis.angle_trials import copies
 from synth.errors import Problem, UserError
 from synth.fit.recordings import Recording, recordings
+from synth.remarks import decisive
 from synth.swing.leg_model import Leg
 
 if TYPE_CHECKING:
@@ -95,10 +96,9 @@ def _loose(leg: Leg, trials: Sequence[Trial], made: Sequence[Recording]) -> list
         for j in recording.conditions.locked:
             low, high = np.nanpercentile(trial.angles[:, j], [2.0, 98.0])
             if high - low > max(LOOSE, 6.0 * recording.smoothed.noise[j]):
-                found.append(
-                    f"{trial.name}: {leg.joint_names[j]} is listed as locked but moves by "
-                    f"{np.degrees(high - low):.2g} deg; it is assumed locked at its median"
-                )
+                text = f"{trial.name}: {leg.joint_names[j]} is listed as locked but moves by "
+                held = f"{np.degrees(high - low):.2g} deg; it is assumed locked at its median"
+                found.append(decisive(text + held))
     return found
 
 
@@ -143,7 +143,7 @@ def _driven(leg: Leg, trials: Sequence[Trial]) -> list[str]:
     joints = [name for j, name in enumerate(leg.joint_names) if any(np.any(t[:, j] != 0.0) for t in torques)]
     names = ", ".join(trial.name for trial in driven[:3]) + (f" and {len(driven) - 3} more" if len(driven) > 3 else "")
     if not joints:
-        return [f"{names}: the torque columns are all zero"]
+        return [decisive(f"{names}: the torque columns are all zero")]
     return [
         f"{names}: the torque columns of {', '.join(joints)} are applied as known torques without a motor model "
         "(winding, supply, gears); an error in them would be attributed to the joint"

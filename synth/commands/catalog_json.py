@@ -1,0 +1,67 @@
+"""What ``synth catalog --json`` prints: rows with their units, substitutes, what fits a wish, what a table became."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from synth.units import factor
+
+if TYPE_CHECKING:
+    from synth.parts.alike import Alike
+    from synth.parts.catalogs import Catalogue
+    from synth.parts.rows import CatalogueRow
+
+FORMAT = "synth/catalog/1"
+STATUSES = ("complete", "usable", "incomplete", "contradiction")
+
+
+def families_json(catalogue: Catalogue) -> dict[str, Any]:
+    """How many rows each family has, by status."""
+    from synth.parts.rows import FAMILIES
+
+    return {"format": FORMAT, "families": [family_counts(family, catalogue) for family in FAMILIES]}
+
+
+def family_counts(family: str, catalogue: Catalogue) -> dict[str, Any]:
+    """A family's rows by status."""
+    statuses = [row.status.partition(":")[0] for row in catalogue.rows(family)]
+    counts = {status: statuses.count(status) for status in STATUSES}
+    return {"family": family, "rows": len(statuses), **counts, "other": len(statuses) - sum(counts.values())}
+
+
+def rows_json(rows: Iterable[CatalogueRow]) -> dict[str, Any]:
+    """Rows in full: each value with its unit, its source and its place in the file."""
+    return {"format": FORMAT, "rows": [row_json(row) for row in rows]}
+
+
+def row_json(row: CatalogueRow) -> dict[str, Any]:
+    """One row; cells that are empty are left out."""
+    found: dict[str, Any] = {"family": row.family}
+    for item in type(row).columns():
+        value, unit = getattr(row, item.name), item.metadata["unit"]
+        if value is None or value == "":
+            continue
+        if unit is None or isinstance(value, str):
+            found[item.name] = value
+            continue
+        shown = item.metadata.get("shown", unit)
+        found[item.name] = {"value": value / (1.0 if unit == shown else factor(shown, unit)), "unit": shown}
+    return {**found, "place": row.place}
+
+
+def alike_json(part: str, found: Sequence[Alike]) -> dict[str, Any]:
+    """Substitutes, nearest first."""
+    rows = [
+        {"part": item.row.part, "vendor": item.row.vendor, "distance": item.distance, "differs": list(item.differs)}
+        for item in found
+    ]
+    return {"format": FORMAT, "part": part, "alike": rows}
+
+
+def imported_json(
+    files: Sequence[str], used: Sequence[tuple[str, str]], unused: Sequence[str], counts: Mapping[str, int]
+) -> dict[str, Any]:
+    """What a vendor's table became; ``counts`` has ``rows`` and ``choosable``."""
+    columns = [{"theirs": theirs, "ours": ours} for theirs, ours in used]
+    return {"format": FORMAT, "files": list(files), "columns": columns, "not_used": list(unused), **counts}
