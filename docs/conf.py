@@ -29,6 +29,7 @@ autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 napoleon_google_docstring = False  # NumPy style throughout
 
+highlight_language = "none"  # formulas and answers; code says its language
 html_theme = "pydata_sphinx_theme"
 html_title = f"synth {release}"
 html_static_path = ["_static"]
