@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 from synth.cad.arm_layout import ArmLayout
 from synth.cad.dimensions import JointDimensions
@@ -22,6 +23,7 @@ ROUNDING = 1e-6  # mm, of a gap that is the clearance by construction
 HALVINGS = 20  # of half a turn: to 0.0002 deg
 SWEEP = 3.0  # deg, between the angles at which the seats' gaps are taken
 LARGEST_NOTCH = 300.0  # deg, of the pocket's wall
+REMEMBERED = 1024  # layouts; the built-in example's joints take 340 in all, each asked for again and again
 
 
 def lay_out(dimensions: JointDimensions) -> JointLayout:
@@ -32,16 +34,23 @@ def lay_out(dimensions: JointDimensions) -> JointLayout:
     DimensionError
         naming every dimension whose part would not fit, with the value that does.
     """
+    layout, found = _laid_out(dimensions)
+    if layout is None:
+        raise DimensionError(list(found))
+    return layout
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _laid_out(dimensions: JointDimensions) -> tuple[JointLayout | None, tuple[DimensionProblem, ...]]:
+    """The layout, or None and what does not fit."""
     found = dimensions.problems()
     if found:
-        raise DimensionError(found)
+        return None, tuple(found)
     layout = place(dimensions)
     found = list(layout.space.problems)
     if not found:
         found += _meeting(dimensions, layout) + _swept(dimensions, layout) + fitting_problems(dimensions, layout)
-    if found:
-        raise DimensionError(found)
-    return layout
+    return (None if found else layout), tuple(found)
 
 
 def clear_upper_arm_angle(dimensions: JointDimensions) -> float:
@@ -87,9 +96,11 @@ def _meeting(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
     half = layout.socket_outer + dimensions.clearance
     most = 180.0 - 2 * math.degrees(math.atan2(half, layout.web_radius))
     least = dimensions.clearance - ROUNDING
+    upper, lower = upper_bodies(dimensions, layout), lower_bodies(dimensions, layout)
 
     def clear(rotation: float) -> bool:
-        return abs(rotation) <= most and link_gap(dimensions, layout, rotation) >= least
+        turned = [hull.turned(rotation) for hull in lower]
+        return abs(rotation) <= most and all(a.clear_of(b, least) for a in upper for b in turned)
 
     low, high = dimensions.stop_angles
     if clear(dimensions.opening(low)) and clear(dimensions.opening(high)):
@@ -124,7 +135,7 @@ def _swept(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionPr
     stem = cup_outline(layout)
     seat = layout.upper.outline()
     for angle in angles:
-        if seat.gap(stem.turned(angle)) < clear - ROUNDING:
+        if not seat.clear_of(stem.turned(angle), clear - ROUNDING):
             reason = "the upper arm's seat would meet the lower link"
             allowed = "a direction in which the travel leaves it free, or a smaller range"
             return [DimensionProblem(f"{name}.upper_arm_angle", dimensions.upper_arm_angle, allowed, reason)]
@@ -136,7 +147,7 @@ def _swept(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionPr
         (_with_arm(dimensions, layout.upper), layout.lower.outline()),
     ]
     for angle in angles:
-        if any(upper.gap(lower.turned(angle)) < clear for upper, lower in pairs):
+        if not all(upper.clear_of(lower.turned(angle), clear) for upper, lower in pairs):
             reason = "the seats of both arms would meet; more coils keep them apart along the hinge"
             return [DimensionProblem(f"{name}.range", dimensions.range, "a smaller travel", reason)]
     return []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,8 +54,7 @@ class Hull:
 
     def reach(self, direction: float) -> float:
         """Support function: how far (mm) the hull reaches from the origin in a ``direction``, deg."""
-        x, y = math.cos(math.radians(direction)), math.sin(math.radians(direction))
-        return max(x * disc.x + y * disc.y + disc.radius for disc in self.discs)
+        return _reach([(disc.x, disc.y, disc.radius) for disc in self.discs], direction)
 
     def half_width_above(self, height: float) -> float:
         """Largest distance (mm) from x = 0 of the outline where y is at least ``height``; arcs in steps of 3 deg."""
@@ -74,10 +74,21 @@ class Hull:
         The widest strip between them: of all directions the best is square to an edge of one, or from a disc of one to
         a disc of the other (separating axes).
         """
-        ways = [tangent.angle for tangent in self.tangents]
+        return max(self._strips(other))
+
+    def clear_of(self, other: Hull, distance: float) -> bool:
+        """Whether the gap is at least ``distance`` mm: the first strip as wide as that tells."""
+        return any(strip >= distance for strip in self._strips(other))
+
+    def _strips(self, other: Hull) -> Iterator[float]:
+        """Width (mm) of the strip between the hulls in each direction that may have the widest."""
+        ways = [math.atan2(b.y - a.y, b.x - a.x) for a in self.discs for b in other.discs]
+        ways += [tangent.angle for tangent in self.tangents]
         ways += [tangent.angle + math.pi for tangent in other.tangents]
-        ways += [math.atan2(b.y - a.y, b.x - a.x) for a in self.discs for b in other.discs]
-        return max(-self.reach(math.degrees(way)) - other.reach(math.degrees(way) + 180.0) for way in ways)
+        mine = [(disc.x, disc.y, disc.radius) for disc in self.discs]
+        theirs = [(disc.x, disc.y, disc.radius) for disc in other.discs]
+        for way in ways:
+            yield -_reach(mine, math.degrees(way)) - _reach(theirs, math.degrees(way) + 180.0)
 
     def turned(self, angle: float) -> Hull:
         """The hull turned by ``angle`` deg about the origin."""
@@ -113,6 +124,13 @@ class Hull:
             last = final
         face = cq.Face.makeFromWires(cq.Wire.assembleEdges(edges))
         return cq.Solid.extrudeLinear(face, cq.Vector(0, 0, top - bottom))
+
+
+def _reach(discs: Sequence[tuple[float, float, float]], direction: float) -> float:
+    """How far (mm) discs (x, y, radius) reach from the origin in a ``direction``, deg; plain, as it runs so often."""
+    angle = math.radians(direction)
+    x, y = math.cos(angle), math.sin(angle)
+    return max([x * a + y * b + radius for a, b, radius in discs])
 
 
 def _on(disc: Disc, angle: float) -> Point:

@@ -9,6 +9,7 @@ tongue is pinned to the shaft.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from synth.cad.dimensions import JointDimensions
@@ -24,6 +25,7 @@ RIM = 1.0  # mm, on which an encoder's housing lies
 FLOOR = 1.2  # mm of print between a collar and an encoder: three lines
 BLIND = 0.3  # mm, that the pin's hole goes on past its end
 TURNS = range(0, 360, 5)  # deg, directions that are tried for the pin's hole
+WAYS = tuple(unit(turn) for turn in TURNS)
 SAMPLES = 8  # points along a horn or the stem that the hole keeps off
 
 
@@ -93,20 +95,17 @@ def _pin_angle(layout: JointLayout, pin: Pin) -> float:
     A hole may go through a horn or the stem, which makes it longer; through an insert it may not.
     """
     hole, enough = insert_of(layout.seat.screw).hole / 2, pin.size / 2 + AMPLE
-    others = _obstacles(layout)
-
-    def worth(turn: int) -> tuple[float, float]:
-        beside = min(_spare(turn, at, hole) for at in layout.lower.screws)
-        return min(beside, enough), min(_spare(turn, at, radius) for at, radius in others)
-
-    return float(max(TURNS, key=worth))
+    inserts = [(at, hole) for at in layout.lower.screws]
+    beside = [min(_spare(way, inserts), enough) for way in WAYS]
+    others, most = _obstacles(layout), max(beside)
+    left = [turn for turn, spare in zip(TURNS, beside, strict=True) if spare == most]
+    return float(max(left, key=lambda turn: _spare(unit(turn), others)))
 
 
 def pin_spare(layout: JointLayout, line: ShaftLine) -> float:
     """Print (mm) between the pin's hole and the nearest insert."""
     hole = insert_of(layout.seat.screw).hole / 2
-    found = [_spare(line.pin_angle, at, hole) for at in layout.lower.screws]
-    return min(found) - line.pin.size / 2
+    return _spare(unit(line.pin_angle), [(at, hole) for at in layout.lower.screws]) - line.pin.size / 2
 
 
 def _obstacles(layout: JointLayout) -> list[tuple[Point, float]]:
@@ -123,9 +122,11 @@ def _obstacles(layout: JointLayout) -> list[tuple[Point, float]]:
     return found
 
 
-def _spare(turn: float, at: Point, radius: float) -> float:
-    """How far (mm) a ray from the hinge in the direction ``turn`` deg passes a disc."""
-    x, y = unit(turn)
-    along = at[0] * x + at[1] * y
-    aside = abs(at[0] * y - at[1] * x) if along > 0.0 else math.hypot(*at)
-    return aside - radius
+def _spare(way: Point, discs: Sequence[tuple[Point, float]]) -> float:
+    """How far (mm) a ray from the hinge along the unit vector ``way`` passes the nearest of some discs."""
+    x, y = way
+    found = []
+    for at, radius in discs:
+        along = at[0] * x + at[1] * y
+        found.append((abs(at[0] * y - at[1] * x) if along > 0.0 else math.hypot(*at)) - radius)
+    return min(found)

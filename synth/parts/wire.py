@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from synth.errors import UserError
@@ -149,6 +150,17 @@ class WireMaterial:
         UserError
             Naming what is not known of this size, and the sizes of which it is.
         """
+        known = self._properties.get(diameter)
+        if known is None:
+            known = self._properties[diameter] = self._gathered(diameter)
+        return known
+
+    @cached_property
+    def _properties(self) -> dict[float, WireProperties]:
+        """What was asked for already, by diameter: a search asks a thousand times for each stock size."""
+        return {}
+
+    def _gathered(self, diameter: float) -> WireProperties:
         modulus, strength = self.elastic_modulus(diameter), self.tensile_strength(diameter)
         limit, density = self.static_limit, self.density
         if modulus is None or strength is None or limit is None or density is None:
