@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,11 @@ class BuiltJoint:
     dimensions: JointDimensions
     layout: JointLayout
     parts: tuple[BuiltPart, ...]
+
+    @cached_property
+    def plans(self) -> dict[tuple[str, Any], Any]:
+        """How parts are best printed, by name and printing; see ``cad.printing``, which is above this module."""
+        return {}
 
     def part(self, suffix: str) -> BuiltPart:
         """The part named ``<joint>_<suffix>``."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -64,6 +65,18 @@ class Mesh:
         """Mirrored in the axes whose sign is -1; faces stay outward."""
         flipped = signs[0] * signs[1] * signs[2] < 0
         return Mesh(self.vertices * np.array(signs, dtype=np.float64), self.faces[:, ::-1] if flipped else self.faces)
+
+    @cached_property
+    def manifold(self) -> Any:
+        """The mesh as a manifold3d solid; empty where it is not closed."""
+        import manifold3d
+
+        return manifold3d.Manifold(
+            manifold3d.Mesh(
+                vert_properties=np.ascontiguousarray(self.vertices, dtype=np.float32),
+                tri_verts=np.ascontiguousarray(self.faces, dtype=np.uint32),
+            )
+        )
 
     @property
     def volume(self) -> float:
@@ -137,6 +150,10 @@ class BuiltPart:
 
     def moments(self) -> Moments:
         """Volume, centre and second moment of the solid, by the kernel; the lower half's parts with q = 0."""
+        return self._moments
+
+    @cached_property
+    def _moments(self) -> Moments:
         from OCP.BRepGProp import BRepGProp
         from OCP.GProp import GProp_GProps
 
@@ -152,7 +169,7 @@ class BuiltPart:
         if self.bought_mass is not None:
             return self.bought_mass
         density = print_density if self.printed else DENSITIES.get(self.family)
-        return None if density is None else density * float(self.solid.Volume()) * 1e-3
+        return None if density is None else density * self._moments.volume * 1e-3
 
 
 @dataclass(frozen=True)
@@ -178,9 +195,7 @@ def _mesh_of(solid: Any) -> Mesh:
     """Mesh of a solid whose faces share their edges' points, so that merging them closes it."""
     import trimesh
 
-    points, triangles = solid.tessellate(LINEAR_TOLERANCE, ANGULAR_TOLERANCE)
-    vertices = np.array([(p.x, p.y, p.z) for p in points], dtype=np.float64)
-    merged = trimesh.Trimesh(vertices, np.array(triangles, dtype=np.int64), process=True)
+    merged = trimesh.Trimesh(*_triangles(solid), process=True)
     return _ordered(np.asarray(merged.vertices, dtype=np.float64), np.asarray(merged.faces, dtype=np.int64))
 
 
@@ -193,6 +208,35 @@ def _ordered(vertices: Array, faces: Faces) -> Mesh:
     rows = np.arange(len(moved))[:, None]
     moved = moved[rows, (np.argmin(moved, axis=1)[:, None] + np.arange(3)) % 3]
     return Mesh(vertices[order], moved[np.lexsort(moved.T[::-1])])
+
+
+def _triangles(solid: Any) -> tuple[Array, Faces]:
+    """Vertices (n, 3) mm and faces (m, 3) of a solid, as cadquery's ``tessellate`` gives them, without an object each.
+
+    Faces come one after the other, each with vertices of its own, in its own frame until it is moved.
+    """
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_Orientation
+    from OCP.TopLoc import TopLoc_Location
+
+    solid.mesh(LINEAR_TOLERANCE, ANGULAR_TOLERANCE)
+    vertices: list[tuple[float, float, float]] = []
+    faces: list[tuple[int, int, int]] = []
+    for face in solid.Faces():
+        place = TopLoc_Location()
+        surface = BRep_Tool.Triangulation_s(face.wrapped, place)
+        if surface is None:
+            continue
+        first, node, triangle = len(vertices) - 1, surface.Node, surface.Triangle
+        points = [node(index) for index in range(1, surface.NbNodes() + 1)]
+        if not place.IsIdentity():
+            points = [point.Transformed(place.Transformation()) for point in points]
+        vertices += [(point.X(), point.Y(), point.Z()) for point in points]
+        corners = [triangle(index).Get() for index in range(1, surface.NbTriangles() + 1)]
+        if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+            corners = [(a, c, b) for a, b, c in corners]
+        faces += [(first + a, first + b, first + c) for a, b, c in corners]
+    return np.array(vertices, dtype=np.float64), np.array(faces, dtype=np.int64)
 
 
 def file_name(name: str) -> str:

@@ -63,12 +63,20 @@ def plates(
 
 def write_3mf(parts: Iterable[tuple[BuiltPart, Mesh]], path: Path, title: str) -> None:
     """Write meshes (mm) as one 3MF model, an object and a build item each."""
-    contents = {"[Content_Types].xml": _types(), "_rels/.rels": _relations(), "3D/3dmodel.model": _model(parts, title)}
+    contents = {
+        "[Content_Types].xml": _text(_types()),
+        "_rels/.rels": _text(_relations()),
+        "3D/3dmodel.model": _model(parts, title),
+    }
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, root in contents.items():
+        for name, text in contents.items():
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))  # the clock would change the bytes
             entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, tostring(root, encoding="UTF-8", xml_declaration=True))
+            archive.writestr(entry, text)
+
+
+def _text(root: Element) -> bytes:
+    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True))
 
 
 def _types() -> Element:
@@ -91,7 +99,7 @@ def _relations() -> Element:
     return root
 
 
-def _model(parts: Iterable[tuple[BuiltPart, Mesh]], title: str) -> Element:
+def _model(parts: Iterable[tuple[BuiltPart, Mesh]], title: str) -> bytes:
     """The model: a colour's material, then the parts as objects, then a build item each."""
     listed = list(parts)
     root = Element("model", {"unit": "millimeter", "xml:lang": "en", "xmlns": _CORE})
@@ -103,25 +111,28 @@ def _model(parts: Iterable[tuple[BuiltPart, Mesh]], title: str) -> Element:
     for index, colour in enumerate(colours):
         SubElement(materials, "base", {"name": f"colour {index + 1}", "displaycolor": _hex(colour)})
     build = SubElement(root, "build")
-    for number, (part, mesh) in enumerate(listed, start=2):
+    for number, (part, _) in enumerate(listed, start=2):
         names = {"id": str(number), "type": "model", "name": part.name, "pid": "1"}
-        _add_mesh(SubElement(resources, "object", names | {"pindex": str(colours.index(part.colour))}), mesh)
+        shape = SubElement(resources, "object", names | {"pindex": str(colours.index(part.colour))})
+        SubElement(shape, "mesh")
         SubElement(build, "item", {"objectid": str(number)})
-    return root
+    # The meshes are numbers alone, a hundred thousand lines: an element each would cost ten times as much as text.
+    pieces = _text(root).split(b"<mesh />")
+    found = [pieces[0]]
+    for (_, mesh), rest in zip(listed, pieces[1:], strict=True):
+        found += [_mesh_text(mesh).encode(), rest]
+    return b"".join(found)
 
 
-def _add_mesh(item: Element, mesh: Mesh) -> None:
-    """The mesh's vertices and triangles into an object."""
+def _mesh_text(mesh: Mesh) -> str:
+    """The mesh's vertices and triangles as an element."""
     # Rounded to 1e-5 mm, so that points which should coincide do, then merged: a mesh must be closed by its indices.
     points, index = np.unique(np.round(mesh.vertices, 5) + 0.0, axis=0, return_inverse=True)
     faces = index.reshape(-1)[mesh.faces]
     kept = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    whole = SubElement(item, "mesh")
-    vertices, triangles = SubElement(whole, "vertices"), SubElement(whole, "triangles")
-    for x, y, z in points.tolist():
-        SubElement(vertices, "vertex", {"x": f"{x:.5f}", "y": f"{y:.5f}", "z": f"{z:.5f}"})
-    for a, b, c in faces[kept].tolist():
-        SubElement(triangles, "triangle", {"v1": str(a), "v2": str(b), "v3": str(c)})
+    vertices = "".join([f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}" />' for x, y, z in points.tolist()])
+    triangles = "".join([f'<triangle v1="{a}" v2="{b}" v3="{c}" />' for a, b, c in faces[kept].tolist()])
+    return f"<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>"
 
 
 def _hex(colour: tuple[float, float, float]) -> str:

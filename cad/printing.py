@@ -109,7 +109,19 @@ def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple
 
 
 def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
-    """The best way up: first what fits the bed and bears its load, then what needs least support, then the lowest."""
+    """The best way up: first what fits the bed and bears its load, then what needs least support, then the lowest.
+
+    Gates, files and report ask for it each: the joint keeps it.
+    """
+    known = joint.plans
+    if (part.name, printing) not in known:
+        known[part.name, printing] = _best_way_up(joint, part, printing)
+    plan = known[part.name, printing]
+    assert isinstance(plan, PrintPlan)
+    return plan
+
+
+def _best_way_up(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
     surface = float(_triangles(part.mesh)[2].sum())
     plans = []
     for name, up in WAYS_UP.items():

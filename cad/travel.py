@@ -34,14 +34,7 @@ ON_DAMPER = ("damper_pin", "damper_output_pin", "damper_set_screw")  # ends of n
 
 def manifold(mesh: Mesh) -> Any:
     """The mesh as a manifold3d solid."""
-    import manifold3d
-
-    return manifold3d.Manifold(
-        manifold3d.Mesh(
-            vert_properties=np.ascontiguousarray(mesh.vertices, dtype=np.float32),
-            tri_verts=np.ascontiguousarray(mesh.faces, dtype=np.uint32),
-        )
-    )
+    return mesh.manifold
 
 
 def turned(solid: Any, angle: float) -> Any:

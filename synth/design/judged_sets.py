@@ -96,6 +96,10 @@ class Judge:
         """
         return self._ready.forecast([(pair.spring, pair.damper) for pair in pairs], n_sample, shares=shares)
 
+    def expected(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN) -> float:
+        """Expected error (rad) of ``ready``, and nothing else of it."""
+        return self._ready.expected([(pair.spring, pair.damper) for pair in pairs], n_sample)
+
     def as_they_come(self, pairs: Pairs, n_sample: int = SAMPLES_SHOWN, *, shares: bool = False) -> Forecast:
         """What is to be expected of a set if its arms are where the catalogue's free angles have them."""
         return self._as_they_come.forecast([(pair.spring, pair.damper) for pair in pairs], n_sample, shares=shares)

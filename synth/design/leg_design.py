@@ -179,7 +179,7 @@ def design_for(
         motions = tuple(found[:, :, 0] for found in wanted.simulate([built]))
         errors = wanted.errors([built])[0]
     held_out = tuple(trial for trial in fitted.trials if trial.held_out)
-    uncertain = told(wanted, fitted, sets.legs)
+    uncertain = told(wanted, fitted, sets.legs) if swaps and not first else None  # another round follows those
     design = LegDesign(
         project=project,
         source=known.source,

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from synth.arrays import Array
-from synth.design.response import WantedRelease, WantedResponse
+from synth.design.response import WantedResponse
 from synth.swing.damper_curves import compiled_rows
 from synth.swing.lane_layout import CURVE_POINTS, LANES
 from synth.swing.leg_model import Damper, Leg
 from synth.swing.mechanics import coefficients, rest_pose, static_torque
-from synth.threads import in_parallel
+from synth.threads import in_parallel, thread_count
 
 Index = NDArray[np.int64]
 
@@ -117,17 +117,25 @@ class PartLanes:
 
     def _square(self, columns: Sequence[Array]) -> Array:
         n_lane = columns[0].shape[1]
+        # Groups of lanes stay as they are, however they are shared out: they give the same whatever the cores.
+        share = min(CHUNK, LANES * -(-n_lane // (LANES * thread_count())))
+        assert len(self._still) == len(self.releases)  # before threads ask for it
 
         def part(index: int) -> Array:
-            chunk = slice(index * CHUNK, (index + 1) * CHUNK)
+            chunk = slice(index * share, (index + 1) * share)
             return self._mean_square([each[:, chunk] for each in columns])
 
-        return np.concatenate(in_parallel(part, -(-n_lane // CHUNK)), axis=1)
+        return np.concatenate(in_parallel(part, -(-n_lane // share)), axis=1)
+
+    @cached_property
+    def _still(self) -> list[Array]:
+        """(n_row,) of each release: what the chain is told of the leg, whatever parts are in it."""
+        return [self.wanted.chain.parameters(self.leg, release.conditions) for release in self.releases]
 
     def _mean_square(self, columns: Sequence[Array]) -> Array:
         square = np.zeros((len(columns), columns[0].shape[1]))
-        for release, wanted in zip(self.releases, self.motions, strict=True):
-            off = self._motion(release, columns) - wanted[:, :, None]
+        for k, (release, wanted) in enumerate(zip(self.releases, self.motions, strict=True)):
+            off = self._motion(k, columns) - wanted[:, :, None]
             off[:, list(release.conditions.locked)] = 0.0
             square += np.sum(off**2, axis=0)
         mean = square / np.maximum(self._counts, 1)[:, None]
@@ -136,13 +144,14 @@ class PartLanes:
     def residuals(self, index: Index, every: int = 1) -> Array:
         """(n_sample, n_set) whose squares sum to the squared error; of every ``every``-th sample of the motions."""
         chunks = [index[s : s + CHUNK] for s in range(0, len(index), CHUNK)]
+        assert len(self._still) == len(self.releases)
         return np.concatenate(in_parallel(lambda k: self._residuals(chunks[k], every), len(chunks)), axis=1)
 
     def _residuals(self, index: Index, every: int) -> Array:
         columns, parts = self.chosen(index), []
         scale = np.where(self._counts > 0, 1.0 / np.sqrt(np.maximum(self._counts, 1) * len(columns) / every), 0.0)
-        for release, wanted in zip(self.releases, self.motions, strict=True):
-            off = (self._motion(release, columns)[::every] - wanted[::every, :, None]) * scale[:, None]
+        for k, (release, wanted) in enumerate(zip(self.releases, self.motions, strict=True)):
+            off = (self._motion(k, columns)[::every] - wanted[::every, :, None]) * scale[:, None]
             off[:, list(release.conditions.locked)] = 0.0
             parts.append(off.reshape(-1, len(index)))
         return np.nan_to_num(np.concatenate(parts), nan=np.pi)
@@ -156,11 +165,11 @@ class PartLanes:
             count[free] += len(release.time)
         return count
 
-    def _motion(self, release: WantedRelease, columns: Sequence[Array]) -> Array:
-        """(n_time, n, n_lane) rad."""
-        chain = self.wanted.chain
+    def _motion(self, number: int, columns: Sequence[Array]) -> Array:
+        """(n_time, n, n_lane) rad of the release with this number."""
+        chain, release = self.wanted.chain, self.releases[number]
         layout = chain.layout
-        lanes = np.repeat(chain.parameters(self.leg, release.conditions)[:, None], columns[0].shape[1], axis=1)
+        lanes = np.repeat(self._still[number][:, None], columns[0].shape[1], axis=1)
         for j, values in enumerate(columns):
             for place, block in enumerate(("spring_rate", "rest", "damper_rate")):
                 lanes[layout.row(block, j)] = values[place]

@@ -44,7 +44,8 @@ Option = TypeVar("Option", SpringOption, DamperOption)
 class PartSet:
     """A pair for each joint, their nominal error over all releases (rad) and what is to be expected of them.
 
-    ``forecast`` is of parts as they come, ``ready`` of springs whose free angles were measured and set.
+    ``ready`` is of springs whose free angles were measured and set; ``forecast`` of parts as they come, and the same as
+    ``ready`` in a set that only serves the next round.
     """
 
     pairs: Pairs
@@ -137,7 +138,7 @@ def choose_sets(
     judge = Judge(wanted, fitted, parts, seed, barred)
     sets = _judged(judge, [tuple(o[k] for o, k in zip(pairs, row, strict=True)) for row in found.index])
     if not swaps:
-        return _as_found(sets, found, judge, joints, dampers, cut)
+        return _as_found(sets[:1], found, judge, joints, dampers, cut)
     best, table = without_better_swap(judge, sets[0].pairs, joints)
     chosen = PartSet(
         best,
@@ -145,7 +146,8 @@ def choose_sets(
         judge.as_they_come(best, SAMPLES_CHOSEN, shares=True),
         judge.ready(best, SAMPLES_CHOSEN, shares=True),
     )
-    sets = (chosen, *[item for item in sets if item.labels != chosen.labels][: SHOWN - 1])
+    others = [item for item in sets if item.labels != chosen.labels][: SHOWN - 1]
+    sets = (chosen, *(replace(item, forecast=judge.as_they_come(item.pairs)) for item in others))
     leg = judge.built(best)
     return SetsMade(
         sets,
@@ -268,11 +270,11 @@ def _judged(judge: Judge, sets: Sequence[Pairs]) -> tuple[PartSet, ...]:
     errors = judge.errors(sets)
     shown = list(range(len(sets)))
     if len(sets) > SHOWN:
-        rough = {k: judge.ready(sets[k], SAMPLES_FINAL).expected for k in shown}
+        rough = {k: judge.expected(sets[k], SAMPLES_FINAL) for k in shown}
         shown = sorted(shown, key=lambda k: (rough[k], k))[:SHOWN]
     fine = {k: judge.ready(sets[k], SAMPLES_SHOWN) for k in shown}
     order = sorted(fine, key=lambda k: (fine[k].expected, k))
-    return tuple(PartSet(sets[k], float(errors[k]), judge.as_they_come(sets[k]), fine[k]) for k in order)
+    return tuple(PartSet(sets[k], float(errors[k]), fine[k], fine[k]) for k in order)
 
 
 def _springs_made(chosen: PartSet, table: Swaps, joints: Sequence[JointParts], leg: Leg) -> SpringChoiceMade:

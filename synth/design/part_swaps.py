@@ -89,7 +89,7 @@ def swaps(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) -> Swaps:
         for j, p in enumerate(joints)
     )
     dampers = tuple(_judged(judge, chosen, j, _with_other_dampers(judge, chosen, j, p)) for j, p in enumerate(joints))
-    return Swaps(springs, dampers, judge.ready(chosen).expected)
+    return Swaps(springs, dampers, judge.expected(chosen))
 
 
 def _changed(pairs: Pairs, joint: int, pair: Pair) -> Pairs:
@@ -99,7 +99,7 @@ def _changed(pairs: Pairs, joint: int, pair: Pair) -> Pairs:
 def _judged(judge: Judge, chosen: Pairs, joint: int, pairs: Sequence[Pair]) -> tuple[Swap, ...]:
     sets = [_changed(chosen, joint, pair) for pair in pairs]
     found = [
-        Swap(pair, float(error), judge.ready(one).expected)
+        Swap(pair, float(error), judge.expected(one))
         for pair, error, one in zip(pairs, judge.errors(sets), sets, strict=True)
     ]
     return tuple(sorted(found, key=lambda swap: swap.expected))
@@ -151,7 +151,7 @@ def _wound_to_suit(judge: Judge, chosen: Pairs, joints: Sequence[JointParts]) ->
         pair = _suited(judge, chosen, j, chosen[j], parts.source)
         if pair is not chosen[j]:
             other = _changed(chosen, j, pair)
-            if judge.ready(other).expected < judge.ready(chosen).expected - WORTH:
+            if judge.expected(other) < judge.expected(chosen) - WORTH:
                 chosen = other
     return chosen
 

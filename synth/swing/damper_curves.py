@@ -5,6 +5,8 @@ An odd curve, linear between points, is ``sum_m c_m * clamp(speed, -s_m, s_m)``:
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from synth.arrays import Array
@@ -12,6 +14,7 @@ from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import DamperCurve
 
 UNBOUNDED = 1e9  # rad/s, beyond any joint's speed
+REMEMBERED = 1024  # curves, of two rows of a dozen numbers; choosing parts asks for the same few hundred again and again
 
 
 def torque_at(curve: DamperCurve, speed: Array) -> Array:
@@ -32,11 +35,18 @@ def with_rate(curve: DamperCurve, rate: float) -> DamperCurve:
     return DamperCurve(curve.speed, tuple(t + rate * s for s, t in zip(curve.speed, curve.torque, strict=True)))
 
 
+@lru_cache(maxsize=REMEMBERED)
 def compiled_rows(curve: DamperCurve) -> tuple[Array, Array]:
-    """Clamp speeds and slopes padded to the compiled chain's ``CURVE_POINTS``; a longer curve is thinned first."""
+    """Clamp speeds and slopes padded to the compiled chain's ``CURVE_POINTS``; a longer curve is thinned first.
+
+    Remembered, and therefore not to be written to.
+    """
     speed, slope = clamps(thin(curve))
     pad = CURVE_POINTS - len(speed)
-    return np.pad(speed, (0, pad), constant_values=UNBOUNDED), np.pad(slope, (0, pad))
+    rows = np.pad(speed, (0, pad), constant_values=UNBOUNDED), np.pad(slope, (0, pad))
+    for row in rows:
+        row.setflags(write=False)
+    return rows
 
 
 def thin(curve: DamperCurve, points: int = CURVE_POINTS) -> DamperCurve:
