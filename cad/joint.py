@@ -30,8 +30,8 @@ class BuiltJoint:
     parts: tuple[BuiltPart, ...]
 
     @cached_property
-    def plans(self) -> dict[tuple[str, Any], Any]:
-        """How parts are best printed, by name and printing; see ``cad.printing``, which is above this module."""
+    def kept(self) -> dict[object, Any]:
+        """What gates, files and report each ask for and is dear: by whose it is, ``cad.printing``, ``cad.play``."""
         return {}
 
     def part(self, suffix: str) -> BuiltPart:

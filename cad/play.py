@@ -67,12 +67,13 @@ def _limits(points: Array, ways: Array, body: Any, turn: float, wire: float) -> 
     solid = turned(body, turn)
     radius, far = wire / 2, NEAR * wire
     touching, normals, gaps = [], [], []
+    around = [(math.cos(angle), math.sin(angle)) for angle in 2 * math.pi * np.arange(AROUND) / AROUND]
     for point, way in zip(points, ways, strict=True):
         first = np.cross(way, [0.0, 0.0, 1.0])
         first /= np.linalg.norm(first)
         second = np.cross(way, first)
-        for angle in 2 * math.pi * np.arange(AROUND) / AROUND:
-            ray = math.cos(angle) * first + math.sin(angle) * second
+        rays = [cos * first + sin * second for cos, sin in around]
+        for ray in rays:
             hits = solid.ray_cast(point, point + far * ray)
             if not hits:
                 continue
@@ -122,8 +123,18 @@ def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
     return Play(min(found), max(found))
 
 
+def play_of(joint: BuiltJoint) -> Play | None:
+    """The play of a joint whose gates may have asked for it before."""
+    return joint.kept["play"] if "play" in joint.kept else joint_play(Bodies(joint))
+
+
 def joint_play(bodies: Bodies) -> Play | None:
-    """The play of a joint: of a pair of springs what both leave together."""
+    """The play of a joint: of a pair of springs what both leave together. The joint keeps it."""
+    found = bodies.joint.kept["play"] = _joint_play(bodies)
+    return found
+
+
+def _joint_play(bodies: Bodies) -> Play | None:
     plays = [find_play(bodies, spring) for spring in bodies.joint.springs]
     known = [play for play in plays if play is not None]
     if len(known) < len(plays):

@@ -113,11 +113,10 @@ def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> 
 
     Gates, files and report ask for it each: the joint keeps it.
     """
-    known = joint.plans
-    if (part.name, printing) not in known:
-        known[part.name, printing] = _best_way_up(joint, part, printing)
-    plan = known[part.name, printing]
-    assert isinstance(plan, PrintPlan)
+    key = ("plan", part.name, printing)
+    if key not in joint.kept:
+        joint.kept[key] = _best_way_up(joint, part, printing)
+    plan: PrintPlan = joint.kept[key]
     return plan
 
 

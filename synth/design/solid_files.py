@@ -228,13 +228,12 @@ def _parts(leg: BuiltLeg) -> list[dict[str, Any]]:
 
 def _joints(leg: BuiltLeg) -> dict[str, Any]:
     """What the drawn joints leave and allow: free play, the stops' angles, arms and seat."""
-    from synth.cad.play import joint_play
-    from synth.cad.travel import Bodies
+    from synth.cad.play import play_of
 
     found = {}
     for joint in leg.joints:
         dimensions, layout = joint.dimensions, joint.layout
-        play = joint_play(Bodies(joint))
+        play = play_of(joint)
         spring = dimensions.spring
         found[dimensions.name] = {
             "play": None
