@@ -14,7 +14,9 @@ from synth.swing.lane_layout import CURVE_POINTS
 from synth.swing.leg_model import DamperCurve
 
 UNBOUNDED = 1e9  # rad/s, beyond any joint's speed
-REMEMBERED = 1024  # curves, of two rows of a dozen numbers; choosing parts asks for the same few hundred again and again
+REMEMBERED = (
+    1024  # curves, of two rows of a dozen numbers; choosing parts asks for the same few hundred again and again
+)
 
 
 def torque_at(curve: DamperCurve, speed: Array) -> Array:

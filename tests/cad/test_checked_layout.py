@@ -9,9 +9,10 @@ from dataclasses import replace
 import pytest
 
 from cad_joints import cleared
-from synth.cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions
+from synth.cad import DimensionError, JointDimensions, MountDimensions, SpringDimensions, checked_layout
 from synth.cad.checked_layout import lay_out, link_gap
 from synth.cad.hinge import build_lower, build_upper
+from synth.cad.layout import place
 from synth.cad.outline import Disc, hull_of
 
 HIP = cleared(
@@ -35,6 +36,31 @@ def test_gap_of_hulls_in_closed_form():
 
 def test_crossed_hulls_overlap_though_no_corner_lies_in_the_other():
     assert block(0.0, 0.0, 1.0, 9.0).gap(block(0.0, 0.0, 9.0, 1.0)) < -1.0
+
+
+def test_clear_of_is_what_the_gap_says():
+    square = block(0.0, 0.0, 1.0, 1.0)
+    for turn in range(0, 90, 7):
+        other = block(3.5, 0.7, 1.2, 0.4).turned(4.0 * turn)
+        gap = square.gap(other)
+        assert square.clear_of(other, gap)
+        assert not square.clear_of(other, math.nextafter(gap, math.inf))
+
+
+def test_a_joint_is_laid_out_once_however_often_it_is_asked_for(monkeypatch):
+    """Sizing, drawing up and weighing ask some four times for each; what does not fit is remembered too."""
+    placed = []
+    monkeypatch.setattr(checked_layout, "place", lambda d: placed.append(d) or place(d))
+    fits, not_so = replace(HIP, rest_angle=111.25), replace(HIP, range=(-20.0, 140.0), rest_angle=111.25)
+    assert lay_out(fits) is lay_out(replace(fits))
+    said = []
+    for _ in range(2):
+        with pytest.raises(DimensionError) as error:
+            lay_out(not_so)
+        said.append(str(error.value))
+    assert said[0] == said[1]
+    assert placed.count(fits) == 1
+    assert len(placed) <= 2
 
 
 @pytest.mark.parametrize("dimensions", [HIP, FLANGED], ids=["socket", "flange"])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from synth.design import part_lanes
 from synth.design.choose_dampers import DamperOption
 from synth.design.choose_springs import SpringOption
 from synth.design.forecast import Forecaster, damper_tolerance, spring_tolerance
@@ -141,3 +142,29 @@ def test_what_the_row_or_the_project_says_goes_before_what_is_usual(spring: Spri
 def test_the_same_seed_gives_the_same_forecast(spring: SpringOption) -> None:
     one, two = (forecaster(spring.rate, ToleranceOptions()).forecast([(spring, MEASURED)], 32) for _ in range(2))
     assert one == two
+
+
+def test_lanes_of_a_set_that_was_asked_about_are_not_run_again(
+    spring: SpringOption, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sets are ranked, shown and held against exchanges: each asks for the same draws, and for the nominal parts."""
+    ours, ran = forecaster(spring.rate, ToleranceOptions()), []
+    errors_of = ours.lanes.errors_of
+    monkeypatch.setattr(ours.lanes, "errors_of", lambda columns: ran.append(columns[0].shape[1]) or errors_of(columns))
+    expected = ours.expected([(spring, MEASURED)], 32)
+    assert ran == [32]  # what sets are compared by needs no nominal lane
+    whole = ours.forecast([(spring, MEASURED)], 32)
+    assert (whole.expected, ran) == (expected, [32, 1])
+    assert ours.forecast([(spring, MEASURED)], 32) == whole
+    ours.forecast([(replace(spring, rate=1.01 * spring.rate), MEASURED)], 32)
+    assert ran == [32, 1, 32, 1]
+
+
+def test_lanes_give_the_same_however_many_threads_share_them(
+    spring: SpringOption, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    for threads in (1, 2, 3):
+        monkeypatch.setattr(part_lanes, "thread_count", lambda threads=threads: threads)
+        found.append(forecaster(spring.rate, ToleranceOptions()).forecast([(spring, MEASURED)], 96))
+    assert found[0] == found[1] == found[2]
