@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from synth.cad.arm_shaft import cross_volume
 from synth.cad.checked_layout import lay_out
@@ -14,6 +15,8 @@ from synth.cad.joint import BuiltJoint, assemble
 from synth.cad.layout import JointLayout
 from synth.cad.limits import DimensionError, DimensionProblem
 from synth.cad.parts import BuiltPart, Mesh, file_name, mesh_of
+
+KEPT = 8  # joints that are not built again: those of the last leg or two, which is weighed first and then drawn
 
 
 @dataclass(frozen=True)
@@ -68,12 +71,17 @@ def build_leg(dimensions: LegDimensions) -> BuiltLeg:
         with everything that does not fit, in all joints.
     """
     layouts = lay_out_leg(dimensions)
-    joints = tuple(assemble(joint, layout) for joint, layout in zip(dimensions.joints, layouts, strict=True))
+    joints = tuple(_joint(joint) for joint in dimensions.joints)
     links = tuple(
         _link(joint, layout, tube_length(dimensions, layouts, index), layouts[index + 1 : index + 2])
         for index, (joint, layout) in enumerate(zip(dimensions.joints, layouts, strict=True))
     )
     return BuiltLeg(dimensions, joints, links)
+
+
+@lru_cache(maxsize=KEPT)
+def _joint(dimensions: JointDimensions) -> BuiltJoint:
+    return assemble(dimensions, lay_out(dimensions))
 
 
 def lay_out_leg(dimensions: LegDimensions) -> tuple[JointLayout, ...]:

@@ -67,6 +67,11 @@ class Mesh:
         return Mesh(self.vertices * np.array(signs, dtype=np.float64), self.faces[:, ::-1] if flipped else self.faces)
 
     @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """Least and largest coordinates (3,), mm."""
+        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+
+    @cached_property
     def manifold(self) -> Any:
         """The mesh as a manifold3d solid; empty where it is not closed."""
         import manifold3d

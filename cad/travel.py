@@ -25,6 +25,7 @@ CONTACT_ANGLE = 0.05  # deg, to which the angle of a first contact is bisected
 STOP_ACCURACY = 0.3  # deg, that a stop may touch off its angle, as solids; printed faces 0.2 mm off make that
 GAP_STEP = 5.0  # deg, between poses at which the least gap is measured
 CHORDS = 0.02  # mm, that meshes of round parts 0.4 mm apart may lie nearer than the parts
+ROUNDED = 1e-3  # mm, that boxes must be apart at least: bodies are in single precision
 COARSE = 10  # sides of the spring's mesh between the ends of the travel
 
 # Families that turn with the shaft, round about the hinge axis but for flats, pins and a set screw.
@@ -211,12 +212,19 @@ def check_within(bodies: Bodies) -> list[CheckResult]:
         worst, pair = 0.0, ("none", "none")
         for index, first in enumerate(members):
             for second in members[index + 1 :]:
+                if _apart(first.mesh, second.mesh):
+                    continue
                 volume = float((bodies.solids[first.name] ^ bodies.solids[second.name]).volume())
                 if volume > worst:
                     worst, pair = volume, (first.name, second.name)
         text = f"parts of the {group} half in each other; most: {pair[0]} in {pair[1]}"
         results.append(at_most("overlap within", members[0].name, worst, OVERLAP_LIMIT, "mm^3", text))
     return results
+
+
+def _apart(one: Mesh, other: Mesh) -> bool:
+    """Whether the boxes round two meshes lie apart, so that nothing of them can meet."""
+    return bool(np.any(one.box[0] > other.box[1] + ROUNDED) or np.any(other.box[0] > one.box[1] + ROUNDED))
 
 
 def check_spring_room(bodies: Bodies) -> list[CheckResult]:

@@ -40,19 +40,20 @@ def live_data(result: Result) -> Json | None:
         }
     page["parts"] = _parts(result)
     page["within"] = value_of(mapping(result.content, "response", "forecast").get("within"))
-    page["has_solids"] = glb_text(result) != ""
+    page["has_solids"] = _glb(result) is not None
     return page
 
 
 def glb_text(result: Result) -> str:
     """The whole leg's GLB, deflated, in base 64; empty where there is none."""
+    data = _glb(result)
+    return "" if data is None else base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+
+
+def _glb(result: Result) -> bytes | None:
     path = result.path(GLB)
-    if path is None:
-        return ""
-    data = path.read_bytes()
-    if data[:4] != _MAGIC:
-        return ""
-    return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
+    data = path.read_bytes() if path is not None else b""
+    return data if data[:4] == _MAGIC else None
 
 
 def block(name: str, content: Any) -> Markup:

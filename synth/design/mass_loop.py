@@ -13,8 +13,8 @@ of a processor where drawing in full takes 20; a joint whose dimensions stay is 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from synth.design.choice_rounds import Stage
 from synth.design.drawn_springs import draw_up, moved
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from synth.cad import LegDimensions
 
 MOST_ROUNDS = 5  # of choosing; the built-in example and the lab's project take two
+NEAR = 0.03  # mm, deg, N m: joints drawn that near weigh alike to 1e-3, a fifth of what counts as settled
 MOST_SETTLING = 4  # drawings by which free angles and masses come to agree; two are enough but for a last digit
 
 
@@ -103,20 +104,31 @@ class JointWeights:
     def __init__(self, project: LegProject) -> None:
         self.project = project
         self._known: dict[str, tuple[PartMass, ...]] = {}
+        self._last: tuple[LegDimensions, Mapping[str, int]] | None = None
 
     def on_links(self, design: LegDesign) -> Leg:
         """The project's target with the drawn parts of a design on its links."""
         return with_links(self.project.target, self.links(design))
 
-    def links(self, design: LegDesign) -> tuple[BuiltLink, ...]:
+    def links(self, design: LegDesign, *, near: bool = False) -> tuple[BuiltLink, ...]:
         """The links of a design that is drawn up.
+
+        ``near``: with what the joints last weighed, where these are the same but for ``NEAR``.
 
         Raises
         ------
         UserError : ``cad: masses`` names a part that is not there.
         """
         assert design.drawn is not None
-        return links_of(design, self._masses(design.drawn.dimensions, pieces_of(design)))
+        dimensions, pieces = design.drawn.dimensions, pieces_of(design)
+        if (
+            near
+            and self._last is not None
+            and self._last[1] == pieces
+            and same_but_for(dimensions, self._last[0], NEAR)
+        ):
+            dimensions = self._last[0]
+        return links_of(design, self._masses(dimensions, pieces))
 
     def _masses(self, dimensions: LegDimensions, pieces: Mapping[str, int]) -> tuple[PartMass, ...]:
         from synth import cad
@@ -124,19 +136,34 @@ class JointWeights:
         key = repr((dimensions, sorted(pieces.items())))
         if key not in self._known:
             self._known[key] = masses_of(cad.build_leg(dimensions), self.project.cad.masses, pieces)
+        self._last = dimensions, pieces
         return self._known[key]
 
     def settled(self, design: LegDesign, catalogue: Catalogue) -> LegDesign:
-        """The design drawn up with its own masses on its links, resting as wanted."""
+        """The design drawn up with its own masses on its links, resting as wanted.
+
+        Once drawn, joints change in their last digits only: they are weighed anew when they are drawn for good.
+        """
         design = draw_up(design, catalogue)
         for _ in range(MOST_SETTLING):
-            links = self.links(design)
+            links = self.links(design, near=True)
             leg = with_links(design.built, links)
             if alike(leg, design.built):
                 break
             carrying = design.wanted.at_rest_like_wanted(leg)
             design = draw_up(moved(replace(design, built=carrying)), catalogue)
         return design
+
+
+def same_but_for(one: Any, other: Any, off: float) -> bool:
+    """Whether two values are alike, numbers in them apart by at most ``off``: dimensions, tuples, text."""
+    if isinstance(one, float | int) and isinstance(other, float | int) and not isinstance(one, bool):
+        return abs(one - other) <= off
+    if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
+        return all(same_but_for(a, b, off) for a, b in zip(one, other, strict=True))
+    if is_dataclass(one) and type(one) is type(other):
+        return all(same_but_for(getattr(one, f.name), getattr(other, f.name), off) for f in fields(one))
+    return bool(one == other)
 
 
 def pieces_of(design: LegDesign) -> dict[str, int]:

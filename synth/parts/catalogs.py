@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -77,6 +77,16 @@ class Catalogue:
 
     def find_material(self, name: str) -> WireMaterial:
         """A wire material by its name or an alias (``music``, ``A228``); UserError with near misses."""
+        if name not in self._found:
+            self._found[name] = self._material(name)
+        return self._found[name]
+
+    @cached_property
+    def _found(self) -> dict[str, WireMaterial]:
+        """Wire materials by the names that were asked for: each keeps what it knows of its sizes."""
+        return {}
+
+    def _material(self, name: str) -> WireMaterial:
         wanted = name.strip().casefold()
         names = sorted({row.material for row in self.materials})
         aliases = {alias.casefold(): target for alias, target in ALIASES.items()}

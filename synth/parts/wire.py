@@ -231,6 +231,16 @@ class WireMaterial:
 
         Of a material with a strength table only sizes inside the table are stock: it is not drawn beyond.
         """
+        if system not in self._stocks:
+            self._stocks[system] = self._stock_of(system)
+        return self._stocks[system]
+
+    @cached_property
+    def _stocks(self) -> dict[str | None, tuple[WireRow, ...]]:
+        """What was asked for already, by system."""
+        return {}
+
+    def _stock_of(self, system: str | None) -> tuple[WireRow, ...]:
         chosen: list[WireRow] = []
         for row in self.sizes:
             if row.diameter is None or (system is not None and row.system != system):

@@ -121,7 +121,8 @@ def check_spring(
         count=count,
         hand=task.hand,
     )
-    return replace(design, violations=tuple(broken_limits(design, task.limits)))
+    violations = tuple(broken_limits(design, task.limits))
+    return replace(design, violations=violations) if violations else design
 
 
 def broken_limits(design: SpringDesign, limits: SpringLimits) -> Iterator[Violation]:
