@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cadquery as cq
 import numpy as np
 import pytest
 import trimesh
 
-from synth.cad import BuiltLeg
-from synth.cad.parts import BuiltPart, mesh_of
+from synth.cad import BuiltLeg, build_leg
+from synth.cad.parts import ANGULAR_TOLERANCE, LINEAR_TOLERANCE, BuiltPart, _triangles, mesh_of
+from synth.cad.travel import manifold
 
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -42,12 +45,15 @@ def test_every_part_weighs_and_turns_as_its_mesh_does(leg: BuiltLeg) -> None:
 
 
 def test_a_mesh_is_made_when_it_is_looked_at() -> None:
-    asked = []
+    asked, box = [], cq.Solid.makeBox(1, 2, 3)
 
     class Solid:
-        def tessellate(self, *tolerances: float) -> tuple[list[cq.Vector], list[tuple[int, int, int]]]:
+        def mesh(self, *tolerances: float) -> None:
             asked.append(tolerances)
-            return cq.Solid.makeBox(1, 2, 3).tessellate(*tolerances)
+            box.mesh(*tolerances)
+
+        def Faces(self) -> list[cq.Face]:  # noqa: N802 (cadquery's own name)
+            return list(box.Faces())
 
     mesh = mesh_of(Solid(), (-1, 1, 1))
     assert not asked
@@ -56,3 +62,19 @@ def test_a_mesh_is_made_when_it_is_looked_at() -> None:
     assert len(asked) == 1
     with pytest.raises(AttributeError):
         mesh.colour  # noqa: B018
+
+
+def test_a_part_is_meshed_measured_and_made_a_body_once(leg: BuiltLeg) -> None:
+    """Gates, files and report ask for each some three times."""
+    part = leg.joints[0].part("upper")
+    assert part.moments() is part.moments()
+    assert manifold(part.mesh) is manifold(part.mesh)
+    points, faces = part.solid.tessellate(LINEAR_TOLERANCE, ANGULAR_TOLERANCE)
+    ours = _triangles(part.solid)
+    np.testing.assert_array_equal(ours[0], [point.toTuple() for point in points])
+    np.testing.assert_array_equal(ours[1], faces)
+
+
+def test_a_joint_that_was_weighed_is_not_built_again_to_be_drawn(leg: BuiltLeg) -> None:
+    alone = replace(leg.dimensions, joints=leg.dimensions.joints[:1])
+    assert build_leg(alone).joints[0] is build_leg(alone).joints[0]
