@@ -52,7 +52,7 @@ def test_a_mesh_is_made_when_it_is_looked_at() -> None:
             asked.append(tolerances)
             box.mesh(*tolerances)
 
-        def Faces(self) -> list[cq.Face]:  # noqa: N802 (cadquery's own name)
+        def Faces(self) -> list[cq.Face]:
             return list(box.Faces())
 
     mesh = mesh_of(Solid(), (-1, 1, 1))
