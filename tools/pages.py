@@ -16,6 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = ROOT / "synth" / "examples"
+SLOWEST = 1500.0  # ms, to open a page in a browser without a screen on two cores: the aim of the pages
 REHEARSED = "8"  # cases: enough for a page with every table, a minute on two cores
 SPRING = ["--rate", "1.7 N*m/rad", "--travel", "40 deg", "--included-angle", "120 deg", "--arbor", "12 mm"]
 
@@ -90,6 +91,26 @@ def make(to: Path, only: list[str], *, fresh: bool) -> None:
         subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
 
 
+def opening_times(results: Path) -> str:
+    """A line a page: its weight, and how long it takes to open, the best of three; the machine may do other things."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from pages.browser import chromium, missing, opened
+
+    if missing():
+        return ""
+    lines = [f"{'page':14} {'MB':>5} {'opens in':>9}"]
+    with chromium() as browser:
+        for path in sorted((*results.glob("*/report.html"), *results.glob("*/winding_sheet.html"))):
+            times = []
+            for _ in range(3):
+                with opened(browser, path) as found:
+                    found.page.wait_for_load_state("load")
+                    times.append(float(found.audit()["opened"]))
+            slow = "  too slow" if min(times) > SLOWEST else ""
+            lines.append(f"{path.parent.name:14} {path.stat().st_size / 1e6:5.2f} {min(times) / 1e3:7.2f} s{slow}")
+    return "\n".join(lines)
+
+
 def main() -> int:
     """Make the pages and open them."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -104,6 +125,7 @@ def main() -> int:
     where = {"PAGES_FROM": str(to / "results"), "PAGES_PICTURES": str(to)}
     tests = [sys.executable, "-m", "pytest", "tests/pages", "-n", "0", "-q"]
     status = subprocess.run(tests, cwd=ROOT, env={**os.environ, **where}, check=False).returncode
+    print(opening_times(to / "results"))
     print(f"pictures: {to}/*.png")
     return status
 

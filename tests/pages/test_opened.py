@@ -13,6 +13,13 @@ from pages.browser import SCHEMES, SIZES, Opened, opened
 
 HEAVIEST = 4_000_000  # bytes
 PICTURES = os.environ.get("PAGES_PICTURES")  # where ``make pages`` keeps what it saw
+HIGHEST = 16_000  # px of a picture
+PAPER = 718  # px between the margins of A4 that Chromium prints with
+HIDDEN = "[...document.querySelectorAll('main h2')].filter((h) => !h.checkVisibility()).map((h) => h.textContent)"
+CUT = """[...document.querySelectorAll(".scroll, figure, pre, table")].filter((e) => e.checkVisibility() && (
+  e.getBoundingClientRect().right > innerWidth + 2
+  || (e.scrollWidth > e.clientWidth + 2 && getComputedStyle(e).overflowX !== "visible")
+)).map((e) => [e.tagName, e.className, e.textContent.trim().slice(0, 60), e.scrollWidth, e.clientWidth])"""
 SETTLE = 250  # ms, for a page's scripts
 
 
@@ -25,7 +32,13 @@ def keep(found: Opened, name: str, *, whole: bool = False) -> None:
         Path(PICTURES).mkdir(parents=True, exist_ok=True)
         if whole:  # drawn by software, a canvas in a picture of 13 000 lines takes a minute; the first picture has it
             found.page.add_style_tag(content=".panel3d canvas { display: none !important; }")
-        found.page.screenshot(path=f"{PICTURES}/{name}.png", full_page=whole)
+        found.page.screenshot(path=f"{PICTURES}/{name}.png", full_page=whole, clip=_upper(found) if whole else None)
+
+
+def _upper(found: Opened) -> dict[str, float]:
+    """As much of the page as a picture holds: Chromium repeats what lies beyond its largest texture."""
+    width, height = found.page.evaluate("[innerWidth, document.documentElement.scrollHeight]")
+    return {"x": 0, "y": 0, "width": width, "height": min(height, HIGHEST)}
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -68,6 +81,46 @@ def test_a_link_opens_the_fold_that_it_leads_into(browser: Any, pages: dict[str,
         links.last.click()
         found.page.wait_for_timeout(SETTLE)
         assert found.page.locator(f"details{name}").evaluate("(each) => each.open")
+
+
+def test_nothing_is_cut_on_paper(browser: Any, pages: dict[str, Path]) -> None:
+    """With print's rules, at paper's width, folds open: every section is there and no table, figure or line is cut."""
+    for name, path in pages.items():
+        with opened(browser, path) as found:
+            fold_open(found.page)
+            found.page.set_viewport_size({"width": PAPER, "height": 1000})
+            found.page.emulate_media(media="print")
+            assert found.page.evaluate(HIDDEN) == [], name
+            assert found.page.evaluate(CUT) == [], name
+
+
+def test_keys_reach_and_move_everything(browser: Any, pages: dict[str, Path]) -> None:
+    """Tab reaches each control of the first window that stands open, seen by an outline; arrows and Enter move it."""
+    for name, path in pages.items():
+        with opened(browser, path) as found:
+            page = found.page
+            page.wait_for_timeout(SETTLE)
+            wanted = page.evaluate(
+                """[...document.querySelectorAll('button, input, select, a[href], summary')]
+                .filter((e) => e.checkVisibility() && e.getBoundingClientRect().bottom < innerHeight)
+                .map((e, i) => { e.dataset.wanted = i; return i; }).length"""
+            )
+            reached, outlined = set(), 0
+            for _ in range(wanted + 20):
+                page.keyboard.press("Tab")
+                at, outline = page.evaluate(
+                    "[document.activeElement.dataset.wanted, getComputedStyle(document.activeElement).outlineStyle]"
+                )
+                if at is not None and at not in reached:
+                    reached.add(at)
+                    outlined += outline != "none"
+            assert len(reached) == outlined == wanted, name
+            fold = page.locator("details.section > summary").first
+            if fold.count():
+                before = fold.evaluate("(s) => s.parentElement.open")
+                fold.focus()
+                page.keyboard.press("Enter")
+                assert fold.evaluate("(s) => s.parentElement.open") is not before, name
 
 
 def test_a_page_prints_whole(browser: Any, pages: dict[str, Path]) -> None:
