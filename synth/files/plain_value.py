@@ -20,6 +20,8 @@ from typing import Any, TypeVar, cast, get_args, get_type_hints
 
 import numpy as np
 
+from synth.remarks import Remark
+
 Value = TypeVar("Value")
 
 
@@ -143,6 +145,8 @@ class _Writer:
             return [type(value).__name__, [self.write(item) for item in value]]
         if isinstance(value, Path):
             return ["path", str(value)]
+        if isinstance(value, Remark):
+            return ["remark", str(value), value.severity, value.remedy]
         raise TypeError(f"a {_name(type(value))} cannot be written as data")
 
 
@@ -179,4 +183,6 @@ class _ValueReader:
             return self._arrays[rest[0]]
         if kind == "path":
             return Path(rest[0])
+        if kind == "remark":
+            return Remark(*rest)
         return {"tuple": tuple, "list": list}[kind](self.read(item) for item in rest[0])

@@ -17,6 +17,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from synth.files.plain_value import NotPlain, Remade, classes_of, digest_of, from_bytes, to_bytes
+from synth.remarks import Remark, decisive, severity_of
+
+
+@dataclass(frozen=True)
+class Said:
+    texts: tuple[str, ...]
+
+
+def test_a_remark_comes_back_with_its_severity() -> None:
+    again = from_bytes(to_bytes(Said(("plain", decisive("the law is assumed", "Record drops.")))), Said)
+    assert again.texts == ("plain", "the law is assumed")
+    assert [severity_of(text) for text in again.texts] == ["check", "decide"]
+    assert isinstance(again.texts[1], Remark)
+    assert again.texts[1].remedy == "Record drops."
 
 
 class Pair(NamedTuple):
