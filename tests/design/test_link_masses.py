@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from synth.cad import JointDimensions, MountDimensions, SpringDimensions
 from synth.design.link_masses import alike, built_links, link_warnings, with_links
+from synth.design.mass_loop import NEAR, same_but_for
 from synth.design.part_masses import ASSUMED, SOLID, PartMass, mass_from, mass_json, unknown_parts
 from synth.swing.leg_model import Joint, Leg, Link
 from synth.swing.rigid_body import RigidBody, of_link
@@ -91,3 +95,19 @@ def test_masses_read_back() -> None:
     assert again.body.centre == pytest.approx(body.centre)
     assert again.body.inertia == pytest.approx(body.inertia)
     assert of_link(Link(0.2, 0.1, 0.1, 1e-4)).mass == 0.1
+
+
+def test_joints_are_weighed_again_only_where_they_change_by_more_than_near() -> None:
+    spring = SpringDimensions(3.0, 24.0, 4 + 60 / 360, 120.0)
+    hip = JointDimensions("hip", spring, 110.0, 110.0, range=(80.0, 140.0))
+    assert same_but_for(hip, replace(hip, free_angle=110.0 + 0.9 * NEAR), NEAR)
+    assert same_but_for(hip, replace(hip, range=(80.0, 140.0 + 0.9 * NEAR)), NEAR)
+    for other in (
+        replace(hip, free_angle=110.0 + 1.1 * NEAR),
+        replace(hip, range=(80.0, 140.0 + 1.1 * NEAR)),
+        replace(hip, spring=replace(spring, mean_diameter=24.1)),
+        replace(hip, spring=replace(spring, hand="left")),
+        replace(hip, name="knee"),
+        replace(hip, mount=MountDimensions()),
+    ):
+        assert not same_but_for(hip, other, NEAR)
