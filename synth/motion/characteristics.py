@@ -13,7 +13,7 @@ SETTLE_BAND = 0.1  # of the release's amplitude
 
 @dataclass(frozen=True)
 class Characteristics:
-    """One joint's response in one trial; None where the motion does not show it, and ``validity`` says why.
+    """One joint's response in one trial; None for characteristics that the motion does not show, see ``validity``.
 
     ``rise_time`` s, 10-90 % of the way from start to rest; ``damping_ratio`` by the logarithmic decrement;
     ``damped_frequency`` rad/s; ``overshoot`` share of the amplitude; ``settling_time`` s, until the angle stays within
@@ -35,7 +35,7 @@ def characteristics(time: Array, angle: Array, noise: float = 0.0) -> Characteri
     Rest is the mean of the last tenth. Peaks are alternate extremes about rest larger than three times ``noise``
     (rad). The logarithmic decrement over m half cycles, ``delta = ln|x_0/x_m| * 2/m``, gives
     ``zeta = delta / sqrt(4 pi^2 + delta^2)`` (Inman, *Engineering Vibration*, 4th ed., eq. 1.88); it holds for one
-    decaying mode, so it is called doubtful where successive half cycles disagree by more than a factor of two.
+    decaying mode, so it is marked doubtful if successive half cycles disagree by more than a factor of two.
     """
     rest = float(np.mean(angle[-max(2, len(angle) // 10) :]))
     away = angle - rest
@@ -83,10 +83,10 @@ def _rise_time(time: Array, level: Array) -> float | None:
 
 
 def _peaks(time: Array, level: Array, least: float) -> tuple[Array, Array]:
-    """Times (m,) and heights (m,) of the extremes between successive crossings of rest, after the first crossing."""
+    """Times (m,) and heights (m,) of the extremes between successive zero crossings about rest, after the first one."""
     crossings = np.flatnonzero(level[:-1] * level[1:] < 0) + 1
     times, heights = [], []
-    ends = [*crossings[1:], len(level)] if len(crossings) else []  # rounded to counts, a curve may only touch rest
+    ends = [*crossings[1:], len(level)] if len(crossings) else []  # rounded to counts, a curve may only touch it
     for first, last in zip(crossings, ends, strict=True):
         segment = level[first:last]
         k = int(np.argmax(np.abs(segment)))

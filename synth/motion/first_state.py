@@ -1,7 +1,8 @@
 """Angle and rate at the start of a recording from its first samples, with their uncertainty.
 
-A local polynomial through noisy samples of a curved motion is off by noise and by bias. The noise follows from the
-polynomial's weights; the bias is told from how far polynomials of other degrees and widths disagree (the idea of
+A local polynomial through noisy samples of a curved motion has noise and bias. The noise follows from the
+polynomial's weights; the bias is estimated from the disagreement of polynomials of other degrees and widths (the idea
+of
 Lepski's rule, Theory Probab. Appl. 35 (1990) 454).
 """
 
@@ -16,13 +17,13 @@ from synth.motion.smoothing import Mask
 
 WIDTH = 0.03  # s, support of the narrowest polynomial, as of ``smooth``
 LEAST = 5  # samples of a polynomial
-OTHERS = ((2, 1.0), (2, 1.5), (3, 1.5))  # degree and share of the support of the polynomials beside the cubic
-NOISE_FACTOR = 3.0  # standard deviations: the samples take part in the fit too, and must hardly count twice
+OTHERS = ((2, 1.0), (2, 1.5), (3, 1.5))  # degree and relative support of the polynomials beside the cubic
+NOISE_FACTOR = 3.0  # standard deviations: the samples are also used in the fit, and must hardly count twice
 
 
 @dataclass(frozen=True)
 class FirstState:
-    """``angle`` and ``rate`` (n,) rad and rad/s at the first sample, with deviations that hold noise and bias."""
+    """``angle`` and ``rate`` (n,) rad and rad/s at the first sample, with deviations that include noise and bias."""
 
     angle: Array
     rate: Array
@@ -36,7 +37,7 @@ def first_state(time: Array, angle: Array, counts: Mask, scatter: Array) -> Firs
     Parameters
     ----------
     time : (m,) s; angle : (m, n) rad; counts : (m, n) True where a sample may be used.
-    scatter : (n,) rad, what one sample scatters by; at least what the encoder's counts make.
+    scatter : (n,) rad of one sample; at least that of the encoder's counts.
     """
     n = angle.shape[1]
     found = np.zeros((4, n))

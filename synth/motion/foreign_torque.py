@@ -1,12 +1,12 @@
-"""When free motion begins: a hand, string or muscle shows as a torque that no spring or damper produces.
+"""The beginning of free motion: an external torque (hand, string, muscle) is one that no spring or damper produces.
 
 In free motion joint j's torque, which follows from the recorded motion and the links by inverse dynamics, is
 ``constant - k q - b dq/dt``, with or without ``- c sign(dq/dt)`` for dry friction. The constants are estimated from
-the end of the recording backwards, and each earlier sample is predicted from what lies after it (recursive residuals
-with time reversed: Brown, Durbin & Evans, *J. R. Stat. Soc. B* 37 (1975) 149). A hand is seen only where neither law
-predicts the torque: without friction every rubbing leg would look driven, with it alone a swing's noise does. A
-prediction counts where the motion after it stands well above the noise of its own angles and rates, for noise in a
-regressor draws its coefficient to zero and makes an innocent sample look driven (Fuller, *Measurement Error Models*,
+the end of the recording backwards, and each earlier sample is predicted from the later ones (recursive residuals
+with time reversed: Brown, Durbin & Evans, *J. R. Stat. Soc. B* 37 (1975) 149). An external torque is reported only if
+neither law predicts the torque: without friction every leg with friction would look driven, with it alone a noisy swing
+would. A prediction counts if the motion after it is well above the noise of its angles and rates, because noise in a
+regressor biases its coefficient to zero and makes a free sample look driven (Fuller, *Measurement Error Models*,
 1987, section 1.1).
 """
 
@@ -22,22 +22,22 @@ from synth.motion.smoothing import Smoothed, savitzky_golay
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import coefficients, momentum_and_force
 
-DEVIATIONS = 3.0  # of a prediction's own uncertainty, that a torque must miss it by
-FOREIGN = 0.15  # of the joint's torque range, that it must miss it by too: few real springs are linear to less
-UNBROKEN = 0.7  # of the samples since the start that must be foreign too, and of one sign: a hand doesn't come and go
-PERSISTS = 0.015  # s, beyond what noise does
-LONGEST = 0.4  # s after the start, within which a hand is looked for
-SOFT = 4.0  # of the rates' noise, over which the sign of a rate is smoothed in the dry friction's column
+DEVIATIONS = 3.0  # of a prediction's own uncertainty, least deviation of an external torque
+FOREIGN = 0.15  # of the joint's torque range, least deviation too: few real springs are linear to less
+UNBROKEN = 0.7  # of the samples since the start that must be external and of one sign
+PERSISTS = 0.015  # s, longer than noise lasts
+LONGEST = 0.4  # s after the start, range of the search
+SOFT = 4.0  # of the rates' noise, smoothing of the sign in the dry friction's column
 ATTENUATION = 0.1  # share of a regressor that may be noise
-SAMPLES = 4_000  # after the start, that are looked at: hours of rest after a release tell nothing
+SAMPLES = 4_000  # after the start, used for the test: hours of rest after a release add nothing
 
 
 @dataclass(frozen=True)
 class Drive:
-    """A foreign torque from the start of a recording on.
+    """An external torque at the start of a recording.
 
-    ``until`` : s, the last sample at which it is seen, on the recording's clock.
-    ``joint`` : index of the joint on which it is seen last.
+    ``until`` : s, the last sample at which it is detected, on the recording's clock.
+    ``joint`` : index of the joint on which it is detected last.
     ``share`` : its largest size, as a share of the joint's torque range.
     """
 
@@ -54,12 +54,12 @@ def polynomial_noise(points: int, degree: int, step: float) -> tuple[float, floa
 
 
 def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_mass: float = 0.0) -> Drive | None:
-    """The foreign torque that acts from the start of a smoothed recording on, None where none is seen.
+    """The external torque from the start of a smoothed recording, None if none is detected.
 
     Parameters
     ----------
-    smoothed : from the release on, made of no sample before it: the kink would pass for a torque.
-    points : of the polynomials that made it; the first half of them cannot be judged.
+    smoothed : from the release, without samples before it, because the kink would look like a torque.
+    points : of the smoothing polynomials; the first half of them cannot be tested.
     free : joints that could move.
     """
     momentum, force = momentum_and_force(coefficients(leg, tip_mass), smoothed.angle, smoothed.rate, leg.tilt)
@@ -80,7 +80,8 @@ def drive_after(leg: Leg, smoothed: Smoothed, points: int, free: list[int], tip_
 class _Predictions:
     """Each sample's torque against its prediction from later samples.
 
-    ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite where the later motion tells nothing; ``span`` (m,) N m, the
+    ``miss`` (m,) N m; ``deviation`` (m,) N m, infinite if the later motion does not determine it; ``span`` (m,) N
+    m, the
     joint's torque range; ``solution`` (m, 3 or 4) for the columns of ``regressors`` (n, 3 or 4).
     """
 
@@ -92,7 +93,7 @@ class _Predictions:
 
 
 def _joint_drive(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> Drive | None:
-    """The latest sample up to which one joint is driven without a break since the start, by the law with ``dry``."""
+    """The latest sample up to which one joint is continuously driven since the start, by the law with ``dry``."""
     predicted = _predict(smoothed, torque[:SAMPLES], joint, points, dry)
     if predicted is None:
         return None
@@ -122,7 +123,7 @@ def _run_ends(flag: NDArray[np.bool_], length: int) -> NDArray[np.intp]:
 
 
 def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bool) -> _Predictions | None:
-    """All predictions at once, from reverse cumulative sums; None where the recording is too short for any."""
+    """All predictions at once, from reverse cumulative sums; None if the recording is too short."""
     n = len(torque)
     angle, rate = smoothed.angle[:n, joint], smoothed.rate[:n, joint]
     step = float(smoothed.time[1] - smoothed.time[0])
@@ -131,7 +132,7 @@ def _predict(smoothed: Smoothed, torque: Array, joint: int, points: int, dry: bo
     columns += [-rate / np.hypot(rate, SOFT * rate_noise + 1e-12)] if dry else []
     regressors = np.stack(columns, axis=1)
     scale = np.abs(regressors).max(axis=0) + 1e-12
-    # A prediction rests on samples whose polynomials share none of the predicted one's far side.
+    # A prediction uses samples whose polynomials do not overlap the predicted one's far side.
     lag = points // 2
     count = n - lag - 3 * points
     if count <= 0:

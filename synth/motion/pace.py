@@ -1,4 +1,4 @@
-"""The time scale of a recording, on which smoothing, windows and natural sizes are based instead of fixed seconds."""
+"""The time scale of a recording, used for smoothing, windows and natural sizes instead of fixed seconds."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import numpy as np
 
 from synth.arrays import Array
 
-HALF = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by so much in 0.505 / w
-ORDER = 6  # of the differences that leave noise alone
-ABOVE = 5.0  # times its noise, that a joint must deviate by to tell anything
-OF_SPAN = 50  # part of a recording in which nothing moves that is taken for its pace
+HALF = 0.5  # of the RMS deviation: a sinusoid of frequency w changes by this in 0.505 / w
+ORDER = 6  # order of differences that isolate noise
+ABOVE = 5.0  # times its noise, least deviation of a joint for its pace
+OF_SPAN = 50  # fraction of a recording without motion that is used as its pace
 
 
 def pace(step: float, even: Array) -> float:
     """Time (s) in which the fastest joint changes by half of its RMS deviation, RMS over the recording.
 
-    About 0.5 / w of a motion at the angular frequency w, however it decays and however long it rests after that, since
-    both are averages over the same samples. A steady turning is taken off. The noise's share is taken off too.
+    About 0.5 / w for angular frequency w, whatever the decay and the rest after it, since
+    both are averages over the same samples. A steady rotation and the noise's share are subtracted.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def pace(step: float, even: Array) -> float:
 
 
 def _lag(value: Array) -> float | None:
-    """In samples, of one joint; None where it does not move above its noise, or slower than the recording is long."""
+    """In samples, of one joint; None if it does not move above its noise, or slower than the recording is long."""
     count = len(value)
     line = np.arange(count) - 0.5 * (count - 1)
     value = value - value.mean()

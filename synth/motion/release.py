@@ -1,9 +1,9 @@
-"""Where a recorded release begins: the limb lies still or is held, is let go, and swings to rest.
+"""The release in a recording: the limb is at rest or held, is released, and swings to rest.
 
-Motion is told from rest by the limb's kinetic energy, from the links' own masses: a trembling foot weighs little
-against a thigh that begins to move. The last time that it rises from rest to motion is the release, placed between
+Motion is distinguished from rest by kinetic energy with the links' masses, so a trembling foot counts little
+against a moving thigh. The release is the last transition from rest to motion, located between
 samples by two-phase regression (Hinkley, *J. Am. Stat. Assoc.* 66 (1971) 736): a straight line before, to which a
-parabola and a cubic are added after. What a hand still does after that is the business of ``foreign_torque``.
+parabola and a cubic are added after. External torques after that are the subject of ``foreign_torque``.
 """
 
 from __future__ import annotations
@@ -19,38 +19,38 @@ from synth.motion.smoothing import Mask, Smoothed, lost_samples, odd_points, smo
 from synth.swing.leg_model import Leg
 from synth.swing.mechanics import absolute, coefficients, mass_matrix
 
-WIDTHS = (0.05, 0.08, 0.12, 0.18)  # s, supports of the local polynomials: the first that quietens the noise is used
+WIDTHS = (0.05, 0.08, 0.12, 0.18)  # s, supports of the local polynomials: the first with sufficiently low noise is used
 MOVING = 0.2  # of the greatest speed (root of twice the kinetic energy); less counts as rest
 NOISE_FACTOR = 4.0  # times the noise's own speed; less counts as rest too
-BURST = 0.3  # of the greatest speed, that a release reaches at least
-PAUSE = 0.06  # s; a shorter stop is none
-TURNING = 0.8  # of the velocity's variance over a stop that a straight line explains: a swing turning, not a hold
-LEAD = 0.12  # s before the motion, on which the straight line rests
-LEFT_OVER = 0.3  # of the speed at the release that must be left, or cutting a hand's share would cut the motion
+BURST = 0.3  # of the greatest speed, reached by a release at least
+PAUSE = 0.06  # s; a shorter stop is ignored
+TURNING = 0.8  # of the velocity's variance over a stop explained by a straight line: a turning swing, not a hold
+LEAD = 0.12  # s before the motion, support of the straight line
+LEFT_OVER = 0.3  # of the speed at the release that must remain, or the cut would remove the motion
 FEWEST = 20  # samples
-STRAY = 1.3  # times the median of a series, beyond which a hand is not believed
-FADING = 0.03  # s, that a hand which lets go gradually still acts after it is last seen
+STRAY = 1.3  # times the median of a series; a longer external torque is not believed
+FADING = 0.03  # s, decay of an external torque after it is last detected
 LATEST = 3.84  # rise of the regression's -2 log likelihood at the ends of the release's 95 % interval (chi-squared, 1)
-BIAS = 1.5  # samples, that the break may come early because a cubic is not the motion: see ``released_by``
+BIAS = 1.5  # samples, early bias of the break because the motion is not a cubic: see ``released_by``
 KINK = 20.0  # rise of the same without a break from which a hold is certain: p = 1e-5 of a smooth start
 
 
 @dataclass(frozen=True)
 class Release:
-    """What was found in one recording; times in s on the recording's clock.
+    """The result for one recording; times in s on the recording's clock.
 
-    ``released`` : when the limb began to move from rest for the last time; None where it moves from the first
-        sample on, so that the recording starts at or after the release, or never moves.
-    ``free_from`` : from here on the leg's own springs and dampers explain the motion. ``released_by`` (or the first
-        sample) where no hand is seen, or where too little motion would be left without it.
-    ``driven_until`` : the end of a torque that is not the leg's own; None where none is seen.
-    ``driven_joint`` : the index of the joint on which it was seen last.
+    ``released`` : when the limb began to move from rest for the last time; None if it moves from the first
+        sample, so that the recording starts at or after the release, or never moves.
+    ``free_from`` : from here the leg's own springs and dampers explain the motion. ``released_by`` (or the first
+        sample) if no external torque is detected, or too little motion would remain without it.
+    ``driven_until`` : the end of an external torque; None if none is detected.
+    ``driven_joint`` : the index of the joint on which it was detected last.
     ``foreign_share`` : its largest size, as a share of the joint's torque range.
     ``sentence`` : all this in words.
-    ``released_by`` : the late end of the 95 % interval of ``released``, from which on no hold is left in the samples:
-        it lies after the true release in 97 % of 240 simulated ones (noise of 0.05 to 0.6 deg, 100 and 250 Hz).
-    ``still_first`` : whether the recording plainly begins at rest or held, with a break where it begins to move. A
-        swing that dies down and rises again has a ``released`` too where its joints pass energy to each other.
+    ``released_by`` : the late end of the 95 % interval of ``released``, after which no sample is held:
+        it is after the true release in 97 % of 240 simulated ones (noise of 0.05 to 0.6 deg, 100 and 250 Hz).
+    ``still_first`` : whether the recording clearly begins at rest or held, with a break where it begins to move. A
+        swing that decays and grows again also has a ``released`` if its joints exchange energy.
     """
 
     released: float | None
@@ -66,13 +66,13 @@ class Release:
 def find_release(
     time: Array, angles: Array, leg: Leg, *, locked: tuple[int, ...] = (), tip_mass: float = 0.0
 ) -> Release:
-    """The release of a recording that is at rest, or dying away, at its end, and the end of its hand-driven start.
+    """The release of a recording that ends at rest or decaying, and the end of its driven beginning.
 
     Parameters
     ----------
     time : (n,) s, increasing.
     angles : (n, n_joint) rad, measured angles of ``leg``; nan where a sample is missing.
-    leg : its links and joints' signs; springs and dampers are not looked at. Its tilt is the recording's.
+    leg : its links and joints' signs; springs and dampers are not used. Its tilt is the recording's.
     locked : indices of joints that were held all the time.
     tip_mass : kg, at the last link's end.
 
@@ -97,13 +97,13 @@ def find_release(
 
 
 def free_after(driven: Sequence[float]) -> float:
-    """How long after its release each recording of a series is taken to be driven, s.
+    """Assumed duration of the external torque after the release of each recording of a series, s.
 
-    ``driven`` : s after its release until which a foreign torque is seen, of each recording in which one is; at least
-    one. What a hand does in one recording of a series it does in the others, seen or not, so the longest counts for
-    all; one that is seen far longer than most is none, but motion that looks like one. Measured on 24 random legs
-    driven for 0.15 s (144 recordings, a hand seen in 106): of the fits' 90 % intervals 45 % hold the truth when each
-    recording is cut where its own hand is last seen, 90 % when all are cut where the longest is, and what fades after.
+    ``driven`` : s after its release until which an external torque is detected, for each recording with one; at least
+    one. An external torque in one recording of a series is likely in the others, detected or not, so the longest counts
+    for all; one far longer than most is a false detection. Measured on 24 random legs
+    driven for 0.15 s (144 recordings, detected in 106): of the fits' 90 % intervals 45 % contain the truth when each
+    recording is cut at its own detection, 90 % when all are cut at the longest plus its decay.
     """
     return min(max(driven), STRAY * float(np.median(driven))) + FADING
 
@@ -119,7 +119,7 @@ class _View:
     points: int
     speed: Array
     floor: float
-    root: Array  # (n_joint, n_joint), a root of the mass matrix at the end: rates times it are comparable
+    root: Array  # (n_joint, n_joint), a root of the mass matrix at the end, which makes rates comparable
 
     @property
     def step(self) -> float:
@@ -131,7 +131,7 @@ class _View:
 
 
 def _view(time: Array, rotation: Array, lost: Mask, leg: Leg, locked: tuple[int, ...], tip_mass: float) -> _View:
-    """The narrowest smoothing whose noise stays well under what counts as motion, or the widest."""
+    """The narrowest smoothing whose noise is well below the threshold of motion, or the widest."""
     coefficient = coefficients(leg, tip_mass)
     for width in WIDTHS:
         smoothed = _smoothed(time, rotation, lost, locked, width)
@@ -175,7 +175,7 @@ def _last_burst(view: _View) -> tuple[int, int] | None:
     starts = moving[np.array([0, *(k + 1 for k in stops)])]
     ends = moving[np.array([*stops, len(moving) - 1])]
     greatest = float(view.speed.max())
-    # Noise that lifts its head above the threshold for a moment is no release.
+    # Noise that exceeds the threshold for a moment is not a release.
     least = max(BURST * greatest, min(1.5 * view.threshold, greatest))
     for first, last in zip(starts[::-1], ends[::-1], strict=True):
         if view.speed[first : last + 1].max() >= least:
@@ -193,9 +193,9 @@ def _turns(velocity: Array) -> bool:
 
 @dataclass(frozen=True)
 class _Break:
-    """Where motion begins, s: ``at`` best, ``by`` the late end of the 95 % interval.
+    """The beginning of motion, s: best estimate ``at``, and ``by`` the late end of the 95 % interval.
 
-    ``kink`` : how much a break there explains better than a smooth start at the window's first sample, in -2 log
+    ``kink`` : gain of a break over a smooth start at the window's first sample, in -2 log
     likelihood.
     """
 
@@ -205,7 +205,7 @@ class _Break:
 
 
 def _refined(time: Array, rotation: Array, lost: Mask, view: _View, first: int) -> _Break:
-    """The break of the two-phase regression, sought about the coarse start ``first`` to a fiftieth of its range."""
+    """The break of the two-phase regression, near the coarse start ``first``, to a fiftieth of its range."""
     step, speed = view.step, view.speed
     coarse = float(view.smoothed.time[first])
     falls = np.flatnonzero(np.diff(speed[first:]) < 0)
@@ -224,7 +224,7 @@ def _refined(time: Array, rotation: Array, lost: Mask, view: _View, first: int) 
             continue
         t, y = time[good], rotation[good, j]
         misfit = np.array([_two_phase_misfit(t - at, y) for at in candidates])
-        # The break's own misfit counts as noise where it is larger: a cubic is not the motion.
+        # The misfit of the break counts as noise if larger, because the motion is not a cubic.
         variance = _hold_noise(t - coarse, y, float(view.smoothed.noise[j])) ** 2 + 1e-12
         variance = max(variance, float(misfit.min()) / max(1, len(t) - 5))
         cost += misfit / variance
@@ -265,13 +265,13 @@ def _two_phase_misfit(since: Array, angle: Array) -> float:
 
 
 def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, view: _View) -> Release:
-    """Look for a foreign torque after the release, and say what was found."""
+    """Search for an external torque after the release, and describe the result."""
     released, by = (None, None) if begun is None else (begun.at, begun.by)
     start = float(time[0]) if released is None else released
     free_at = start if by is None else by
-    said = "it moves from the first sample on"
+    said = "it moves from the first sample"
     if begun is not None:
-        said = f"let go at {released:.3f} s"
+        said = f"released at {released:.3f} s"
         said += f" ({begun.by:.3f} s at the latest)"
     after = time >= start
     free = [j for j in range(rotation.shape[1]) if j not in view.locked]
@@ -283,14 +283,14 @@ def _with_drive(begun: _Break | None, time: Array, rotation: Array, lost: Mask, 
         drive = drive_after(view.leg, smoothed, points, free, view.tip_mass)
     if drive is None:
         return Release(
-            released, start if by is None else by, None, None, 0.0, f"{said}; no hand is seen after that", by
+            released, start if by is None else by, None, None, 0.0, f"{said}; no external torque after that", by
         )
     name = view.leg.joint_names[drive.joint]
-    said += f"; until {drive.until:.3f} s a torque acts on the {name} that its spring and damper do not make "
+    said += f"; until {drive.until:.3f} s a torque acts on the {name} that its spring and damper do not produce "
     said += f"(up to {drive.share:.0%} of its torque range)"
     grid = view.smoothed.time
     greatest = view.speed[grid >= start].max()
     if view.speed[grid >= drive.until].max() < LEFT_OVER * greatest:
-        said += ", but by then the limb has almost come to rest, so that a hand and a leg of another law look alike"
+        said += ", but by then the limb is almost at rest, so an external torque and another law of the leg look alike"
         return Release(released, free_at, drive.until, drive.joint, drive.share, said, by)
     return Release(released, max(free_at, drive.until), drive.until, drive.joint, drive.share, said, by)

@@ -1,4 +1,4 @@
-"""Local polynomials through recorded motion: smoothed angles and rates, lost samples found and bridged."""
+"""Local polynomials through recorded motion: smoothed angles and rates; lost samples detected and bridged."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from synth.motion.pace import pace
 
 Mask = NDArray[np.bool_]
 
-# Of the motion's pace: a cubic over so much of a sinusoid misses it by 1e-5 of its amplitude. 30 ms at 2 Hz.
+# Of the motion's pace: the error of a cubic over this range of a sinusoid is 1e-5 of its amplitude. 30 ms at 2 Hz.
 SUPPORT = 0.7
-COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger least difference is none of its counts
+COARSEST_COUNT = np.radians(0.5)  # no encoder in use is coarser: a larger smallest difference is not a count
 
 
 @dataclass(frozen=True)
 class Smoothed:
     """A recording on a uniform grid: ``time`` (n,) s, ``angle`` and ``rate`` (n, n_joint) rad, rad/s.
 
-    ``noise`` (n_joint,) rad is the scatter of the samples about the polynomials; ``gap`` (n,) marks grid points that
-    lie in a hole of the recording and say nothing of their own; ``width`` s is the polynomials' support, ``pace`` s how
-    fast it moves, see ``motion.pace``.
+    ``noise`` (n_joint,) rad is the scatter of the samples about the polynomials; ``gap`` (n,) marks grid points
+    in a gap of the recording; ``width`` s is the polynomials' support, ``pace`` s its
+    time scale, see ``motion.pace``.
     """
 
     time: Array
@@ -41,12 +41,12 @@ def odd_points(width: float, step: float) -> int:
 
 
 def lost_samples(angle: Array, limit: float = 8.0) -> Mask:
-    """(n_time, n_joint) True where a sample is missing or stands alone far off its neighbours.
+    """(n_time, n_joint) True for a missing sample or an isolated outlier.
 
     A Hampel filter on second differences: a sample is lost when it departs from the mean of its two neighbours by
     more than ``limit`` robust standard deviations of that departure while its neighbours agree with theirs
-    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). The deviation is never taken for less than what rounding to
-    the encoder's counts makes: in a quiet recording most departures are zero and a flicker of one count is no spike.
+    (Pearson, *Mining Imperfect Data*, 2005, section 3.2). The deviation is at least that of rounding to
+    the encoder's counts: in a quiet recording most departures are zero and a flicker of one count is not a spike.
     """
     lost = ~np.isfinite(angle)
     for j in range(angle.shape[1]):
@@ -98,8 +98,8 @@ def smooth(time: Array, angle: Array, lost: Mask, width: float | None = None) ->
     if points < 5:
         raise ValueError(f"{count} samples, at least 7 are needed")
     value, rate, kept = savitzky_golay(even, points, 3, step)
-    # The residual of a local fit with `kept` of its degrees of freedom left underestimates the noise by that share.
-    # By the median, so that glitches which were not found as lost do not pass for noise.
+    # The residual of a local fit with a share `kept` of its degrees of freedom underestimates the noise by that share.
+    # By the median, so that undetected glitches do not count as noise.
     noise = 1.4826 * np.median(np.abs(even - value), axis=0) / np.sqrt(kept)
     return Smoothed(grid, value, rate, noise, gap, width, own)
 

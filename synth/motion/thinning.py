@@ -1,12 +1,15 @@
-"""Recordings sampled far faster than the motion: neighbouring samples are averaged in groups, so that nothing is lost.
+"""Recordings sampled much faster than the motion: groups of neighbouring samples are averaged without loss.
 
-The mean of a group of k samples has the noise of one over the root of k, and says of a motion that is a line over the
-group all that the samples say. What a group's length T bends is x'' T^2 / 24: an amplitude smaller by (w T)^2 / 24 at a
-frequency w, the same in every sample, which an initial state takes up; frequency and decay stay. A group may be as long
-as that is below the noise of its mean.
+The mean of a group of k samples has the noise of one over the root of k, and for a motion linear over the group it
+contains all the information. Curvature over a group's length T adds x'' T^2 / 24: an amplitude smaller by (w T)^2 / 24
+at a
+frequency w, equal in every sample and absorbed by the initial state; frequency and decay are unchanged. A group may be
+as
+long as this error is below the noise of its mean.
 
-A channel whose counts are coarser than its noise is not averaged, since the mean of counts is no count and looks surer
-than it is (see ``fit.rounding``): there the middle sample stands for the group, which is so short that the joint turns
+A channel with counts coarser than its noise is not averaged, since the mean of counts is not a count and looks more
+certain than it is (see ``fit.rounding``): the middle sample represents the group, which is so short that the joint
+moves
 by less than a count in it, so that no count is skipped.
 """
 
@@ -20,16 +23,16 @@ import numpy as np
 from synth.arrays import Array
 from synth.motion.smoothing import Mask
 
-LONG = 6_000  # samples, up to which a recording is left as it is
+LONG = 6_000  # samples, up to which a recording is unchanged
 FEWEST = 2_500  # samples that are kept at least
-BENT = 0.5  # of a mean's noise, by which a group may bend the fastest samples but 2 %
+BENT = 0.5  # of a mean's noise, largest curvature error of all but the fastest 2 % of the samples
 FASTEST = 98.0  # percentile of a stretch of the recording
-STRETCHES = 20  # the hardest counts: a long rest does not hide the swing before it
-DIFFERENCE = 6  # order of the differences that leave noise alone, as in ``gap.data``
+STRETCHES = 20  # the fastest one counts: a long rest does not hide the swing before it
+DIFFERENCE = 6  # order of differences that isolate noise, as in ``gap.data``
 COARSE = 0.6  # noise over count below which a channel's counts are coarse, as in ``fit.rounding``
 ON_GRID = 0.98  # share of the readings that must lie on the counts
 FEW = 0.7  # share of a group's samples that must be good
-HOLE = 1.5  # times its usual length, from which on a group has a hole in it
+HOLE = 1.5  # times its usual length, above which a group contains a gap
 
 
 @dataclass(frozen=True)
@@ -44,13 +47,13 @@ class Thinned:
 
     @property
     def sentence(self) -> str:
-        """A sentence on the thinning; empty where none was done."""
+        """A sentence on the thinning; empty without thinning."""
         if self.group == 1:
             return ""
         step = float(np.median(np.diff(self.time)))
         return (
             f"{self.rows} samples over {self.time[-1] - self.time[0]:.3g} s are more than the motion needs: "
-            f"{self.group} each are averaged to one, {len(self.time)} in all, {1e3 * step:.3g} ms apart"
+            f"groups of {self.group} are averaged, {len(self.time)} in total, {1e3 * step:.3g} ms apart"
         )
 
 
@@ -102,9 +105,9 @@ def _coarse_count(reading: Array, noise: float) -> float:
 
 
 def _straight(angle: Array, noise: Array, counts: Array, group: int) -> bool:
-    """Whether the motion bends too little over a group to show above the noise of its mean.
+    """Whether the motion's curvature over a group is below the noise of its mean.
 
-    Second differences of the means are x'' T^2, and their own noise. With coarse counts: whether it turns by less than
+    Second differences of the means are x'' T^2, and their own noise. With coarse counts: whether it moves by less than
     one.
     """
     means = _means(angle, group)

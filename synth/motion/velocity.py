@@ -1,4 +1,4 @@
-"""Recorded velocities: compared with the slope of the angles, and used where their noise is lower."""
+"""Recorded velocities: compared with the slope of the angles, and used if their noise is lower."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from synth.arrays import Array
 from synth.motion.smoothing import Smoothed, odd_points, savitzky_golay
 
-AGREES = 0.15  # of the slope's size, by which a velocity may be scaled and still be the angle's own
+AGREES = 0.15  # largest scale error of a velocity that is accepted as the angle's
 FOLLOWS = 0.9  # least correlation of a velocity with the slope; deg/s labelled rad/s, or another joint's, has less
 ORDER = 4  # of the differences that leave noise alone
-FEWEST = 20  # samples with a velocity from which there is something to compare
+FEWEST = 20  # samples with a velocity for a comparison
 
 
 def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
-    """Why a joint's velocity (m,) rad/s at ``time`` (m,) s is not the slope of its angle; empty where it is.
+    """Why a joint's velocity (m,) rad/s at ``time`` (m,) s is not the slope of its angle; empty if it is.
 
     Compared where the joint is fast enough that noise does not matter: above a tenth of its greatest speed.
     """
@@ -41,7 +41,7 @@ def unlike(smoothed: Smoothed, time: Array, velocity: Array, joint: int) -> str:
 
 
 def with_velocities(smoothed: Smoothed, time: Array, velocities: Array) -> Smoothed:
-    """Rates from the velocity columns (m, n) rad/s, smoothed as the angles are, where these are the quieter.
+    """Rates from the velocity columns (m, n) rad/s, smoothed like the angles, if these have less noise.
 
     A slope's scatter is that of the readings times what the polynomials make of it (see ``smoothing.savitzky_golay``).
     """

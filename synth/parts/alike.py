@@ -1,4 +1,4 @@
-"""Substitutes for a part: other rows of its family by how far they are from it, and in which dimension they differ."""
+"""Substitutes for a part: other rows of its family, by distance, with the differing dimensions."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from synth.parts.rows import DamperRow, TorsionSpringRow
 from synth.swing.damper_curves import torque_at
 
 SAME = 0.02  # relative: makers round sizes to two or three digits
-# What a difference weighs: a spring's rate and a damper's torque decide the motion, sizes whether it can be fitted.
+# Weights of differences: a spring's rate and a damper's torque determine the motion, sizes the fit in the joint.
 WEIGHTS = {"rate": 3.0, "torque": 3.0, "outer diameter": 1.0, "inside diameter": 1.0, "body length": 0.5, "wire": 0.5}
-UNKNOWN = 0.5  # what a dimension counts that one of the two does not state
-ANOTHER = 0.5  # what another hand, direction, material or travel counts
+UNKNOWN = 0.5  # of a dimension that one of the two does not state
+ANOTHER = 0.5  # of another hand, direction, material or travel
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Alike:
 
 
 def alike(catalogue: Catalogue, row: TorsionSpringRow | DamperRow, most: int = 12) -> tuple[Alike, ...]:
-    """Rows that may be chosen in a part's place, nearest first."""
+    """Rows that may replace a part, nearest first."""
     rows: Sequence[TorsionSpringRow | DamperRow]
     rows = catalogue.springs if isinstance(row, TorsionSpringRow) else catalogue.dampers
     found = [_compared(row, other) for other in rows if other.choosable and other is not row]
@@ -45,7 +45,7 @@ def _compared(row: TorsionSpringRow | DamperRow, other: TorsionSpringRow | Dampe
             continue
         if value is None or against is None:
             distance += UNKNOWN * WEIGHTS[name]
-            differs.append(f"{name} not stated" if against is None else f"{name} not to be compared")
+            differs.append(f"{name} not stated" if against is None else f"{name} not comparable")
             continue
         off = math.log(against / value)
         distance += WEIGHTS[name] * abs(off)
@@ -68,7 +68,7 @@ def _numbers(row: TorsionSpringRow | DamperRow) -> dict[str, float | None]:
 
 
 def _torque(row: DamperRow) -> float | None:
-    """Torque at 1 rad/s, N m, by the row's law: vendors state it at different speeds."""
+    """Torque at 1 rad/s, N m, by the row's law, because vendors state it at different speeds."""
     if row.max_torque is None or row.speed is None:
         return row.max_torque
     return float(torque_at(row.torque_speed(), np.array([1.0]))[0])

@@ -1,10 +1,11 @@
-"""How dampers sit at a joint: several side by side, one-way ones in pairs, geared or belted to it.
+"""Arrangements of dampers at a joint: several in parallel, one-way ones in pairs, geared or belted.
 
 A damper that turns ``n`` times as fast as the joint resists it with ``n T(n w)``: the torque is multiplied once by the
 lever and once more by the speed, so a linear damper counts ``n^2`` (the lever alone:
 https://peirdamper.com/blog/how-do-you-size-a-rotary-damper). Dampers on one shaft add their torques, and one-way ones
-serve both ways as a pair, one each way, the other then giving its small reverse torque
-(https://rotarydamper-tok-inc.com/technicalinformation-4/). Friction, play and inertia of gears and belts are left out.
+work both ways as a pair, one per direction, the other adding its small reverse torque
+(https://rotarydamper-tok-inc.com/technicalinformation-4/). Friction, backlash and inertia of gears and belts are
+neglected.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from synth.swing.leg_model import Damper, DamperCurve
 class Arrangement:
     """``count`` equal dampers (or pairs of one-way ones) on a shaft that turns ``ratio`` times as fast as the joint.
 
-    ``reverse``: torque of a one-way damper in its free direction over that in the other; 0 for what damps both ways.
+    ``reverse``: torque of a one-way damper in its free direction over that in the other; 0 for a two-way damper.
     """
 
     count: int = 1
@@ -30,11 +31,11 @@ class Arrangement:
 
     @property
     def pieces(self) -> int:
-        """How many dampers are to be ordered."""
+        """Number of dampers to order."""
         return self.count * (2 if self.pair else 1)
 
     def words(self, part: str) -> str:
-        """``2 x 6597K19, turning 1.5 times as fast``; the part alone where it sits alone on the joint."""
+        """``2 x 6597K19, turning 1.5 times as fast``; only the part if it is directly on the joint."""
         if self.pair:
             number = f"{self.count} x " if self.count > 1 else ""
             said = f"{number}a pair of {part}, one each way"
@@ -43,7 +44,7 @@ class Arrangement:
         return said if self.ratio == 1.0 else f"{said}, turning {self.ratio:g} times as fast"
 
     def at_joint(self, damper: Damper) -> Damper:
-        """What the joint feels of such dampers: ``count (1 + reverse) n T(n w)``."""
+        """Torque at the joint: ``count (1 + reverse) n T(n w)``."""
         factor = self.count * (1.0 + self.reverse) * self.ratio
         if damper.curve is None:
             return Damper(rate=(damper.rate or 0.0) * factor * self.ratio, part=damper.part)
@@ -53,7 +54,7 @@ class Arrangement:
 
 
 def arrangements(row: DamperRow | None, most: int, ratios: Sequence[float], direction: str) -> list[Arrangement]:
-    """All ways in which up to ``most`` of a damper may sit at a joint that damps in ``direction`` (``both``, ``one``).
+    """All arrangements of up to ``most`` of a damper at a joint that damps in ``direction`` (``both``, ``one``).
 
     A one-way damper at a joint that must be damped both ways takes a pair, which counts as two.
     """

@@ -1,8 +1,8 @@
-"""A vendor's whole table into catalogue files, one a vendor, in the catalogue's own columns and units.
+"""Conversion of a vendor's table into catalogue files, one per vendor, in the catalogue's columns and units.
 
-A column is known by its header (``headers``), or by what the user says of it (``THEIRS=OURS``, ``THEIRS=OURS [unit]``).
-Its unit stands in the header, in the mapping, or in each cell (``0.08 in``, ``2 mm``); inch and metric may be mixed.
-What is not known is left out, and said.
+A column is identified by its header (``headers``) or by the user's mapping (``THEIRS=OURS``, ``THEIRS=OURS [unit]``).
+Its unit is in the header, in the mapping, or in each cell (``0.08 in``, ``2 mm``); inch and metric may be mixed.
+Unknown columns are left out and reported.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ IMPORTED = ("torsion_springs", "dampers")  # families whose tables vendors sell 
 class ImportedParts:
     """Rows by vendor as cells under ``header``.
 
-    ``used`` says which column became which, ``unused`` what was left out.
+    ``used`` : which column became which; ``unused`` : columns left out.
     """
 
     family: str
@@ -59,7 +59,7 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     mapping
         their header to our column, with a unit where theirs has none.
     vendor
-        of rows that do not name one.
+        of rows without one.
 
     Raises
     ------
@@ -69,11 +69,11 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
     data = read_bytes(path, MAX_BYTES, "no vendor's table is so large")
     lines = [(line, cells) for line, cells in csv_rows(data, name) if any(cells)]
     if len(lines) < 2:
-        raise UserError(Problem("holds no row; the first line holds the headers", name))
+        raise UserError(Problem("contains no rows; the first line must have the headers", name))
     titles = [title.strip() for title in lines[0][1]]
     family, columns, unused = _matched(titles, mapping, name)
     if vendor is None and not any(column.field.name == "vendor" for column in columns):
-        raise UserError(Problem("no column names the vendor; say it with --vendor NAME", name, line=1))
+        raise UserError(Problem("no column names the vendor; give it with --vendor NAME", name, line=1))
     rows, problems = defaultdict[str, list[tuple[str, ...]]](list), []
     for line, cells in lines[1:]:
         try:
@@ -97,7 +97,7 @@ def import_table(path: Path, mapping: Mapping[str, str], vendor: str | None = No
 
 
 def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tuple[str, list[_SheetColumn], list[str]]:
-    """The family that most columns fit, these columns, and the titles that fit none."""
+    """The family that most columns fit, these columns, and the other titles."""
     told = {theirs.casefold(): ours for theirs, ours in mapping.items()}
     missing = [theirs for theirs in mapping if theirs.casefold() not in {title.casefold() for title in titles}]
     if missing:
@@ -110,8 +110,8 @@ def _matched(titles: Sequence[str], mapping: Mapping[str, str], name: str) -> tu
         if "part" in names and (best is None or len(columns) > len(best[1])):
             best = family, columns, unused
     if best is None or len(best[1]) < 3:
-        text = "is no table of torsion springs or dampers: no part number and two more columns are known; "
-        raise UserError(Problem(text + "say what they are with --map 'THEIRS=OURS [unit]'", name, line=1))
+        text = "is not a table of torsion springs or dampers: it needs a part number and two more known columns; "
+        raise UserError(Problem(text + "identify them with --map 'THEIRS=OURS [unit]'", name, line=1))
     for column in best[1]:
         if column.unit is not None:
             factor(column.unit, column.field.metadata["unit"])  # raises with what is allowed
@@ -138,7 +138,7 @@ def _columns(
 
 
 def _cell(text: str, column: _SheetColumn) -> str:
-    """A cell in the catalogue's unit; ValueError with the column where it is no such quantity."""
+    """A cell in the catalogue's unit; ValueError with the column if it is not such a quantity."""
     text = text.strip()
     rules = column.field.metadata
     if not text or rules["unit"] is None:

@@ -1,4 +1,4 @@
-"""One CSV of a catalogue family to rows: units from the headers, every bad cell reported with its place."""
+"""Rows of a catalogue family's CSV: units from the headers, every bad cell reported with its place."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from synth.parts.rows import FAMILIES, CatalogueRow
 from synth.units import factor, header
 
 MAX_BYTES = 50_000_000  # a catalogue of 10^5 rows has 30 MB
-MAX_PROBLEMS = 50  # a file of the wrong kind would give one a cell
+MAX_PROBLEMS = 50  # a file of the wrong kind would give one per cell
 _OF_A_PART = {"direction", "continuous", "travel", "wire_diameter", "max_deflection"}  # no curve's table has these
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _TITLES = ("part", "vendor", "material")  # columns that lists of parts and pages show
@@ -27,7 +27,7 @@ _TITLES = ("part", "vendor", "material")  # columns that lists of parts and page
 
 @dataclass(frozen=True)
 class ReadTable:
-    """The rows of a file that could be read, and what is wrong with the others."""
+    """The readable rows of a file, and the mistakes of the others."""
 
     family: str | None
     rows: tuple[CatalogueRow, ...]
@@ -36,7 +36,7 @@ class ReadTable:
 
 @dataclass(frozen=True)
 class _TableColumn:
-    """One column of the file: where it goes and by what its numbers are multiplied."""
+    """One column of the file: its target and the factor of its numbers."""
 
     index: int
     title: str
@@ -47,7 +47,7 @@ class _TableColumn:
 def read_table(path: Path, shown: str | None = None) -> ReadTable:
     """Read one catalogue file; its family is recognised by its headers.
 
-    Nothing is raised for what the user can mend: it is in ``problems``. Rows with a bad cell are left out.
+    Nothing is raised for mistakes of the user: they are in ``problems``. Rows with a bad cell are left out.
     ``shown``: the file's name in messages and rows, default the path as given.
     """
     name = shown or str(path)
@@ -70,7 +70,7 @@ def _read(lines: Iterator[tuple[int, list[str]]], name: str) -> ReadTable:
     family = _recognise(titles)
     if family is None:
         keys = "; ".join(f"{key}: {', '.join(_keys(row))}" for key, row in FAMILIES.items())
-        text = f"is no catalogue: its headers fit no family. The headers that tell one are {keys}"
+        text = f"is not a catalogue: its headers fit no family. The identifying headers are {keys}"
         return ReadTable(None, (), (Problem(text + _near_key(titles), file=name, line=1),))
     row_type = FAMILIES[family]
     columns, problems = _columns(titles, written, row_type, name)
@@ -101,7 +101,7 @@ def _bare(title: str) -> str:
 
 
 def _standard(titles: list[str]) -> list[str]:
-    """Headers in the catalogue's words; a column that stands there under its own name keeps it to itself."""
+    """Headers in the catalogue's words; a column under its own name has priority."""
     known = frozenset(item.name for row in FAMILIES.values() for item in row.columns())
     own = {_bare(title) for title in titles if _bare(title) in known}
     found = []
@@ -119,7 +119,7 @@ def _keys(row_type: type[CatalogueRow]) -> list[str]:
 
 
 def _recognise(titles: list[str]) -> str | None:
-    """The family all of whose key columns are there; the one with more keys where two fit."""
+    """The family whose key columns are all present; the one with more keys if two fit."""
     names = {_bare(title) for title in titles}
     if {"max_torque", "max_deflection"} <= names:
         names = names | {"rate"}  # it follows from them
@@ -140,7 +140,7 @@ def _columns(
 ) -> tuple[list[_TableColumn], list[Problem]]:
     """Match headers with fields; ``written``: as they stand in the file.
 
-    A column that the family does not know is passed over, unless it looks like a slip.
+    An unknown column is ignored, unless it looks like a typing mistake.
     """
     known = {item.name: item for item in row_type.columns()}
     columns: list[_TableColumn] = []
@@ -156,7 +156,7 @@ def _columns(
                 )
             continue
         if bare in seen:
-            problems.append(Problem(f'the column "{bare}" stands there twice', file=name, line=1, key=title))
+            problems.append(Problem(f'the column "{bare}" is given twice', file=name, line=1, key=title))
             continue
         seen.add(bare)
         try:
@@ -169,18 +169,18 @@ def _columns(
 
 
 def _scale(title: str, item: Field[Any]) -> float:
-    """What a number of this column is multiplied by to be SI; raises UserError on a missing or wrong unit."""
+    """The factor from this column's unit to SI; raises UserError for a missing or wrong unit."""
     unit = item.metadata["unit"]
     if unit is None:
         if "[" in title and not item.metadata.get("currency"):
-            raise UserError(f'"{title}" is a column of words and has no unit')
+            raise UserError(f'"{title}" is a text column and has no unit')
         return 1.0
     if "[" not in title:
         raise UserError(f'column "{title}" has no unit: write it like {item.name} [{item.metadata["shown"]}]')
     written = header(title)[1]
     if unit == "degC":
         if written != "degC":
-            raise UserError(f'"{written}" is no unit for a temperature here; write {item.name} [degC]')
+            raise UserError(f'"{written}" is not a temperature unit here; write {item.name} [degC]')
         return 1.0
     return factor(written, unit)
 
@@ -215,11 +215,11 @@ def _cell(text: str, column: _TableColumn) -> float | str:
         if rules.get("choices") and text not in rules["choices"]:
             near = get_close_matches(text.lower(), rules["choices"], n=1, cutoff=0.5)
             hint = f'; did you mean "{near[0]}"?' if near else ""
-            raise ValueError(f'"{text}" is none of {", ".join(rules["choices"])}{hint}')
+            raise ValueError(f'"{text}" is not one of {", ".join(rules["choices"])}{hint}')
         currency = column.title.partition("[")[2].rstrip("] ") if rules.get("currency") else ""
         return f"{text} {currency}".rstrip()
     if _NUMBER.fullmatch(text) is None:
-        comma = "; decimals take a point" if re.fullmatch(r"\d+,\d+", text) else "; the unit stands in the header"
+        comma = "; decimals take a point" if re.fullmatch(r"\d+,\d+", text) else "; the unit belongs in the header"
         raise ValueError(f'"{text}" is not a number{comma}')
     value = float(text) * column.scale
     if not math.isfinite(value):

@@ -30,13 +30,13 @@ P = TypeVar("P", TorsionSpringRow, DamperRow, GearMotorRow)
 
 
 def catalog_folder() -> Path:
-    """Where the built-in CSVs lie: inside the package; in the repository that is a link to ``catalogs``."""
+    """The folder of the built-in CSVs: inside the package; in the repository a link to ``catalogs``."""
     return Path(__file__).resolve().parents[1] / "_catalogs"
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """All rows that take part, each with its status worked out."""
+    """All rows with their status."""
 
     springs: tuple[TorsionSpringRow, ...]
     dampers: tuple[DamperRow, ...]
@@ -47,9 +47,9 @@ class Catalogue:
 
     @classmethod
     def load(cls, extra: Sequence[Path] = ()) -> Catalogue:
-        """The built-in catalogues and the user's files, of whatever family.
+        """The built-in catalogues and the user's files, of any family.
 
-        A user's row with the vendor and part of an earlier one takes its place; a user's curve points replace all
+        A user's row replaces an earlier one of the same vendor and part; a user's curve points replace all
         earlier points of that part.
 
         Raises
@@ -64,19 +64,19 @@ class Catalogue:
         return catalogue
 
     def find_spring(self, part: str) -> TorsionSpringRow:
-        """The spring with this part number; UserError with near misses where there is none."""
+        """The spring with this part number; UserError with similar names if there is none."""
         return _find(self.springs, part, "spring")
 
     def find_damper(self, part: str) -> DamperRow:
-        """The damper with this part number; UserError with near misses where there is none."""
+        """The damper with this part number; UserError with similar names if there is none."""
         return _find(self.dampers, part, "damper")
 
     def find_motor(self, part: str) -> GearMotorRow:
-        """The gear motor with this part number; UserError with near misses where there is none."""
+        """The gear motor with this part number; UserError with similar names if there is none."""
         return _find(self.motors, part, "gear motor")
 
     def find_material(self, name: str) -> WireMaterial:
-        """A wire material by its name or an alias (``music``, ``A228``); UserError with near misses."""
+        """A wire material by its name or an alias (``music``, ``A228``); UserError with similar names."""
         if name not in self._found:
             self._found[name] = self._material(name)
         return self._found[name]
@@ -93,15 +93,17 @@ class Catalogue:
         target = aliases.get(wanted) or next((known for known in names if known.casefold() == wanted), None)
         material = wire_material(target, self.materials, self.wires) if target else None
         if material is None:
-            raise UserError(f'no wire material "{name}"{_near(name, [*names, *ALIASES])}; known are {", ".join(names)}')
+            raise UserError(
+                f'no wire material "{name}"{_near(name, [*names, *ALIASES])}; known materials: {", ".join(names)}'
+            )
         return material
 
     def elastic_modulus(self, material: str, diameter: float) -> float | None:
-        """Young's modulus of wire, Pa; None where the material is not known."""
+        """Young's modulus of wire, Pa; None for an unknown material."""
         return _modulus(ALIASES.get(material, material), diameter, self.materials)
 
     def rows(self, family: str) -> tuple[CatalogueRow, ...]:
-        """All rows of a family; UserError with near misses on an unknown one."""
+        """All rows of a family; UserError with similar names for an unknown one."""
         families: dict[str, tuple[CatalogueRow, ...]] = {
             "torsion_springs": self.springs,
             "dampers": self.dampers,
@@ -144,10 +146,10 @@ def catalogue_rows_as_table(family: str, catalogue: Catalogue | None = None) -> 
 
 
 def check_catalogue(paths: Sequence[Path] = ()) -> list[Problem]:
-    """Everything wrong with the given files, or with the built-in ones where none is given.
+    """All mistakes of the given files, or of the built-in ones.
 
-    Bad cells and headers, duplicates, values that contradict each other, materials that are not known. A row that is
-    merely incomplete is no mistake: its status says what it lacks.
+    Bad cells and headers, duplicates, contradicting values, unknown materials. An incomplete row
+    is not a mistake: its status states what it lacks.
     """
     rows, problems = _read_all(paths)
     catalogue, joining = _join(rows)
@@ -161,7 +163,7 @@ def check_catalogue(paths: Sequence[Path] = ()) -> list[Problem]:
                 problems.append(Problem(text, file=row.file, line=row.line, key=getattr(row, "part", None) or None))
             material = getattr(row, "material", "")
             if material and material not in known:
-                text = f'"{material}" is no known wire material{_near(material, sorted(known))}'
+                text = f'"{material}" is not a known wire material{_near(material, sorted(known))}'
                 problems.append(Problem(text, file=row.file, line=row.line, key="material"))
     return [*problems, *joining]
 
@@ -173,7 +175,7 @@ def _built_in() -> tuple[CatalogueRow, ...]:
     for family in FAMILIES:
         table = read_table(folder / f"{family}.csv", shown=f"catalogs/{family}.csv")
         if table.problems:
-            raise ValueError("\n".join(str(problem) for problem in table.problems))  # ours, not the user's
+            raise ValueError("\n".join(str(problem) for problem in table.problems))  # our mistake, not the user's
         rows.extend(table.rows)
     return tuple(rows)
 
@@ -189,7 +191,7 @@ def _read_all(extra: Sequence[Path]) -> tuple[list[CatalogueRow], list[Problem]]
 
 
 def _join(rows: Iterable[CatalogueRow]) -> tuple[Catalogue, list[Problem]]:
-    """Rows of all files to one catalogue: replaced parts, curves beside their dampers, statuses."""
+    """Combine the rows of all files: replaced parts, curves with their dampers, statuses."""
     rows = list(rows)
     materials = _of(rows, MaterialRow)
     problems: list[Problem] = []
@@ -222,13 +224,13 @@ def _of(rows: Iterable[CatalogueRow], row_type: type[R]) -> list[R]:
 
 
 def _latest(rows: Sequence[P], problems: list[Problem]) -> list[P]:
-    """One row a vendor and part: a later file's takes the place of an earlier one's; twice in one file is a mistake."""
+    """One row per vendor and part: a later file's replaces an earlier one's; twice in one file is a mistake."""
     kept: dict[tuple[str, str], P] = {}
     for row in rows:
         key = (row.vendor.casefold(), row.part.casefold())
         before = kept.get(key)
         if before is not None and before.file == row.file:
-            text = f"{row.vendor} {row.part}".strip() + f" stands twice in this file, first in line {before.line}"
+            text = f"{row.vendor} {row.part}".strip() + f" is given twice in this file, first in line {before.line}"
             problems.append(Problem(text, file=row.file, line=row.line, key="part"))
         kept[key] = row if before is None else replace(row, note=f"replaces {before.place}. {row.note}".strip())
     return list(kept.values())
@@ -237,13 +239,13 @@ def _latest(rows: Sequence[P], problems: list[Problem]) -> list[P]:
 def _with_curves(
     dampers: Sequence[DamperRow], curves: Sequence[CurvePointRow], problems: list[Problem]
 ) -> list[DamperRow]:
-    """Give each damper its curve: the points of the last file that has any for it."""
+    """Assign each damper its curve: the points of the last file that has any for it."""
     sold = {(vendor, row.part.casefold()) for row in dampers for vendor in ("", row.vendor.casefold())}
     points: dict[tuple[str, str], list[tuple[int, CurvePointRow]]] = {}
     for order, point in enumerate(curves):
         key = (point.vendor.casefold(), point.part.casefold())
         if key not in sold and key not in points and len(problems) < MAX_PROBLEMS:
-            text = f'"{point.part}" is no damper of the catalogues{_near(point.part, [row.part for row in dampers])}'
+            text = f'"{point.part}" is not a damper of the catalogues{_near(point.part, [row.part for row in dampers])}'
             problems.append(Problem(text, file=point.file, line=point.line, key="part"))
         points.setdefault(key, []).append((order, point))
     joined: list[DamperRow] = []

@@ -1,10 +1,10 @@
-"""Included angle of the legs and number of coils: each tells the other's fraction.
+"""Included angle of the legs and fraction of the number of coils: each determines the other.
 
 Angles in rad. Seen along the axis, in the winding sense, the second leg leaves the coil 2 pi N after the first.
 
-``tangent``: both legs leave tangentially. With whole coils they point in opposite directions (180 degrees); each bit
-more of a coil closes the angle by as much: 180 deg - 360 deg frac(N). ``radial`` and ``axial``: the angle between the
-two places where the legs stand on the circle: 360 deg frac(N). Winding the spring closes tangent legs by the travel.
+``tangent``: both legs leave tangentially. With whole coils they point in opposite directions (180 degrees); a further
+fraction of a coil closes the angle: 180 deg - 360 deg frac(N). ``radial`` and ``axial``: the angle between the
+positions of the legs on the circle: 360 deg frac(N). Winding the spring closes tangent legs by the travel.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def included_angle(body_coils: float, convention: Convention = "tangent") -> flo
 
 
 def coil_fraction(angle: float, convention: Convention = "tangent") -> float:
-    """The part of a coil in [0, 1) that gives the included angle."""
+    """The fraction of a coil in [0, 1) for the included angle."""
     turned = math.pi - angle if convention == "tangent" else angle
     fraction = math.fmod(math.fmod(turned, math.tau) + math.tau, math.tau) / math.tau
     return 0.0 if fraction > 1.0 - 1e-12 else fraction
@@ -41,21 +41,21 @@ def coils_for_angle(whole_coils: int, angle: float, convention: Convention = "ta
 
 
 def angle_mismatch(body_coils: float, angle: float, convention: Convention = "tangent") -> float:
-    """How far a stated included angle is from what the coils give, in (-pi, pi]."""
+    """Deviation of a stated included angle from that of the coils, in (-pi, pi]."""
     difference = math.remainder(angle - included_angle(body_coils, convention), math.tau)
     return math.pi if difference == -math.pi else difference
 
 
 def require_agreement(body_coils: float, angle: float, convention: Convention = "tangent") -> None:
-    """Refuse an included angle that the coils cannot have.
+    """Refuse an included angle that contradicts the coils.
 
     Raises
     ------
     UserError
-        With what the coils give, what the angle would need, and the convention that would fit, if one does.
+        With the angle of the coils, the coils for the angle, and the matching convention, if any.
     """
     if convention not in CONVENTIONS:
-        raise UserError(f'"{convention}" is no leg convention; choose one of {", ".join(CONVENTIONS)}')
+        raise UserError(f'"{convention}" is not a leg convention; choose one of {", ".join(CONVENTIONS)}')
     if abs(angle_mismatch(body_coils, angle, convention)) <= TOLERANCE:
         return
     given = math.degrees(included_angle(body_coils, convention))
@@ -68,5 +68,5 @@ def require_agreement(body_coils: float, angle: float, convention: Convention = 
     )
     fitting = [other for other in CONVENTIONS if abs(angle_mismatch(body_coils, angle, other)) <= TOLERANCE]
     if fitting:
-        text += f". With {' or '.join(fitting)} legs they agree: write that convention if it is meant"
+        text += f". With {' or '.join(fitting)} legs they agree: write that convention if intended"
     raise UserError(text)

@@ -12,8 +12,8 @@ from typing import Literal
 RateForm = Literal["bending", "friction"]
 
 # N m/rad of E d^4 / (x D N). Bending: curved-beam theory, Shigley eq. 10-51 in radians, EN 13906-3. Friction: the
-# handbook constant 10.8 *per turn* instead of 10.186, for coils rubbing on each other and on the arbor (Shigley
-# 10-50); 6.0 % softer. The best known slip is to take 10.8 as per radian.
+# handbook constant 10.8 *per turn* instead of 10.186, for friction between coils and on the arbor (Shigley
+# 10-50); 6.0 % softer. The most common mistake is to read 10.8 as per radian.
 _FORM = {"bending": 64.0, "friction": 10.8 * 2.0 * math.pi}
 RATE_FORMULA: dict[RateForm, str] = {"bending": "64", "friction": "10.8"}  # as users write them
 RATE_FORMS: dict[str, RateForm] = {"64": "bending", "10.8": "friction"}
@@ -27,15 +27,15 @@ def rate(
 
 
 def active_coils(body_coils: float, mean_diameter: float, leg_lengths: tuple[float, float] = (0.0, 0.0)) -> float:
-    """Coils that bend: the body's and what two straight legs add, ``(l1 + l2) / (3 pi D)`` (Shigley 10-48).
+    """Active coils: the body's plus the contribution of two straight legs, ``(l1 + l2) / (3 pi D)`` (Shigley 10-48).
 
-    It holds for legs loaded by a force at their ends. Catalogue torques are measured close to the body: no legs there.
+    Valid for legs loaded by a force at their ends. Catalogue torques are measured close to the body, without legs.
     """
     return body_coils + sum(leg_lengths) / (3.0 * math.pi * mean_diameter)
 
 
 def coil_product(modulus: float, wire_diameter: float, wanted_rate: float, form: RateForm = "bending") -> float:
-    """``D Na``, m, that gives the wanted rate: for one wire it is fixed, only its split between D and Na is free."""
+    """``D Na``, m, for the wanted rate: fixed for one wire, with only its split between D and Na free."""
     return modulus * wire_diameter**4 / (_FORM[form] * wanted_rate)
 
 

@@ -1,14 +1,15 @@
-"""The law between rest and a rotary damper's one published torque.
+"""The torque-speed law of a rotary damper below its single published point.
 
-Vendors of oil rotary dampers publish one torque at one speed. Between rest and there the curve is concave, so a
-straight line through that point is *too weak* at low speed, and a damper chosen by it comes out too strong.
+Vendors of oil rotary dampers publish one torque at one speed. Below it the curve is concave, so a
+straight line through that point is *too low* at low speed, and a damper chosen by it is too strong.
 
-Evidence for the exponent: drop tests of three McMaster-Carr 6597K oil dampers alone in a leg (Agile and Adaptive
+Evidence for the exponent: drop tests of three McMaster-Carr 6597K oil dampers in a leg (Agile and Adaptive
 Robotics Laboratory, Published-Data, the data of the Krnacik thesis) follow ``torque ~ speed^n`` with n = 0.452
 (6597K21), 0.440 (6597K19) and 0.498 (6597K8) between 0.05 and 3.7 rad/s; for two of them the law through the vendor's
-point alone predicts the torque within about 10 %. Angle and speed go together in a drop, so dry friction plus a linear
-rate is not excluded. This is therefore an assumption: exponent 0.47, somewhere in 0.44 to 0.50. A measured curve
-replaces it (``damper_curves.csv``), and one vendor of shear dampers states torque in proportion to speed (``linear``).
+point alone predicts the torque within about 10 %. Angle and speed are correlated in a drop, so dry friction plus a
+linear
+rate is not excluded. The law is therefore an assumption: exponent 0.47, between 0.44 and 0.50. A measured curve
+replaces it (``damper_curves.csv``), and one vendor of shear dampers states torque proportional to speed (``linear``).
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ LAWS = (TABLE, CONCAVE, LINEAR)
 CONCAVE_EXPONENT = 0.47  # middle of the measured ones, see above
 CONCAVE_EXPONENT_RANGE = (0.44, 0.50)  # of the three measured dampers, see above
 
-# The curve is a straight line below its lowest point. A 500th of the rated speed (0.1 rpm of 50) is under what a
-# leg's encoder resolves, and keeps the slope at rest below 30 times the secant, so that the leg does not turn stiff.
+# The curve is linear below its lowest point. A 500th of the rated speed (0.1 rpm of 50) is below the resolution of a
+# leg's encoder, and keeps the slope at rest below 30 times the secant, so that the leg does not become stiff.
 LOWEST_SPEED_FRACTION = 1.0 / 500.0
 
 
@@ -42,7 +43,7 @@ def power_law_curve(
     Parameters
     ----------
     torque
-        N m at ``speed``: the point that the law goes through.
+        N m at ``speed``: a point of the law.
     speed
         rad/s.
     exponent

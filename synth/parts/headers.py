@@ -1,6 +1,6 @@
-"""Vendors' and laboratories' own words for a column, a unit or a value, in the catalogue's.
+"""Vendors' and laboratories' words for a column, a unit or a value, translated to the catalogue's.
 
-Only what cannot mean anything else is taken over; the rest is reported, with the nearest known name.
+Only unambiguous words are translated; others are reported with the nearest known name.
 """
 
 from __future__ import annotations
@@ -52,17 +52,17 @@ VALUES = {
     "shaft_side": {"male": "shaft", "female": "bore", "hollow": "bore", "through": "bore"},
     "continuous": {"true": "yes", "false": "no"},
 }  # fmt: skip
-COUNTS = ("body_coils", "bolts")  # columns of a number of things, which needs no unit
+COUNTS = ("body_coils", "bolts")  # counted quantities, without a unit
 COUNTED = ("turns", "turn", "coils", "pcs", "")  # what vendors write as their unit
 PLAIN_MATERIALS = ("music", "piano", "hard drawn", "oil tempered", "chrome", "stainless", "phosphor", "spring brass")
 _TITLE = re.compile(r"\s*(?P<name>[^\[\]()]*?)\s*(?:[\[(](?P<unit>[^\[\]()]*)[\])])?\s*")
 
 
 def standard(title: str, known: frozenset[str]) -> str:
-    """A header as the catalogue writes it, ``wire_diameter [mm]`` for ``Wire Dia. (mm)``; others as they are.
+    """A header in the catalogue's form, ``wire_diameter [mm]`` for ``Wire Dia. (mm)``; others unchanged.
 
-    ``known``: the catalogue's own columns, which are never renamed. ``d`` or ``torque`` alone stay what they are only
-    where the catalogue knows them.
+    ``known``: the catalogue's own columns, which are never renamed. ``d`` or ``torque`` alone are unchanged
+    if the catalogue knows them.
     """
     match = _TITLE.fullmatch(title)
     if match is None:

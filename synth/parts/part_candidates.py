@@ -1,4 +1,4 @@
-"""Which catalogue rows meet a joint's constraints, and for each that does not, why."""
+"""Catalogue rows that meet a joint's constraints, and the reasons against the others."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RowType = TypeVar("RowType", bound=CatalogueRow)
 
 @dataclass(frozen=True)
 class Candidates(Generic[RowType]):
-    """Rows that meet the constraints, and how many do not for each reason."""
+    """Rows that meet the constraints, and the number of others by reason."""
 
     rows: tuple[RowType, ...]
     left_out: Mapping[str, int]
@@ -31,9 +31,9 @@ ANY = PartsOptions()
 def spring_candidates(
     catalogue: Catalogue, choice: SpringChoice, rate: float, parts: PartsOptions = ANY, count: int = 1
 ) -> Candidates[TorsionSpringRow]:
-    """Springs of which ``count`` side by side have the wanted rate (N m/rad) in tolerance and meet the constraints.
+    """Springs of which ``count`` in parallel have the wanted rate (N m/rad) within tolerance and meet the constraints.
 
-    A spring that the choice names by part is the only candidate, whatever its numbers.
+    A spring named by part is the only candidate, regardless of its values.
     """
     if choice.part is not None:
         row = catalogue.find_spring(choice.part)
@@ -61,7 +61,7 @@ def spring_candidates(
 
 
 def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[DamperRow]) -> PartsOptions:
-    """The options for one family: vendors who sell nothing of it do not keep its parts out."""
+    """The options for one family: vendors that sell none of it do not exclude others."""
     wanted = {name.casefold() for name in parts.vendors}
     if not wanted or any(row.vendor.casefold() in wanted for row in rows):
         return parts
@@ -69,24 +69,24 @@ def of_family(parts: PartsOptions, rows: Sequence[TorsionSpringRow] | Sequence[D
 
 
 def _not_to_be_had(row: TorsionSpringRow | DamperRow, parts: PartsOptions) -> Iterator[str]:
-    """Why a part may not be chosen whatever its numbers."""
+    """Why a part is excluded regardless of its values."""
     if parts.vendors and row.vendor.casefold() not in {name.casefold() for name in parts.vendors}:
         yield f"not of {' or '.join(parts.vendors)}"
     if row.part.casefold() in {name.casefold() for name in parts.without}:
-        yield "said not to be had"
+        yield "excluded by select.without"
 
 
 def spring_reason(
     row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> str | None:
-    """The first reason why a spring is left out, or None. ``rate`` N m/rad of each, None: any."""
+    """The first reason against a spring, or None. ``rate`` N m/rad of each, None: any."""
     return next(spring_reasons(row, choice, rate, parts, count), None)
 
 
 def spring_reasons(
     row: TorsionSpringRow, choice: SpringChoice, rate: float | None, parts: PartsOptions = ANY, count: int = 1
 ) -> Iterator[str]:
-    """Every reason why a spring does not fit; of a row that cannot be used at all, that."""
+    """All reasons against a spring; for an unusable row, its status."""
     if not row.choosable:
         yield row.status
         return
@@ -116,11 +116,11 @@ def spring_reasons(
 def damper_candidates(
     catalogue: Catalogue, choice: DamperChoice, travel: float, joint: str, parts: PartsOptions = ANY
 ) -> Candidates[DamperRow]:
-    """Dampers that turn the right way and far enough (rad).
+    """Dampers of the required direction and travel (rad).
 
     Raises
     ------
-    CannotBeHad : none is left; the message counts the reasons.
+    CannotBeHad : none remains; the message counts the reasons.
     """
     if choice.part is not None:
         row = catalogue.find_damper(choice.part)
@@ -144,18 +144,18 @@ def damper_candidates(
 
 
 def damper_reason(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> str | None:
-    """The first reason why a damper is left out, or None."""
+    """The first reason against a damper, or None."""
     return next(damper_reasons(row, choice, travel, parts), None)
 
 
 def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: PartsOptions = ANY) -> Iterator[str]:
-    """Every reason why a damper does not fit; of a row that cannot be used at all, that."""
+    """All reasons against a damper; for an unusable row, its status."""
     if not row.choosable:
         yield row.status
         return
     yield from _not_to_be_had(row, parts)
     if choice.direction == "both" and row.direction != "both" and choice.parallel < 2:
-        yield "damps one way only (parallel: 2 lets it serve in a pair)"
+        yield "damps one way only (parallel: 2 allows a pair)"
     wanted = (choice.travel if choice.travel is not None else travel) * min(choice.ratios)
     if row.allows_travel(wanted) is False:
         yield f"turns less than {degrees(wanted):.0f} deg"
@@ -165,11 +165,11 @@ def damper_reasons(row: DamperRow, choice: DamperChoice, travel: float, parts: P
 
 
 def no_spring(joint: str, found: Candidates[TorsionSpringRow], rows: Sequence[TorsionSpringRow]) -> CannotBeHad:
-    """The message for a joint for which a bought spring is asked and none fits."""
+    """The message if a bought spring is required and none fits."""
     return CannotBeHad(
         f"{joint}: none of the {len(rows)} springs in the catalogue meets the constraints: {_counted(found.left_out)}. "
         f"{found.nearest}. Loosen select.joints.{joint}.spring, add a catalogue under select.catalogs, or write "
-        "make: true to have one wound"
+        "make: true for a spring to wind"
     )
 
 

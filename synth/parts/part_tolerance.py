@@ -1,7 +1,7 @@
-"""How far a part may be from what its catalogue row says, and on whose word.
+"""Tolerances of parts relative to their catalogue rows, with sources.
 
-A tolerance is a limit: the part is as likely anywhere inside it. That is the widest spread that the limit allows
-without favouring its ends.
+A tolerance is a limit with a uniform distribution inside: the widest spread within the limit
+that does not favour its ends.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ TORQUE_SOURCE = "assumed: no vendor in the catalogues states a damper's toleranc
 FREE_ANGLE = ((10.5, radians(10.0)), (float("inf"), radians(15.0)))
 FREE_ANGLE_SOURCE = "usual: Lee states 10 deg to 10 coils, 15 deg beyond"
 
-# A lid with a TOK TD14 closes in 7.3 s at 0 degC and in 6 s at 40 degC: the torque falls by as much
+# A lid with a TOK TD14 closes in 7.3 s at 0 degC and in 6 s at 40 degC: the torque falls in proportion
 # (http://tok-inc-official-blog.blogspot.com/2018/06/characteristics-of-temperature-and.html).
 PER_KELVIN = log(6.0 / 7.3) / 40.0
 PER_KELVIN_SOURCE = "TOK TD14: 7.3 s at 0 degC, 6 s at 40 degC"
@@ -53,7 +53,7 @@ def free_angle_tolerance(body_coils: float | None) -> float:
 
 
 def bought_spring(row: TorsionSpringRow) -> SpringTolerance:
-    """What the row states, else what is usual."""
+    """From the row if stated, else usual values."""
     said = []
     rate, angle = row.rate_tolerance, row.free_angle_tolerance
     if rate is None:
@@ -66,7 +66,7 @@ def bought_spring(row: TorsionSpringRow) -> SpringTolerance:
 
 
 def bought_damper(row: DamperRow, law: str) -> DamperTolerance:
-    """What the row states, else what is assumed; an assumed law's exponent is open as well."""
+    """From the row if stated, else assumed; an assumed law's exponent is uncertain as well."""
     said = []
     torque, per_kelvin = row.torque_tolerance, row.torque_per_kelvin
     if torque is None:

@@ -14,14 +14,15 @@ if TYPE_CHECKING:
 
 
 def resolver(catalogue: Catalogue | None = None) -> Callable[[Literal["spring", "damper"], str], float | Damper]:
-    """What ``read_leg`` asks for a part: a spring's rate in N m/rad, or the damper with its default law.
+    """The part lookup of ``read_leg``: a spring's rate in N m/rad, or the damper with its default law.
 
-    ``catalogue`` None: the built-in ones, read when the first part is asked for, since most legs name none.
+    ``catalogue`` None: the built-in ones, loaded on first use, since most legs name no part.
     """
 
     @cache
     def searched() -> Catalogue:
-        from synth.parts.catalogs import Catalogue  # here: most legs name no part, and the tables take a while to load
+        from synth.parts.catalogs import Catalogue  # a local import: most legs name no part, and the tables
+        take time to load
 
         return Catalogue.load() if catalogue is None else catalogue
 

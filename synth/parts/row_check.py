@@ -1,4 +1,4 @@
-"""What a catalogue row lacks for being chosen, and where it contradicts itself."""
+"""What a catalogue row lacks to be chosen, and its contradictions."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from synth.parts.rows import (
     WireRow,
 )
 
-DISAGREEMENT = 0.25  # published values this far apart cannot both be right: vendors' own tolerance is 10 %
+DISAGREEMENT = 0.25  # published values this far apart contradict each other: vendors' tolerance is 10 %
 
 SIZES_APART = 0.03  # makers hold the outer diameter within 1 to 3 %, and round to three digits
 
 ModulusOf = Callable[[str, float], float | None]
-"""Material name and wire diameter in m to Young's modulus in Pa, None where not known."""
+"""Material name and wire diameter in m to Young's modulus in Pa, None if unknown."""
 
 
 def completed(row: TorsionSpringRow) -> TorsionSpringRow:
-    """The row with what follows from its other values: the outer diameter, the rate from torque and deflection."""
+    """The row with derived values: outer diameter, and rate from torque and deflection."""
     if row.outer_diameter is None and row.inner_diameter is not None and row.wire_diameter is not None:
         row = replace(row, outer_diameter=row.inner_diameter + 2.0 * row.wire_diameter)
     if row.rate is None and row.max_torque is not None and row.max_deflection is not None:
@@ -52,7 +52,7 @@ def missing(row: CatalogueRow) -> list[str]:
 
 
 def contradictions(row: CatalogueRow, modulus_of: ModulusOf) -> list[str]:
-    """Published values of a row that cannot all be true, in words with the numbers."""
+    """Contradicting published values of a row, in words with the numbers."""
     if isinstance(row, TorsionSpringRow):
         return [*_rate(row, modulus_of), *_angle(row), *_spring_sizes(row)]
     found: list[str] = []
@@ -81,11 +81,11 @@ def _motor(row: GearMotorRow) -> list[str]:
     gain = row.torque_gain
     if gain is None or gain <= 1.05:
         return []
-    return [f"stall torque and current with the no-load speed make the gear {gain:.3g} times as strong as its motor"]
+    return [f"stall torque and current with the no-load speed give a gear efficiency of {gain:.3g}"]
 
 
 def status_of(row: CatalogueRow, modulus_of: ModulusOf) -> str:
-    """The row's status: a fault that the file declares stands; a declared ``complete`` is verified."""
+    """The row's status: a declared fault is kept; a declared ``complete`` is verified."""
     if row.status and row.status != "complete":
         return row.status
     if found := contradictions(row, modulus_of):
@@ -110,7 +110,7 @@ def geometric_rates(row: TorsionSpringRow, modulus_of: ModulusOf) -> tuple[float
 
 
 def _rate(row: TorsionSpringRow, modulus_of: ModulusOf) -> list[str]:
-    """A rate that neither form of the geometry comes near."""
+    """A rate far from both forms of the geometry."""
     computed = geometric_rates(row, modulus_of)
     if row.rate is None or computed is None or min(abs(value / row.rate - 1.0) for value in computed) <= DISAGREEMENT:
         return []
@@ -121,7 +121,7 @@ def _rate(row: TorsionSpringRow, modulus_of: ModulusOf) -> list[str]:
 
 
 def _angle(row: TorsionSpringRow) -> list[str]:
-    """An included angle that the coils cannot have: by the stated convention, without one by tangent legs."""
+    """An included angle that contradicts the coils, by the stated convention or tangent legs."""
     if row.included_angle is None or row.body_coils is None:
         return []
     coils, angle = row.body_coils, row.included_angle
@@ -134,9 +134,9 @@ def _angle(row: TorsionSpringRow) -> list[str]:
     )
     fitting = [each for each in CONVENTIONS if abs(angle_mismatch(coils, angle, each)) <= TOLERANCE]
     if fitting:
-        text += f" (with {' or '.join(fitting)} legs they agree: write leg_convention {fitting[0]} if that is meant)"
+        text += f" (with {' or '.join(fitting)} legs they agree: write leg_convention {fitting[0]} if intended)"
     elif not row.leg_convention:
-        text += " (no leg_convention is written, so tangent is taken; no other fits either)"
+        text += " (no leg_convention is given, so tangent is assumed; no other fits either)"
     return [text]
 
 
@@ -160,9 +160,7 @@ def _spring_sizes(row: TorsionSpringRow) -> list[str]:
         found.append(f"body length {body * 1e3:.4g} mm, but touching coils take {close * 1e3:.4g} mm")
     wound = row.body_length_at_max_torque
     if wound is not None and body is not None and wound < body * (1.0 - SIZES_APART):
-        found.append(
-            f"body length {wound * 1e3:.4g} mm at max torque, {body * 1e3:.4g} mm free: winding makes it longer"
-        )
+        found.append(f"body length {wound * 1e3:.4g} mm at max torque, {body * 1e3:.4g} mm free: winding lengthens it")
     if row.max_torque is not None and row.max_deflection is not None and row.rate is not None:
         reached = row.rate * row.max_deflection
         if abs(reached / row.max_torque - 1.0) > DISAGREEMENT:
@@ -171,7 +169,7 @@ def _spring_sizes(row: TorsionSpringRow) -> list[str]:
 
 
 def curve_problems(points: list[CurvePointRow]) -> list[str]:
-    """What is wrong with the points of one damper, sorted by speed."""
+    """Faults of the points of one damper, sorted by speed."""
     found: list[str] = []
     for before, after in pairwise(points):
         if before.speed is None or after.speed is None or before.torque is None or after.torque is None:

@@ -1,6 +1,6 @@
-"""Catalogue rows as objects: a field is a column, its unit and its meaning stand beside it.
+"""Catalogue rows as objects: each field is a column with its unit and meaning.
 
-A column's header is ``field_name [unit]``; inside, values are SI. ``None`` means that the catalogue does not know.
+A column's header is ``field_name [unit]``; values are stored in SI. ``None`` means unknown.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ INCH_STEP, METRIC_STEP, SAME_STEP = 0.0254 / 2000.0, 1e-5, 1e-8
 
 
 def _quantity(unit: str, shown: str, *, key: bool = False, zero: bool = False, signed: bool = False) -> Any:
-    """A column with a unit. ``shown``: unit of the table on screen. ``zero``, ``signed``: what is allowed below > 0."""
+    """A column with a unit. ``shown``: display unit. ``zero``, ``signed``: whether values <= 0 are allowed."""
     return field(default=None, metadata={"unit": unit, "shown": shown, "key": key, "zero": zero, "signed": signed})
 
 
 def _text(*, key: bool = False, choices: tuple[str, ...] = ()) -> Any:
-    """A column of words. ``key``: a file of this family is known by having it."""
+    """A text column. ``key``: identifies a file of this family."""
     return field(default="", metadata={"unit": None, "key": key, "choices": choices})
 
 
 @dataclass(frozen=True)
 class CatalogueRow:
-    """What every catalogue row has: where it stands, where it comes from and whether it can be used."""
+    """The common part of every catalogue row: place, source and status."""
 
     family: ClassVar[str]
     file: str = field(default="", metadata={"column": False})
@@ -42,17 +42,17 @@ class CatalogueRow:
 
     @property
     def complete(self) -> bool:
-        """Whether the row has all that using it needs and nothing that contradicts itself."""
+        """Whether the row has all required values without contradiction."""
         return self.status == "complete"
 
     @property
     def choosable(self) -> bool:
-        """Whether it may be chosen: complete, or usable with what its status says (``usable``)."""
+        """Whether it may be chosen: complete, or usable within the limits of its status (``usable``)."""
         return self.complete or self.status.startswith("usable")
 
     @property
     def sound(self) -> bool:
-        """Whether nothing declares the row suspect or an alternate; also before its status is worked out."""
+        """Whether it is not declared suspect or an alternate, also before its status is computed."""
         return self.status in ("", "complete")
 
     @property
@@ -117,7 +117,7 @@ class TorsionSpringRow(CatalogueRow):
 
     @property
     def system(self) -> str | None:
-        """``inch`` or ``metric`` by the wire's size, None where it is not known or both."""
+        """``inch`` or ``metric`` from the wire's size, None if unknown or both."""
         if self.wire_diameter is None:
             return None
         inch = abs(math.remainder(self.wire_diameter, INCH_STEP)) < SAME_STEP
@@ -126,7 +126,7 @@ class TorsionSpringRow(CatalogueRow):
 
     @property
     def close_wound_length(self) -> float | None:
-        """Body length of touching coils d (N + 1), m: what to reckon with where none is published."""
+        """Body length of touching coils d (N + 1), m, used if none is published."""
         if self.wire_diameter is None or self.body_coils is None:
             return None
         return self.wire_diameter * (self.body_coils + 1.0)
@@ -134,7 +134,7 @@ class TorsionSpringRow(CatalogueRow):
 
 @dataclass(frozen=True)
 class DamperRow(CatalogueRow):
-    """A rotary damper that a vendor sells, with the points of its torque-speed curve where there are any."""
+    """A rotary damper that a vendor sells, with the points of its torque-speed curve if available."""
 
     family: ClassVar[str] = "dampers"
     part: str = _text(key=True)
@@ -171,23 +171,23 @@ class DamperRow(CatalogueRow):
 
     @property
     def order(self) -> str:
-        """The part as it is to be ordered: with its torque where the vendor sells a range."""
+        """The part as ordered: with its torque if the vendor sells a range."""
         return f"{self.part} at {self.max_torque:.3g} N*m" if self.ordered and self.max_torque else self.part
 
     @property
     def secant_rate(self) -> float | None:
-        """Torque over speed at the vendor's one point, N m s/rad: the *weakest* linear rate that the damper shows."""
+        """Torque over speed at the vendor's point, N m s/rad: the *lowest* linear rate of the damper."""
         if self.max_torque is None or self.speed is None:
             return None
         return self.max_torque / self.speed
 
     @property
     def default_law(self) -> str:
-        """``table`` where two or more points are known, else ``concave``."""
+        """``table`` if two or more points are known, else ``concave``."""
         return TABLE if len(self.curve_speed) >= 2 else CONCAVE
 
     def allows_travel(self, travel: float) -> bool | None:
-        """Whether the damper turns through ``travel`` rad; None where the catalogue does not say."""
+        """Whether the damper turns through ``travel`` rad; None if unknown."""
         if self.continuous == "yes":
             return True
         return None if self.travel is None else self.travel >= travel * (1.0 - 1e-9)
@@ -243,7 +243,7 @@ class CurvePointRow(CatalogueRow):
 
 @dataclass(frozen=True)
 class WireRow(CatalogueRow):
-    """A stock size of spring wire, with its strength where the list gives one."""
+    """A stock size of spring wire, with its strength if listed."""
 
     family: ClassVar[str] = "wire_diameters"
     series: str = _text(key=True)
@@ -292,13 +292,13 @@ class MaterialRow(CatalogueRow):
     needed: ClassVar[tuple[str, ...]] = ("material", "record")
 
     def covers(self, diameter: float) -> bool:
-        """Whether the record holds for wire of this diameter, m; a bound that is missing does not bind."""
+        """Whether the record applies to wire of this diameter, m; a missing bound is no limit."""
         low = self.min_diameter if self.min_diameter is not None else 0.0
         high = self.max_diameter if self.max_diameter is not None else math.inf
         return low * (1.0 - 1e-6) <= diameter <= high * (1.0 + 1e-6)
 
     def strength(self, diameter: float) -> float | None:
-        """Tensile strength by the record's law, Pa; None where it has none.
+        """Tensile strength by the record's law, Pa; None if it has none.
 
         ``A / d^m`` (Shigley, Mechanical Engineering Design, eq. 10-14) or ``RM0 - DRM log10 d`` (EN 10270), d in mm.
         """

@@ -1,10 +1,10 @@
-"""Rows that lack something and can be chosen all the same: what is taken for it, from where, and how far it may be off.
+"""Incomplete rows that can be chosen nevertheless: the assumed values, their source and uncertainty.
 
-Nothing is made up. What can be measured when the part is in hand (the angle between the legs, the exact coils) is taken
-from the part's other published values and is to be measured before anything is printed; what the order settles (which
-torque of a range, which number behind a row of dimensions) is said with it; what no one published (the speed at which a
-torque holds) is an assumption whose whole range goes into the part's tolerance. ``status`` then begins with ``usable``
-and names each of these; ``derived`` has them singly.
+Nothing is invented. Values that can be measured on receipt (the angle between the legs, the exact coils) are derived
+from other published values and must be measured before printing; values settled by the order (the
+torque within a range, the number of a row of dimensions) are stated with it; unpublished values (the speed of a
+torque) are assumptions whose whole range enters the part's tolerance. ``status`` then begins with ``usable``
+and names each of these; ``derived`` lists them.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from synth.parts.part_tolerance import TORQUE
 from synth.parts.row_check import ModulusOf, status_of
 from synth.parts.rows import RPM, DamperRow, TorsionSpringRow
 
-WHOLE = 1e-6  # coils nearer to a whole number than this were counted, not measured
+WHOLE = 1e-6  # coils nearer to a whole number were counted, not measured
 
 # TOK states the torque of its endless dampers at 20 or 30 rpm (jp.rotarydamper-tok-inc.com/technicalinformation-18).
 ENDLESS_SPEED = (20.0 * RPM, 30.0 * RPM)
-# Of vane dampers nobody in the catalogues states the speed. Stated ones lie between 20 rpm (TOK) and 50 (McMaster);
+# No vendor of vane dampers in the catalogues states the speed. Stated ones are between 20 rpm (TOK) and 50 (McMaster);
 # a vane damper brakes a lid that turns a quarter in one to three seconds, 5 to 15 rpm.
 VANE_SPEED = (5.0 * RPM, 50.0 * RPM)
-LEVELS = 1.3  # between torques of a range that are tried: half of it is within a damper's tolerance
+LEVELS = 1.3  # ratio of the torques of a range that are tried: half of it is within a damper's tolerance
 
 
 def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpringRow:
-    """The spring with what can be measured on receipt or ordered by, or as it is where more is missing."""
+    """The spring with values to measure or order, or unchanged if more is missing."""
     if row.complete:
         return row
     tried, derived, measure = replace(row, status=""), [], []
     if row.part.startswith("("):
-        derived.append("the part number, which the vendor's table tells by the dimensions")
+        derived.append("the part number, from the dimensions in the vendor's table")
         tried = replace(tried, part=_by_dimensions(row))
     if row.included_angle is None and row.body_coils is not None:
         angle = included_angle(row.body_coils, "tangent")
@@ -53,7 +53,7 @@ def usable_spring(row: TorsionSpringRow, modulus_of: ModulusOf) -> TorsionSpring
 
 
 def _by_dimensions(row: TorsionSpringRow) -> str:
-    """A name to order by: what tells this row from the others of its table."""
+    """A name for the order, from what distinguishes this row in its table."""
     wire, outer = row.wire_diameter, row.outer_diameter
     sizes = [f"{value / 0.0254:.3g} in {what}" for value, what in ((wire, "wire"), (outer, "outside")) if value]
     if row.body_coils is not None:
@@ -62,7 +62,7 @@ def _by_dimensions(row: TorsionSpringRow) -> str:
 
 
 def _counted(row: TorsionSpringRow) -> float | None:
-    """Coils of a spring whose published count is a whole number that its included angle cannot have."""
+    """Coils of a spring whose published whole number contradicts its included angle."""
     angle, coils = row.included_angle, row.body_coils
     if angle is None or coils is None or abs(coils - round(coils)) > WHOLE or row.leg_convention:
         return None
@@ -72,7 +72,7 @@ def _counted(row: TorsionSpringRow) -> float | None:
 
 
 def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
-    """The damper with its torque to order and an assumed speed, or as it is where more is missing."""
+    """The damper with its torque to order and an assumed speed, or unchanged if more is missing."""
     if row.complete or row.max_torque is None or row.part.startswith("family:") or not row.part:
         return row
     if row.status.startswith(("contradiction", "suspect", "alternate")):
@@ -91,11 +91,11 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
         derived.append(f"speed {speed / RPM:.0f} rpm, assumed: {low / RPM:.0f} to {high / RPM:.0f} rpm")
         measure.append("torque at a speed")
     if not row.direction:
-        derived.append("direction taken as one way, the lesser; two then stand as a pair")
+        derived.append("direction assumed one way, the conservative case; two then form a pair")
         tried = replace(tried, direction="one-way")
         measure.append("direction")
     if row.continuous != "yes" and row.travel is None:
-        derived.append("travel not known: ask the vendor")
+        derived.append("travel unknown: ask the vendor")
         measure.append("travel")
         tried = replace(tried, travel=None)
     if not derived or _lacking(tried, modulus_of):
@@ -104,7 +104,7 @@ def usable_damper(row: DamperRow, modulus_of: ModulusOf) -> DamperRow:
 
 
 def offers(row: DamperRow) -> tuple[DamperRow, ...]:
-    """The row at each torque that is tried of those that may be ordered; the row alone where there is one torque."""
+    """The row at each torque of the range to try, or the row itself if it has one torque."""
     if row.torque_range is None:
         return (row,)
     low, high = row.torque_range
@@ -115,7 +115,7 @@ def offers(row: DamperRow) -> tuple[DamperRow, ...]:
 
 
 def _lacking(row: DamperRow, modulus_of: ModulusOf) -> bool:
-    """Whether more is missing than the travel."""
+    """Whether more than the travel is missing."""
     status = status_of(row, modulus_of)
     return status not in ("complete", "incomplete: no travel")
 

@@ -10,10 +10,10 @@ from typing import Literal
 from synth.errors import UserError
 from synth.parts.rows import MaterialRow, WireRow
 
-WIRE_TOLERANCE = 0.005  # of the diameter, where no list states one: music wire has 0.3 to 1.2 %
-SAME_SIZE = 1e-3  # two diameters this near (relative) are the same wire: 0.1 % is a tenth of its tolerance
+WIRE_TOLERANCE = 0.005  # of the diameter, if no list states one: music wire has 0.3 to 1.2 %
+SAME_SIZE = 1e-3  # two diameters this near (relative) are equal: 0.1 % is a tenth of the tolerance
 
-# What people write -> the name in wire_materials.csv. 304 and 1.4310 have the modulus and strength of 302 (ASTM A313).
+# Common names -> the name in wire_materials.csv. 304 and 1.4310 have the modulus and strength of 302 (ASTM A313).
 ALIASES = {
     "music": "music wire",
     "piano wire": "music wire",
@@ -33,10 +33,10 @@ ALIASES = {
 
 @dataclass(frozen=True)
 class Strength:
-    """Tensile strength of one wire size, Pa, and where it comes from.
+    """Tensile strength of one wire size, Pa, with its source.
 
     ``basis``: ``table`` (the maker's minimum for this size), ``interpolated`` between two sizes of that table, or
-    ``law`` (a fitted law, because no table reaches this size: less certain).
+    ``law`` (a fitted law, if no table covers this size: less certain).
     """
 
     value: float
@@ -46,14 +46,14 @@ class Strength:
 
 @dataclass(frozen=True)
 class Fatigue:
-    """Greatest bending stress from zero that wire bears so often, as a fraction of its strength, stress relieved."""
+    """Fatigue limit in bending from zero for a number of cycles, as a fraction of the strength, stress relieved."""
 
     at_1e5: float
     at_1e6: float
     source: str
 
 
-# The wire of EN 10270 that is sold for the same use. No row of the catalogue has stainless wire of EN 10270-3.
+# The wire of EN 10270 for the same use. The catalogue has no stainless wire of EN 10270-3.
 EN_GRADE = {
     "music wire": "EN 10270-1 SH",
     "hard drawn": "EN 10270-1 SM",
@@ -65,7 +65,7 @@ EN_GRADE = {
 
 @dataclass(frozen=True)
 class Allowable:
-    """Greatest static bending stress by one ``code``, Pa, and on whose word; ``synth.spring.codes`` has the stress."""
+    """Greatest static bending stress by one ``code``, Pa, with its source; ``synth.spring.codes`` has the stress."""
 
     code: str
     stress: float
@@ -88,10 +88,10 @@ class WireProperties:
 
 @dataclass(frozen=True)
 class WireMaterial:
-    """What the catalogues know of one wire material.
+    """The catalogues' data of one wire material.
 
     ``records``: its rows of the materials; ``table``: its sizes with a strength, by diameter, weakest grade first;
-    ``sizes``: the stock sizes that may be made of it, by diameter; ``grade``: rows of the wire of EN 10270 that is sold
+    ``sizes``: stock sizes of it, by diameter; ``grade``: rows of the wire of EN 10270
     for the same use.
     """
 
@@ -104,7 +104,8 @@ class WireMaterial:
     def elastic_modulus(self, diameter: float) -> float | None:
         """Young's modulus, Pa, for wire of ``diameter`` m.
 
-        Textbook rows come first. Their inch ranges leave gaps of a thousandth, so the row nearest in diameter counts.
+        Textbook rows have priority. Their inch ranges leave gaps of a thousandth, so the row nearest in
+        diameter is used.
         """
         sound = [row for row in self.records if row.elastic_modulus is not None and row.sound]
         rows = [row for row in sound if row.record == "modulus"] or sound
@@ -119,7 +120,7 @@ class WireMaterial:
     def static_limit(self) -> tuple[float, str] | None:
         """Yield in bending as a fraction of the tensile strength, and its source."""
         rows = [row for row in self.records if row.static_bending_limit is not None and row.complete]
-        rows.sort(key=lambda row: row.record != "static bending limit")  # a row of its own before a maker's list
+        rows.sort(key=lambda row: row.record != "static bending limit")  # its own row before a maker's list
         for row in rows:
             assert row.static_bending_limit is not None
             return row.static_bending_limit, row.source
@@ -127,7 +128,7 @@ class WireMaterial:
 
     @property
     def fatigue(self) -> Fatigue | None:
-        """Repeated bending; None where no source has it."""
+        """Fatigue limits; None if no source has them."""
         for row in sorted(self.records, key=lambda row: row.record != "repeated bending limit"):
             low, high = row.repeated_bending_limit_1e5, row.repeated_bending_limit_1e6
             if low is not None and high is not None and row.complete:
@@ -135,7 +136,7 @@ class WireMaterial:
         return None
 
     def diameter_tolerance(self, diameter: float) -> float:
-        """Plus or minus, m: that of the listed size nearest in diameter, else a half per cent."""
+        """Tolerance, m: that of the listed size nearest in diameter, else half a per cent."""
         rows = [row for row in self.sizes if row.diameter_tolerance is not None and row.diameter is not None]
         near = min(rows, key=lambda row: abs((row.diameter or 0.0) - diameter), default=None)
         if near is None or near.diameter_tolerance is None or near.diameter is None:
@@ -143,12 +144,12 @@ class WireMaterial:
         return near.diameter_tolerance
 
     def properties(self, diameter: float) -> WireProperties:
-        """All that a design needs of wire of ``diameter`` m.
+        """All data for a design with wire of ``diameter`` m.
 
         Raises
         ------
         UserError
-            Naming what is not known of this size, and the sizes of which it is.
+            Naming the unknown values of this size, and the sizes with known ones.
         """
         known = self._properties.get(diameter)
         if known is None:
@@ -168,7 +169,7 @@ class WireMaterial:
             lacking = " and no ".join(name for name, value in known.items() if value is None)
             sizes = [row.diameter * 1e3 for row in self.stock() if row.diameter]
             stock = f"; sizes with a strength are {sizes[0]:.4g} to {sizes[-1]:.4g} mm" if sizes else ""
-            raise UserError(f"no {lacking} known of {self.name} wire of {diameter * 1e3:.4g} mm{stock}")
+            raise UserError(f"no {lacking} known for {self.name} wire of {diameter * 1e3:.4g} mm{stock}")
         return WireProperties(
             modulus,
             strength,
@@ -180,7 +181,7 @@ class WireMaterial:
         )
 
     def allowables(self, diameter: float, strength: Strength, limit: tuple[float, str]) -> tuple[Allowable, ...]:
-        """What each code that is known of this wire allows: the one that designs go by first."""
+        """The allowed stress by each code known for this wire, the design code first."""
         found = [Allowable("Shigley", limit[0] * strength.value, limit[1])]
         for code, rows in (("spring makers' handbook", self.records), ("EN 13906-3", self.grade)):
             for row in rows:
@@ -192,7 +193,7 @@ class WireMaterial:
         return tuple(found)
 
     def tensile_strength(self, diameter: float) -> Strength | None:
-        """Least tensile strength of wire of ``diameter`` m; None where neither table nor law reaches it."""
+        """Minimum tensile strength of wire of ``diameter`` m; None if neither table nor law covers it."""
         return self._from_table(diameter) or self._from_law(diameter)
 
     def _from_table(self, diameter: float) -> Strength | None:
@@ -215,7 +216,7 @@ class WireMaterial:
         return Strength(value, "interpolated", f"{thick.series}, {between}; {thick.source}")
 
     def _from_law(self, diameter: float) -> Strength | None:
-        """The weakest of the laws that reach this size: they differ by up to 10 %, and only the table settles it."""
+        """The lowest of the laws that cover this size: they differ by up to 10 %, and only a table is certain."""
         found = [
             (value, row)
             for row in self.records
@@ -227,9 +228,9 @@ class WireMaterial:
         return Strength(value, "law", f"{row.record} of {row.name_as_published}; {row.source}")
 
     def stock(self, system: str | None = None) -> tuple[WireRow, ...]:
-        """Stock sizes whose strength is known, one row a size, by diameter. ``system``: ``inch``, ``metric`` or both.
+        """Stock sizes of known strength, one row per size, by diameter. ``system``: ``inch``, ``metric`` or both.
 
-        Of a material with a strength table only sizes inside the table are stock: it is not drawn beyond.
+        For a material with a strength table only sizes inside the table are stock.
         """
         if system not in self._stocks:
             self._stocks[system] = self._stock_of(system)
@@ -254,7 +255,7 @@ class WireMaterial:
 
 
 def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[WireRow, ...]) -> WireMaterial | None:
-    """Gather what is known of a material by its name in the catalogue; None where no row has it."""
+    """Collect the data of a material by its catalogue name; None if no row has it."""
     records = tuple(row for row in materials if row.material == name)
     if not records:
         return None
@@ -267,7 +268,7 @@ def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[Wi
         if other is None or row.min_tensile_strength < (other.min_tensile_strength or 0.0):
             weakest[row.diameter] = row
     own = [row for row in wires if row.diameter and row.material == name]
-    # Lists for any material serve where the material has no inch list of its own; metric sizes always do.
+    # Lists for any material apply if the material has no inch list of its own; metric sizes always apply.
     general = [row for row in wires if row.diameter and not row.material and (row.system == "metric" or not own)]
     sizes = sorted([*own, *general], key=lambda row: (row.diameter or 0.0, row.min_tensile_strength is None))
     grade = tuple(row for row in materials if row.material == EN_GRADE.get(name))
@@ -275,7 +276,7 @@ def wire_material(name: str, materials: tuple[MaterialRow, ...], wires: tuple[Wi
 
 
 def _outside(row: MaterialRow, diameter: float) -> float:
-    """How far a diameter lies outside a record's range, m; 0 inside."""
+    """Distance of a diameter from a record's range, m; 0 inside."""
     below = (row.min_diameter or 0.0) - diameter
     above = diameter - row.max_diameter if row.max_diameter is not None else 0.0
     return max(below, above, 0.0)

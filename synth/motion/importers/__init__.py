@@ -1,1 +1,1 @@
-"""Motion that other programs recorded: one module a format, giving ``Channels`` (angles) or ``Markers`` (points)."""
+"""Importers of motion recorded by other programs: one module per format, giving ``Channels`` or ``Markers``."""

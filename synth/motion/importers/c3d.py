@@ -1,7 +1,7 @@
 """C3D: points in space, as motion capture systems write them (www.c3d.org), read by ``ezc3d``.
 
-ezc3d: Michaud & Begon, *J. Open Source Software* 6 (2021) 2911. A damaged file can take its process down with it, so
-it is read in a process of its own, which costs half a second a file.
+ezc3d: Michaud & Begon, *J. Open Source Software* 6 (2021) 2911. A damaged file can crash its process, so
+it is read in a separate one, which costs half a second per file.
 """
 
 from __future__ import annotations
@@ -52,23 +52,23 @@ def read_c3d(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : ezc3d is not installed, the file is no C3D or damaged, or it holds no point or no rate.
+    UserError : ezc3d is not installed, the file is not C3D or damaged, or it has no points or no rate.
     """
     if not read_bytes(path, SIZE_LIMIT, "cut it in the capture software")[1:2] == b"\x50":
-        raise UserError(Problem("is no C3D file: its second byte is not the mark 50h", name))
+        raise UserError(Problem("is not a C3D file: its second byte is not the mark 50h", name))
     if importlib.util.find_spec("ezc3d") is None:
         raise UserError(Problem(INSTALL, name))
     content = read_in_child(f"LONGER = {_LONGER!r}\n{_READ}", path, name, "C3D")
     names = tuple(str(label).strip() for label in content["labels"])
     positions: Array = content["points"].transpose(2, 1, 0).copy()
     if not names or positions.shape[0] < 2:
-        raise UserError(Problem("holds no points over time", name))
+        raise UserError(Problem("contains no points over time", name))
     if len(names) < positions.shape[1]:
-        raise UserError(Problem(f"names {len(names)} of its {positions.shape[1]} points", name))
+        raise UserError(Problem(f"names only {len(names)} of its {positions.shape[1]} points", name))
     rate = content["rate"]
     if not len(rate) or not 0 < rate[0] < np.inf:
-        raise UserError(Problem("says no rate of its points (POINT:RATE)", name))
-    positions[(content["residuals"].T < 0) | ~np.isfinite(positions).all(axis=2)] = np.nan  # < 0: a point not seen
+        raise UserError(Problem("states no rate of its points (POINT:RATE)", name))
+    positions[(content["residuals"].T < 0) | ~np.isfinite(positions).all(axis=2)] = np.nan  # < 0: point not visible
     frames: Array = np.asarray(float(content["first"]) + np.arange(positions.shape[0]), dtype=np.float64)
     unit = str(content["unit"][0]) if len(content["unit"]) else ""
     return Markers(name, names[: positions.shape[1]], positions, frames, float(rate[0]), unit)

@@ -1,4 +1,4 @@
-"""Reads a binary file in a process of its own: a library in C may take its process down over a damaged file."""
+"""Reads a binary file in a separate process, because a C library may crash on a damaged file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from synth.errors import Problem, UserError
 
 TIME_LIMIT = 600.0  # s
 
-# What the reading code, which makes the dictionary `arrays` of the file `path`, is put between.
+# Text before and after the reading code, which creates the dictionary `arrays` from the file `path`.
 _BEFORE = "import io, sys\nimport numpy\npath = sys.argv[1]\n"
 _AFTER = "\nmade = io.BytesIO()\nnumpy.savez(made, **arrays)\nsys.stdout.buffer.write(made.getvalue())\n"
 
@@ -40,6 +40,6 @@ def read_in_child(code: str, path: Path, name: str, kind: str) -> dict[str, Any]
     if done.returncode:
         said = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
         why = said[-1][:200] if done.returncode > 0 and said else "its reader crashed"
-        raise UserError(Problem(f"is damaged or no {kind} file ({why}); export it again", name))
+        raise UserError(Problem(f"is damaged or not a {kind} file ({why}); export it again", name))
     with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
         return dict(arrays)

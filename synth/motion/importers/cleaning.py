@@ -1,4 +1,4 @@
-"""What is often wrong with angles: jumps by whole turns, gaps, lost frames; mended where it can be, and said."""
+"""Common faults of angles: jumps by whole turns, gaps, lost frames; repaired if possible, and reported."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from synth.motion.smoothing import lost_samples
 from synth.swing.leg_model import Leg
 
 TURN = 2.0 * np.pi  # rad
-OUTSIDE = np.radians(5.0)  # beyond a joint's range, that is worth saying
-UNEVEN = 1.5  # median steps: a longer one is a hole in the recording
-SHORTEST = 12  # samples, that a fit can use
+OUTSIDE = np.radians(5.0)  # beyond a joint's range, smallest reported value
+UNEVEN = 1.5  # median steps: a longer one is a gap in the recording
+SHORTEST = 12  # samples needed by a fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,24 +26,24 @@ class Cleaned:
 
 
 def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: bool = False) -> Cleaned:
-    """Unwrap and bring to the turn that the leg file means.
+    """Unwrap, and shift by whole turns to the leg file's convention.
 
     Parameters
     ----------
     time : (n,) s.
     angles : (n, n_joint) rad, measured angles.
-    arbitrary_turns : angles come from directions, whose whole turns mean nothing and are not reported.
+    arbitrary_turns : angles come from directions, whose whole turns are meaningless and not reported.
 
     Raises
     ------
-    UserError : time that does not increase, or a joint with hardly a sample.
+    UserError : time that does not increase, or a joint with too few samples.
     """
     notes = [*_check_clock(time, name)]
     result = angles.copy()
     for j, joint in enumerate(leg.joints):
         known = np.flatnonzero(np.isfinite(angles[:, j]))
         if len(known) < SHORTEST:
-            text = f"{len(known)} samples of {len(time)} are left of the {joint.name}; at least {SHORTEST} are needed"
+            text = f"{len(known)} of {len(time)} samples remain for the {joint.name}; at least {SHORTEST} are needed"
             raise UserError(Problem(text, name))
         whole = np.unwrap(angles[known, j])
         jumps = int((np.abs(np.diff(whole) - np.diff(angles[known, j])) > 1e-6).sum())
@@ -51,9 +51,9 @@ def clean(time: Array, angles: Array, leg: Leg, name: str, *, arbitrary_turns: b
         turns = round((middle - float(np.median(whole))) / TURN)
         result[known, j] = whole + turns * TURN
         if jumps and not arbitrary_turns:
-            notes.append(f"{joint.name}: {jumps} jumps by a whole turn taken out")
+            notes.append(f"{joint.name}: {jumps} jumps by a whole turn removed")
         if turns and not arbitrary_turns:
-            notes.append(f"{joint.name}: moved by {turns * 360:+d} deg, to the turn that the leg file means")
+            notes.append(f"{joint.name}: shifted by {turns * 360:+d} deg to the leg file's convention")
     return Cleaned(result, tuple(notes))
 
 
@@ -63,7 +63,7 @@ def remarks(time: Array, angles: Array, leg: Leg) -> list[str]:
 
 
 def _check_clock(time: Array, name: str) -> list[str]:
-    """Refuse a clock that stands or runs back; say where frames are lost."""
+    """Refuse a clock that stops or runs backwards; report lost frames."""
     if len(time) < SHORTEST:
         raise UserError(Problem(f"has {len(time)} samples; at least {SHORTEST} are needed", name))
     if not np.isfinite(time).all():
@@ -80,19 +80,19 @@ def _check_clock(time: Array, name: str) -> list[str]:
     if holes.any():
         lost = int(np.round(step[holes] / middle - 1).sum())
         where = time[int(np.argmax(holes))]
-        return [f"{lost} frames are lost in {int(holes.sum())} holes of the clock, the first after {where:.3f} s"]
+        return [f"{lost} frames are lost in {int(holes.sum())} gaps of the clock, the first after {where:.3f} s"]
     return []
 
 
 def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
-    """Missing samples by joint, with the longest gap, and samples far off their neighbours."""
+    """Missing samples by joint, with the longest gap, and outliers."""
     notes = []
     spikes = lost_samples(angles) & np.isfinite(angles)
     for j, name in enumerate(leg.joint_names):
         missing = ~np.isfinite(angles[:, j])
         if missing.any():
             known = time[~missing]
-            text = f"{name}: {int(missing.sum())} of {len(time)} samples are missing and stay so"
+            text = f"{name}: {int(missing.sum())} of {len(time)} samples are missing and not filled"
             inside = missing & (time > known.min(initial=np.inf)) & (time < known.max(initial=-np.inf))
             if inside.any():
                 inner = np.diff(known)
@@ -101,13 +101,13 @@ def _gap_notes(time: Array, angles: Array, leg: Leg) -> list[str]:
             notes.append(text)
         if spikes[:, j].any():
             at = int(np.argmax(spikes[:, j]))
-            text = f"{name}: {int(spikes[:, j].sum())} samples stand alone far off their neighbours (first at "
-            notes.append(f"{text}{time[at]:.3f} s); they are kept, and a fit leaves them out")
+            text = f"{name}: {int(spikes[:, j].sum())} samples are outliers (first at "
+            notes.append(f"{text}{time[at]:.3f} s); they are kept, but a fit ignores them")
     return notes
 
 
 def _range_notes(angles: Array, leg: Leg) -> list[str]:
-    """Joints that lie outside their range, and whether the other sign would bring them in."""
+    """Joints outside their range, and whether the other sign would bring them inside."""
     notes = []
     for j, joint in enumerate(leg.joints):
         if joint.range is None:
@@ -121,7 +121,7 @@ def _range_notes(angles: Array, leg: Leg) -> list[str]:
         mirrored = 2.0 * joint.zero - known
         mirrored += TURN * np.round((sum(joint.range) / 2 - float(np.median(mirrored))) / TURN)
         if outside > 0.5 and _share_outside(mirrored, joint.range) < 0.1:
-            text += "; with the other sign they would lie inside: is the sign (or the side it was filmed from) wrong?"
+            text += "; with the other sign they would be inside: is the sign (or the camera's side) wrong?"
         notes.append(text)
     return notes
 

@@ -1,4 +1,4 @@
-"""A foreign file becomes a recording of a leg: read by its format, turned into measured angles, cleaned, cut."""
+"""Conversion of a foreign file to a recording of a leg: read, turn into measured angles, clean, cut."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ CLOCKS = ("time", "t", "timestamp")
 class Imported:
     """A recording of the leg.
 
-    ``time`` (n,) s on the file's own clock; ``angles`` (n, n_joint) rad, measured, nan where missing. ``total``
-    samples were in the file, ``began`` s its first; ``release`` what was found at its start, None where it was not
-    looked for; ``notes`` all that was found, mended or cut, in words. ``tracked``: the points behind the angles, of
+    ``time`` (n,) s on the file's own clock; ``angles`` (n, n_joint) rad, measured, nan if missing. ``total``
+    samples in the file, ``began`` s its first; ``release`` as detected at its start, None if not
+    searched; ``notes`` messages on everything detected, repaired or cut. ``tracked``: the points of the angles, for
     marker files, on the same samples.
     """
 
@@ -45,10 +45,10 @@ class Imported:
 
     @property
     def driven(self) -> float | None:
-        """How long after its release a foreign torque is seen, s; None where none is."""
+        """Duration of the external torque after the release, s; None if none is detected."""
         found = self.release
         if found is None or found.driven_until is None or found.free_from < found.driven_until:
-            return None  # free from the start where a hand and a leg of another law look alike
+            return None  # if an external torque and a leg of another law look alike, it counts as free
         return found.driven_until - self.start
 
     @property
@@ -84,8 +84,8 @@ def import_file(
     Parameters
     ----------
     form : the format, or ``auto``.
-    cut : ``cut`` to the release, ``free`` also to the end of what a hand drives, ``keep`` everything.
-    window : s on the file's clock, picked by hand; nothing is then looked for.
+    cut : ``cut`` to the release, ``free`` also to the end of the driven part, ``keep`` everything.
+    window : s on the file's clock, chosen manually; disables the search.
 
     Raises
     ------
@@ -115,16 +115,16 @@ def import_file(
 
 
 def _require_samples(time: Array, angles: Array, leg: Leg, name: str) -> None:
-    """Refuse a trial in which hardly a sample of a joint is left."""
+    """Refuse a trial in which a joint has too few samples."""
     left = np.isfinite(angles).sum(axis=0)
     few = [joint for joint, count in zip(leg.joint_names, left, strict=True) if count < SHORTEST]
     if few:
-        text = f"hardly a sample of {listed(few)} is left from {time[0]:.3f} s on; leave the file out"
+        text = f"too few samples of {listed(few)} remain from {time[0]:.3f} s; leave the file out"
         raise UserError(Problem(text, name))
 
 
 def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
-    """Refuse keys that a format has no use for: a wish that is ignored is a wrong result."""
+    """Refuse keys that a format does not use: ignoring a request would give a wrong result."""
     if form.gives == "points":
         unused = {"joints": bool(mapping.joints), "time": mapping.time is not None}
         unused |= {"plane": not form.space and mapping.plane is not None}
@@ -136,7 +136,7 @@ def _check_mapping(form: ForeignFormat, mapping: Mapping, name: str) -> None:
     if form.own_clock:
         unused |= {"time": mapping.time is not None, "frame_rate": mapping.frame_rate is not None}
     problems = [
-        Problem(f"means nothing for a file of format {form.name}; leave it out", name, key=key)
+        Problem(f"does not apply to a file of format {form.name}; leave it out", name, key=key)
         for key, given in unused.items()
         if given
     ]
@@ -183,7 +183,7 @@ def _angle(source: Channels, joint: Joint, column: JointColumn, notes: list[str]
 
 
 def _unit(source: Channels, index: int, told: str | None, what: str, example: str) -> str:
-    """The unit of a column: the file's own, or what the project says where the file is silent."""
+    """The unit of a column: the file's own, or the project's if the file states none."""
     own, title = source.units[index], source.names[index]
     if told is not None and own and abs(factor(told, own) - 1.0) > 1e-12:
         place = "the header's inDegrees" if source.units_fixed else "the file"
@@ -191,7 +191,7 @@ def _unit(source: Channels, index: int, told: str | None, what: str, example: st
         raise UserError(Problem(text, source.name))
     unit = own or told
     if not unit:
-        text = f'{what}: the file does not say the unit of "{title}"; say it: {{column: {title}, unit: {example}}}'
+        text = f'{what}: the file does not state the unit of "{title}"; write {{column: {title}, unit: {example}}}'
         raise UserError(Problem(text, source.name))
     canonical = "s" if example == "s" else "rad"
     try:
@@ -254,7 +254,7 @@ def _kept(
         return 0, len(time)
     first = int(np.searchsorted(time, start))
     if len(time) - first < SHORTEST:
-        notes.append(f"not cut at {start:.3f} s: only {len(time) - first} samples would be left")
+        notes.append(f"not cut at {start:.3f} s: only {len(time) - first} samples would remain")
         return 0, len(time)
     what = "the release" if start == release.released_by else "the end of the foreign torque"
     notes.append(f"cut at {what}: {first} of {len(time)} samples, up to {time[first - 1]:.3f} s, left out")

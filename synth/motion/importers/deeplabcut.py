@@ -26,7 +26,7 @@ LEVELS = ("scorer", "individuals", "bodyparts", "coords")
 
 
 def is_deeplabcut(start: bytes, path: Path) -> bool:
-    """Whether a file's first bytes are DeepLabCut's header."""
+    """Whether the file begins with DeepLabCut's header."""
     lines = text_start(start).splitlines()[:4]
     heads = [line.partition(",")[0].strip() for line in lines]
     return heads[:1] == ["scorer"] and "coords" in heads
@@ -38,7 +38,7 @@ def read_deeplabcut(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : another header, hand-made labels, a cell that is no number, or several animals and none chosen.
+    UserError : another header, manual labels, a cell that is not a number, or several animals without a choice.
     """
     data = read_bytes(path, SIZE_LIMIT, "cut the video")
     rows = [row for _, row in csv_rows(data, name) if row]
@@ -77,13 +77,13 @@ def markers_of(header: dict[str, list[str]], frames: Array, values: Array, mappi
 
 
 def _individual(header: dict[str, list[str]], wanted: str | None, name: str) -> str | None:
-    """Which animal's points are meant."""
+    """The chosen animal."""
     animals = list(dict.fromkeys(header.get("individuals", [])))
     if wanted is not None and wanted not in animals:
-        has = f"; the file has {listed(animals)}" if animals else "; the file is of one animal, leave `individual` out"
+        has = f"; the file has {listed(animals)}" if animals else "; the file has one animal, leave `individual` out"
         raise UserError(Problem(f'there is no individual "{wanted}"{near(wanted, animals) or has}', name))
     if wanted is None and len(animals) > 1:
-        text = f"holds {len(animals)} animals; say which: individual: {animals[0]}, or one of {listed(animals[1:])}"
+        text = f"contains {len(animals)} animals; choose one: individual: {animals[0]}, or one of {listed(animals[1:])}"
         raise UserError(Problem(text, name))
     return wanted or (animals[0] if animals else None)
 
@@ -96,11 +96,11 @@ def _columns(header: dict[str, list[str]], individual: str | None, name: str) ->
             found.setdefault(part, {})[coordinate] = index
     for part, places in found.items():
         if "z" in places:
-            raise UserError(Problem("holds points in space (x, y, z); save them as C3D", name, key=part))
+            raise UserError(Problem("contains points in space (x, y, z); save them as C3D", name, key=part))
         if set(places) != {"x", "y", "likelihood"}:
             text = f"has the columns {listed(places)} where x, y, likelihood are needed"
             if set(places) == {"x", "y"}:
-                text = "has no likelihood: these are labels made by hand for training, not a tracked video"
+                text = "has no likelihood: these are manual training labels, not a tracked video"
             raise UserError(Problem(text, name, key=part))
     return found
 
@@ -118,7 +118,7 @@ def _numbers(rows: list[list[str]], width: int, headers: int, name: str) -> tupl
                     values[k, column] = float(cell)
                 except ValueError:
                     what = "a frame's number" if column == 0 else "a number"
-                    hint = "; is it labels made by hand for training?" if column == 0 else ""
+                    hint = "; are these manual training labels?" if column == 0 else ""
                     raise UserError(Problem(f'"{cell[:60]}" is not {what}{hint}', name, line)) from None
     if len(values) < 2:
         raise UserError(Problem("has no frames below its header", name))

@@ -1,4 +1,4 @@
-"""What a foreign file holds once it is read: channels of numbers, or points in space."""
+"""The content of a foreign file: channels of numbers, or points in space."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ SHOWN = 40  # names in a message
 class Channels:
     """Numbers over time, such as joint angles.
 
-    ``values`` (n, n_channel) as in the file, nan where missing; ``units`` a unit for each channel, "" where the file
-    says none; ``time`` (n,) s or None where the clock is one of the channels or there is none; ``notes`` what reading
-    the file showed.
+    ``values`` (n, n_channel) as in the file, nan if missing; ``units`` of each channel, "" if the file
+    states none; ``time`` (n,) s or None if the clock is one of the channels or missing; ``notes`` messages of the
+    reader.
     """
 
     name: str
@@ -28,14 +28,14 @@ class Channels:
     values: Array
     time: Array | None = None
     notes: tuple[str, ...] = ()
-    units_fixed: bool = False  # the file itself decides on the units: a project that says another is mistaken
+    units_fixed: bool = False  # the file determines the units: a different one in a project is a mistake
 
     def find(self, wanted: str, what: str) -> int:
         """The index of a channel.
 
         Raises
         ------
-        UserError : there is none, or several, with what there is.
+        UserError : there is none, or several; the message lists the names.
         """
         exact = [index for index, name in enumerate(self.names) if name == wanted]
         found = exact or [index for index, name in enumerate(self.names) if same_name(name, wanted)]
@@ -54,8 +54,8 @@ class Markers:
     """Points over time, in a plane (x to the right, z up) or in space (x, y, z as in the file).
 
     ``positions`` (n, n_point, 2 or 3), nan where missing; ``frames`` (n,) the file's own count; ``frame_rate`` Hz or
-    None where the file has no clock; ``unit`` of the positions. ``up`` : the axis that is up in space by the format's
-    own habit, with which the plane may be fitted; None: it must be said.
+    None if the file has no clock; ``unit`` of the positions. ``up`` : the upward axis in space by the format's
+    convention, for fitting the plane; None: it must be stated.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Markers:
     up: str | None = None
 
     def find(self, wanted: str) -> int:
-        """The index of a point; raises UserError with the points that there are."""
+        """The index of a point; raises UserError with the existing points."""
         exact = [index for index, name in enumerate(self.names) if name == wanted]
         found = exact or [index for index, name in enumerate(self.names) if same_name(name, wanted)]
         if len(found) == 1:
@@ -82,13 +82,13 @@ Source = Channels | Markers
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names in a row, cut where there are many."""
+    """Names as a list, shortened if long."""
     every = list(names)
     return ", ".join(every[:SHOWN]) + (f" ... ({len(every)} in all)" if len(every) > SHOWN else "")
 
 
 def same_name(one: str, other: str) -> bool:
-    """Alike but for case, blanks, underscores and a path before the name."""
+    """Equal except for case, blanks, underscores and a path before the name."""
     return _plain(one) == _plain(other)
 
 
@@ -103,7 +103,7 @@ _SIDES = (("left", "right"), ("l", "r"))
 
 
 def other_side(name: str, names: Sequence[str]) -> int | None:
-    """The index of the same point or column on the body's other side, by its name; None where there is none."""
+    """The index of the same point or column on the body's other side, by its name; None if there is none."""
     for pair in _SIDES:
         for here, there in (pair, pair[::-1]):
             pattern = rf"(?<![a-z]){here}(?![a-z])" if len(here) == 1 else here

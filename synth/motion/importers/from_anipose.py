@@ -36,16 +36,16 @@ def read_anipose(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : a cell that is no number, or frames out of order.
+    UserError : a cell that is not a number, or frames out of order.
     """
     rows = [row for _, row in csv_rows(read_bytes(path, SIZE_LIMIT, "cut the video"), name) if row]
     head = [cell.strip() for cell in rows[0]]
     try:
         values = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows[1:]])
     except ValueError as error:
-        raise UserError(Problem(f"holds a cell that is no number: {error}", name)) from None
+        raise UserError(Problem(f"has a cell that is not a number: {error}", name)) from None
     if values.ndim != 2 or values.shape[1] != len(head):
-        raise UserError(Problem("has rows of another length than its header", name))
+        raise UserError(Problem("has rows that differ in length from the header", name))
     parts = list(dict.fromkeys(match[1] for cell in head if (match := _COLUMN.fullmatch(cell)) and match[2] == "x"))
     positions = np.stack([values[:, [head.index(f"{part}_{axis}") for axis in "xyz"]] for part in parts], axis=1)
     notes = []

@@ -1,6 +1,6 @@
-"""DeepLabCut's own HDF5, which pandas writes by PyTables: one table, its columns scorer, body part, coordinate.
+"""DeepLabCut's HDF5, written by pandas with PyTables: one table with columns scorer, body part, coordinate.
 
-Read by ``h5py``; the column names stand in it pickled, and are read without unpickling them (``plain_pickle``).
+Read by ``h5py``; the column names are pickled in it, and are read without unpickling (``plain_pickle``).
 """
 
 from __future__ import annotations
@@ -65,6 +65,6 @@ def read_deeplabcut_h5(path: Path, mapping: Mapping, name: str) -> Markers:
         raise UserError(Problem(text, name)) from None
     levels = LEVELS if len(columns[0]) == len(LEVELS) else tuple(level for level in LEVELS if level != "individuals")
     if len(columns) != content["values"].shape[1] or any(len(column) != len(levels) for column in columns):
-        raise UserError(Problem("has another table than DeepLabCut writes", name))
+        raise UserError(Problem("has a table that DeepLabCut does not write", name))
     header = {level: [column[k] for column in columns] for k, level in enumerate(levels)}
     return markers_of(header, np.asarray(content["frames"]), np.asarray(content["values"]), mapping, name)

@@ -1,7 +1,7 @@
-"""NWB with pose estimates of the extension ndx-pose: a series a body part, with its clock and confidence.
+"""NWB with pose estimates of the extension ndx-pose: one series per body part, with clock and confidence.
 
-NWB is HDF5 whose groups say what they are (``neurodata_type``), so ``h5py`` reads it without its namespaces. A file
-that ``pynwb`` with ``ndx-pose`` writes is what the tests read.
+NWB is HDF5 whose groups state their type (``neurodata_type``), so ``h5py`` reads it without its namespaces. The tests
+read a file written by ``pynwb`` with ``ndx-pose``.
 """
 
 from __future__ import annotations
@@ -62,16 +62,16 @@ def read_nwb(path: Path, mapping: Mapping, name: str) -> Markers:
     content = read_in_child(_READ, path, name, "NWB")
     parts = [str(part).removesuffix("PoseEstimationSeries") or str(part) for part in content["names"]]
     if len(content["groups"]) > 1:
-        raise UserError(Problem(f"holds {len(content['groups'])} pose estimations; keep one a file", name))
+        raise UserError(Problem(f"contains {len(content['groups'])} pose estimations; keep one per file", name))
     data = [content[f"data{k}"] for k in range(len(parts))]
     if len({item.shape for item in data}) != 1:
-        raise UserError(Problem("holds series of different lengths", name))
+        raise UserError(Problem("contains series of different lengths", name))
     positions = np.stack(data, axis=1)
     times = [content[f"time{k}"] for k in range(len(parts)) if f"time{k}" in content]
     if times:
         time = times[0]
         if any(len(other) != len(time) or np.abs(other - time).max() > 1e-9 for other in times):
-            raise UserError(Problem("its body parts have clocks of their own", name))
+            raise UserError(Problem("its body parts have different clocks", name))
         rate = 1.0 / float(np.median(np.diff(time)))
         frames = time * rate
     else:

@@ -1,8 +1,8 @@
-"""Robot logs: joint states (``sensor_msgs/JointState``) by their names, out of MCAP files and ROS bags.
+"""Robot logs: joint states (``sensor_msgs/JointState``) by name, from MCAP files and ROS bags.
 
 MCAP is read by ``mcap``; its messages may be CDR (ROS 2), ROS 1's own or JSON. Bags of ROS 1 (``.bag``) and ROS 2
 (``.db3``, in the folder with its ``metadata.yaml``) are read by ``rosbags``, which needs no ROS. The clock is the
-message's own stamp, and where that is zero the time of its logging.
+message's own stamp, or if zero the time of its logging.
 """
 
 from __future__ import annotations
@@ -115,17 +115,17 @@ def _channels(content: dict[str, Any], mapping: Mapping, name: str) -> Channels:
     """The joint states of one topic, in the order of their stamps, the clock from zero."""
     topics = [str(topic) for topic in content["topics"]]
     if not topics:
-        raise UserError(Problem("holds no joint states (sensor_msgs/JointState)", name))
+        raise UserError(Problem("contains no joint states (sensor_msgs/JointState)", name))
     if mapping.topic is not None and mapping.topic not in topics:
         raise UserError(Problem(f'there are no joint states on "{mapping.topic}"{near(mapping.topic, topics)}', name))
     if mapping.topic is None and len(topics) > 1:
-        text = f"has joint states on {listed(topics)}; say which in a project: topic: {topics[0]}"
+        text = f"has joint states on {listed(topics)}; choose one in a project: topic: {topics[0]}"
         raise UserError(Problem(text, name))
     k = topics.index(mapping.topic) if mapping.topic is not None else 0
     time = np.asarray(content[f"time{k}"])
     order = np.argsort(time, kind="stable")
     kept = order[np.concatenate([[True], np.diff(time[order]) > 0.0])]
-    notes = [f"joint states of {topics[k]}; the clock begins at {time[kept[0]]:.6f} s, which is 0 here"]
+    notes = [f"joint states of {topics[k]}; the clock begins at {time[kept[0]]:.6f} s, set to 0"]
     if len(kept) < len(time):
         notes.append(f"{len(time) - len(kept)} messages repeat a stamp and are left out")
     names = tuple(str(joint) for joint in content[f"names{k}"])

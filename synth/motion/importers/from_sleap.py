@@ -75,7 +75,7 @@ def read_slp(path: Path, mapping: Mapping, name: str) -> Markers:
     """Points of one track of the first video; the file has no clock."""
     content = read_in_child(_SLP, path, name, "SLEAP")
     if content["videos"] > 1:
-        text = f"holds {int(content['videos'])} videos; save each by itself: sio split or labels.extract"
+        text = f"contains {int(content['videos'])} videos; save each separately: sio split or labels.extract"
         raise UserError(Problem(text, name))
     nodes = [str(node) for node in content["nodes"]]
     return _markers(content["points"], nodes, [str(track) for track in content["tracks"]], mapping, name)
@@ -89,10 +89,10 @@ def _markers(points: Any, nodes: list[str], tracks: list[str], mapping: Mapping,
     if wanted is not None and wanted not in names:
         raise UserError(Problem(f'there is no track "{wanted}"{near(wanted, names)}', name))
     if wanted is None and len(seen) > 1:
-        text = f"holds {len(seen)} tracks; say which: individual: {names[seen[0]]}, or one of "
+        text = f"contains {len(seen)} tracks; choose one: individual: {names[seen[0]]}, or one of "
         raise UserError(Problem(f"{text}{listed(names[k] for k in seen[1:])}", name))
     if not seen and wanted is None:
-        raise UserError(Problem("holds no point that is seen", name))
+        raise UserError(Problem("contains no visible point", name))
     chosen = points[:, names.index(wanted) if wanted is not None else seen[0]]
     positions, notes = chosen[..., :2].copy(), list[str]()
     if chosen.shape[-1] == 3 and mapping.likelihood is not None:

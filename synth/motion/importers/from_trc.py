@@ -31,7 +31,7 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
 
     Raises
     ------
-    UserError : a header that is not TRC's, another number of markers than it says, a cell that is no number.
+    UserError : an invalid header, a wrong number of markers, or a cell that is not a number.
     """
     lines = text_start(read_bytes(path, SIZE_LIMIT, "cut it in the capture software")).splitlines()
     if len(lines) < 7:
@@ -43,7 +43,7 @@ def read_trc(path: Path, mapping: Mapping, name: str) -> Markers:
     if labels[:1] != ["Frame#"] or not names:
         raise UserError(Problem('has no row of markers that begins with "Frame#"', name, 4))
     if count.isdigit() and int(count) != len(names):
-        raise UserError(Problem(f"says {count} markers and names {len(names)}", name, 4))
+        raise UserError(Problem(f"states {count} markers but names {len(names)}", name, 4))
     rows, numbers = [], []
     for number, line in enumerate(lines[5:], start=6):
         if not line.strip():
@@ -72,5 +72,5 @@ def _number(text: str | None, what: str, name: str) -> float:
     except ValueError:
         value = 0.0
     if not 0.0 < value < 1e6:
-        raise UserError(Problem(f'says no {what} above 0 in its third line: "{text}"', name, 3))
+        raise UserError(Problem(f'states no {what} above 0 in its third line: "{text}"', name, 3))
     return value

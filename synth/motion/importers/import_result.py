@@ -1,4 +1,4 @@
-"""The result of ``synth import``: trials in the project's own format, and ``import.json`` on how they came about."""
+"""The result of ``synth import``: trials in the project's own format, and ``import.json`` on their origin."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from synth.swing.leg_model import Leg
 from synth.units import quantity
 
 TRIALS = "trials"
-FIT, LEG = "fit.yaml", "leg.leg.yaml"  # a project of the trials, which runs as it stands
+FIT, LEG = "fit.yaml", "leg.leg.yaml"  # a project of the trials, ready to run
 LIBRARIES = ("numpy", "scipy")
-DRAWN = 9  # frames whose points are kept for the drawing
+DRAWN = 9  # frames whose points are drawn
 
 
 @dataclass(frozen=True, eq=False)
 class ImportedTrial:
-    """A foreign file, and the recording that it became; ``target`` is its file's name in the result."""
+    """A foreign file and its recording; ``target`` is its file name in the result."""
 
     source: ForeignFile
     target: str
@@ -65,7 +65,7 @@ def read_files(project: ImportProject) -> list[ImportedTrial]:
 
 
 def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
-    """All cut as long after the release as a hand is seen in any of them; see ``release.free_after``."""
+    """Cut all at the end of the longest external torque detected; see ``release.free_after``."""
     driven = {trial.source.name: trial.imported.driven for trial in trials if trial.source.window is None}
     seen = [length for length in driven.values() if length is not None]
     if not seen:
@@ -79,14 +79,14 @@ def _without_hand(trials: list[ImportedTrial]) -> list[ImportedTrial]:
         if name not in driven or start <= own.time[0] or left < SHORTEST:
             made.append(trial)
             continue
-        shown = f"seen in {len(seen)} of {len(driven)} recordings, and what fades after"
-        text = f"cut to {start:.3f} s, {after * 1e3:.0f} ms after its start: as long as a hand acts here ({shown})"
+        shown = f"detected in {len(seen)} of {len(driven)} recordings, plus its decay"
+        text = f"cut to {start:.3f} s, {after * 1e3:.0f} ms after its start: while an external torque acts ({shown})"
         made.append(replace(trial, imported=own.later(start, text)))
     return made
 
 
 def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Path) -> None:
-    """Write the trials, each read back as the fit would read it, a project that fits them, and ``import.json``."""
+    """Write the trials, each validated by the fit's reader, a project that fits them, and ``import.json``."""
     from synth.files.recording import read_recording
 
     (folder / TRIALS).mkdir()
@@ -115,7 +115,7 @@ def write_import(project: ImportProject, trials: list[ImportedTrial], folder: Pa
 
 
 def _targets(files: tuple[ForeignFile, ...]) -> list[str]:
-    """A name in the result for each file: its own where that is enough, else with its folders, else its ending too."""
+    """A name in the result for each file: its stem if unique, else with folders, else with extension."""
     paths = [Path(file.name) for file in files]
     levels = [
         [written_name(path.stem) for path in paths],
@@ -132,7 +132,7 @@ def _targets(files: tuple[ForeignFile, ...]) -> list[str]:
 
 
 def _leg(leg: Leg) -> dict[str, Any]:
-    """What a drawing of the leg needs."""
+    """The data for a drawing of the leg."""
     joints = []
     for joint in leg.joints:
         item: dict[str, Any] = {"name": joint.name, "zero": quantity(joint.zero, "deg"), "sign": joint.sign}

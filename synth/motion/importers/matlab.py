@@ -2,7 +2,7 @@
 
 A column is named as one would in MATLAB: ``angles(:,2)``, ``trial.hip``, ``data.angles(3,:)``. Version 7.3 is another
 format (HDF5), which is refused with the command that writes the older one. scipy's reader can crash over a damaged
-file, so it runs in a process of its own.
+file, so it runs in a separate process.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SIZE_LIMIT = 500_000_000  # bytes; the whole file is read into memory
 _EXPRESSION = re.compile(r"\s*([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)\s*(?:\(\s*(:|\d{1,6})\s*,\s*(:|\d{1,6})\s*\))?\s*")
 STRUCT = "a struct"
 _NAMES, _KINDS = "/names", "/kinds"  # no variable has a slash in its name
-# Numbers as they are, named as in MATLAB; of all else only what it is.
+# Numbers as they are, named as in MATLAB; for everything else only its type.
 _READ = f"""
 import scipy.io
 arrays, kinds = {{}}, {{}}
@@ -51,18 +51,18 @@ WAY_OUT = "in MATLAB: s = load('{name}'); save('{stem}_v7.mat', '-struct', 's', 
 
 
 def is_matlab(start: bytes, path: Path) -> bool:
-    """Whether a file begins as MATLAB's of version 5 to 7.3 do; older ones have no mark and go by their ending."""
+    """Whether a file begins like MATLAB's of version 5 to 7.3; older ones have no mark and are known by extension."""
     marked = start.startswith((b"MATLAB 5.0", b"MATLAB 7.3")) or start[512:].startswith(b"\x89HDF")
     return marked or (path.suffix.casefold() == ".mat" and b"\0" in start[:20])
 
 
 @loader("matlab", "MATLAB .mat", is_matlab, "channels")
 def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
-    """The columns that ``mapping`` names, one after another.
+    """The columns named by ``mapping``, one after another.
 
     Raises
     ------
-    UserError : version 7.3, no MAT-file, a name that is not there or is no row or column of numbers.
+    UserError : version 7.3, not a MAT-file, or a name that is missing or not a row or column of numbers.
     """
     start = read_bytes(path, SIZE_LIMIT, "save the angles alone")[:128]
     if start.startswith(b"MATLAB 7.3") or start.startswith(b"\x89HDF"):
@@ -80,7 +80,7 @@ def read_matlab(path: Path, mapping: Mapping, name: str) -> Channels:
         sizes = ", ".join(f"{what}: {len(c)}" for what, c in zip(dict.fromkeys(wanted), columns, strict=True))
         raise UserError(Problem(f"its columns differ in length ({sizes})", name))
     if not columns:
-        raise UserError(Problem(f"say which of its variables are the joints' angles: {_summary(variables)}", name))
+        raise UserError(Problem(f"choose the variables of the joints' angles: {_summary(variables)}", name))
     names = tuple(dict.fromkeys(wanted))
     return Channels(name, names, ("",) * len(names), np.column_stack(columns), notes=tuple(notes))
 
@@ -89,7 +89,7 @@ def _column(variables: dict[str, Any], expression: str, notes: list[str], name: 
     """One row or column (n,) by its MATLAB expression."""
     match = _EXPRESSION.fullmatch(expression)
     if match is None:
-        text = f'"{expression}" is no column; write it like angles(:,2), or trial.hip for a field that is a vector'
+        text = f'"{expression}" is not a column; write it like angles(:,2), or trial.hip for a field that is a vector'
         raise UserError(Problem(text, name))
     value = variables.get(match[1])
     if value is None:
@@ -99,7 +99,7 @@ def _column(variables: dict[str, Any], expression: str, notes: list[str], name: 
         raise UserError(Problem(text, name))
     picked = _picked(value, match[2], match[3], expression, name)
     if np.iscomplexobj(picked):
-        # acos of a ratio beyond 1 gives such angles: the pose was impossible, its real part means nothing.
+        # acos of a ratio beyond 1 gives such angles: the pose is impossible and the real part meaningless.
         complex_ones = np.abs(picked.imag) > 0
         if complex_ones.any():
             notes.append(f"{int(complex_ones.sum())} values of {expression} are complex: taken as missing")
@@ -113,7 +113,7 @@ def _picked(value: Any, row: str | None, column: str | None, expression: str, na
     if row is None or column is None:
         if value.ndim != 1:
             shape = " x ".join(map(str, value.shape))
-            raise UserError(Problem(f'"{expression}" is {shape}; say which column, like {expression}(:,1)', name))
+            raise UserError(Problem(f'"{expression}" is {shape}; choose a column, like {expression}(:,1)', name))
         return value
     if (row == ":") == (column == ":"):
         raise UserError(Problem(f'"{expression}": one index is a colon and the other a number, like (:,2)', name))
@@ -126,12 +126,12 @@ def _picked(value: Any, row: str | None, column: str | None, expression: str, na
 
 
 def _missing(variables: dict[str, Any], wanted: str) -> str:
-    """What is wrong with a dotted name: the first part that is not there, and what stands in its place."""
+    """The fault of a dotted name: the first missing part, and the existing ones."""
     parts = wanted.split(".")
     depth = next(k for k in range(1, len(parts) + 1) if ".".join(parts[:k]) not in variables)
     above = ".".join(parts[: depth - 1])
     if above and variables[above] != STRUCT:
-        return f'there is no "{wanted}": "{above}" is no struct'
+        return f'there is no "{wanted}": "{above}" is not a struct'
     start = f"{above}." if above else ""
     there = {key.removeprefix(start).partition(".")[0] for key in variables if key.startswith(start)}
     inside = f" in {above}" if above else ""
@@ -139,6 +139,6 @@ def _missing(variables: dict[str, Any], wanted: str) -> str:
 
 
 def _summary(variables: dict[str, Any]) -> str:
-    """What there is, with sizes."""
+    """The variables with their sizes."""
     found = [f"{key} ({' x '.join(map(str, v.shape))})" for key, v in variables.items() if not isinstance(v, str)]
     return listed(found) if found else "nothing"

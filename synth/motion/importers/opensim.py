@@ -1,7 +1,7 @@
 """OpenSim: motion and storage files, ``.mot`` and ``.sto``: a header up to ``endheader``, then a table with its labels.
 
-``inDegrees=yes|no`` says what angles are in (OpenSim documentation, *Storage (.sto) Files*). OpenSim itself takes a
-file without it for radians; older files are often in degrees all the same, so here it is asked for.
+``inDegrees=yes|no`` states the unit of angles (OpenSim documentation, *Storage (.sto) Files*). OpenSim itself assumes
+radians without it; older files are nevertheless often in degrees, so here it is required.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ HEADER_LIMIT = 500  # lines
 
 
 def is_opensim(start: bytes, path: Path) -> bool:
-    """Whether the first lines are a header of OpenSim's, be it without its end."""
+    """Whether the file begins with an OpenSim header, complete or not."""
     lines = [line.strip().casefold() for line in text_start(start).splitlines()[:HEADER_LIMIT]]
     return "endheader" in lines or any(line.startswith("indegrees=") for line in lines)
 
 
 @loader("opensim", "OpenSim .mot, .sto", is_opensim, "channels", own_clock=True)
 def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
-    """All columns beside the clock, in the unit that the header says.
+    """All columns beside the clock, in the unit stated by the header.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def read_opensim(path: Path, mapping: Mapping, name: str) -> Channels:
     in_degrees = _in_degrees(header, name)
     kind = header.get("datatype", "double")
     if kind.casefold() != "double":
-        raise UserError(Problem(f"holds cells of type {kind}; only one number a cell (double) can be read", name))
+        raise UserError(Problem(f"has cells of type {kind}; only one number per cell (double) is supported", name))
     while first < len(lines) and not lines[first].strip():
         first += 1
     labels = _cells(lines[first]) if first < len(lines) else []
@@ -75,13 +75,13 @@ def _header(lines: list[str], name: str) -> tuple[dict[str, str], int]:
             key, _, value = text.partition(" ")
         if value.strip():
             found[key.strip().casefold()] = value.strip()
-    raise UserError(Problem('has no line "endheader": it is no OpenSim motion or storage file', name))
+    raise UserError(Problem('has no line "endheader": it is not an OpenSim motion or storage file', name))
 
 
 def _in_degrees(header: dict[str, str], name: str) -> bool:
     said = header.get("indegrees")
     if said is None:
-        text = "its header does not say inDegrees, so its angles may be degrees or radians; write the line "
+        text = "its header does not state inDegrees, so its angles may be degrees or radians; write the line "
         text += '"inDegrees=yes" or "inDegrees=no" before "endheader"'
         raise UserError(Problem(text, name, key="inDegrees"))
     if said.casefold() not in ("yes", "no"):
@@ -106,7 +106,7 @@ def _table(lines: list[str], first: int, labels: list[str], name: str) -> np.nda
         try:
             row = [float(cell) for cell in cells]
         except ValueError as error:
-            raise UserError(Problem(f"holds no number: {error}", name, index + 1)) from None
+            raise UserError(Problem(f"is not a number: {error}", name, index + 1)) from None
         rows.append(row)
     values = np.array(rows, dtype=np.float64).reshape(-1, len(labels))
     return np.where(np.isfinite(values), values, np.nan)

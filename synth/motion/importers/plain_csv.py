@@ -1,6 +1,6 @@
-"""Plain CSV from any logger: other column names, units in brackets or told, commas, semicolons or tabs.
+"""Plain CSV from any logger: other column names, units in brackets or in the project, commas, semicolons or tabs.
 
-Comment lines before the header are skipped. A second row that holds units only (``s;deg;deg``) is read as such.
+Comment lines before the header are skipped. A second row of units only (``s;deg;deg``) is recognised.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-nan", "nan(ind)"
 
 
 def is_table(start: bytes, path: Path) -> bool:
-    """Whether a file is text: what else it may lack, the reader says."""
+    """Whether a file is text; the reader reports other faults."""
     return bool(text_start(start).strip())
 
 
 @loader("csv", "CSV with a header", is_table, "channels", last=True)
 def read_plain_csv(path: Path, mapping: Mapping, name: str) -> Channels:
-    """All columns with their names and, where the file says them, units.
+    """All columns with their names and, if stated, units.
 
     Raises
     ------
-    UserError : no rows, no header, rows of another length, or a cell of a wanted column that is no number.
+    UserError : no rows, no header, rows of another length, or a cell of a wanted column that is not a number.
     """
     lines = list(io.StringIO(_text(path, name), newline=""))
     above = 0
@@ -71,23 +71,23 @@ def _text(path: Path, name: str) -> str:
         raise UserError(Problem("is a spreadsheet or an archive, not a CSV; export it as CSV", name))
     for encoding in ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ("utf-8-sig", "cp1252"):
         try:
-            return data.decode(encoding)  # a degree sign often comes in Windows' own encoding
+            return data.decode(encoding)  # a degree sign often comes in Windows' encoding
         except UnicodeDecodeError:
             continue
     raise UserError(Problem("is not text", name))
 
 
 def _title(title: str) -> tuple[str, str]:
-    """Name and unit of ``Hip angle (deg)``; what stands in brackets and is no unit belongs to the name."""
+    """Name and unit of ``Hip angle (deg)``; brackets without a unit belong to the name."""
     match = _TITLE.fullmatch(title)
-    # Of an angle or a time only: "Hip (L)" is the left one, not litres.
+    # Only units of an angle or a time: "Hip (L)" is the left one, not litres.
     if match and match[1] and any(_is_unit(match[2], of) for of in ("rad", "s")):
         return match[1], match[2]
     return title, ""
 
 
 def _is_unit(text: str, of: str | None = None) -> bool:
-    """Whether ``text`` is a unit, ``of`` the same dimension if given; a bare number is none."""
+    """Whether ``text`` is a unit, of the same dimension as ``of`` if given; a bare number is none."""
     try:
         units.factor(text, of or text)
     except UserError:
@@ -96,7 +96,7 @@ def _is_unit(text: str, of: str | None = None) -> bool:
 
 
 def _values(rows: list[list[str]], lines: list[int], titles: list[str], separator: str, name: str) -> np.ndarray:
-    """(n, n_column), nan where a cell is empty or is no number at all, such as a remark."""
+    """(n, n_column), nan for an empty cell or text such as a remark."""
     values = np.full((len(rows), len(titles)), np.nan)
     for k, (row, line) in enumerate(zip(rows, lines, strict=True)):
         if len(row) < len(titles) or any(cell.strip() for cell in row[len(titles) :]):

@@ -1,7 +1,7 @@
-"""Lists, tuples, text and numbers out of pickled data, without unpickling it.
+"""Lists, tuples, text and numbers from pickled data, without unpickling it.
 
-PyTables keeps the column names of a table pickled. Unpickling runs what the file says; here the opcodes of plain
-values alone are followed, and any other one is refused.
+PyTables stores the column names of a table pickled. Unpickling executes the file's instructions; here only the opcodes
+of plain values are followed, and any other one is refused.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Points on a limb to the angles of its joints, in a plane.
+"""Angles of a limb's joints from points on it, in a plane.
 
 Link i runs from point i to point i + 1; its absolute rotation, counter-clockwise from straight down with x to the
 right and z up, is ``atan2(dx, -dz)``, and a joint's rotation is the difference to its parent's.
@@ -18,18 +18,18 @@ from synth.motion.importers.foreign_data import Markers, listed, other_side
 from synth.motion.importers.swaps import Mask, exchanged, restored, swap_note
 from synth.swing.leg_model import Leg
 
-STRETCH = 0.2  # of a link's length; a point is misplaced where the link is longer or shorter by more
-SPREADS = 6.0  # robust standard deviations of the link's length, that it must differ by too
+STRETCH = 0.2  # of a link's length; with a larger deviation a point is misplaced
+SPREADS = 6.0  # robust standard deviations of the link's length, required too
 MISMATCH = 0.25  # of a link's length against the leg file's, both relative to the whole leg
-TILTED = np.radians(15.0)  # out of the plane, that is worth saying
+TILTED = np.radians(15.0)  # out of the plane, smallest reported value
 _AXIS = re.compile(r"([+-]?)([xyz])")
 
 
 @dataclass(frozen=True, eq=False)
 class Tracked:
     """Angles from points: ``rotation`` (n, n_joint) rad, nan where a point is missing; ``points`` (n, n_point, 2)
-    in units of the source, x right and z up, as they were used; ``scale`` metres a unit of the source, as the leg
-    file's lengths say; ``notes`` what was found.
+    in units of the source, x right and z up, as used; ``scale`` metres per unit of the source, from the leg
+    file's lengths; ``notes`` messages.
     """
 
     time: Array
@@ -40,11 +40,11 @@ class Tracked:
 
 
 def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
-    """The joints' rotations from the points that ``mapping`` names.
+    """The joints' rotations from the points named by ``mapping``.
 
     Raises
     ------
-    UserError : points that are not there or not enough, no clock, a plane where none is wanted or none where one is.
+    UserError : missing or too few points, no clock, a needless or missing plane.
     """
     time = _clock(markers, mapping)
     chosen = _chosen(markers, leg, mapping)
@@ -58,7 +58,7 @@ def track(markers: Markers, leg: Leg, mapping: Mapping) -> Tracked:
     middle = np.nanmedian(np.where(np.isfinite(length).any(axis=0), length, 0.0), axis=0)
     if (middle <= 0).any():
         empty = [leg.joint_names[i] for i in np.flatnonzero(middle <= 0)]
-        raise UserError(Problem(f"the points of these links are nowhere seen together: {listed(empty)}", markers.name))
+        raise UserError(Problem(f"the points of these links are never visible together: {listed(empty)}", markers.name))
     absolute = np.arctan2(vector[..., 0], -vector[..., 1]) - mapping.roll
     absolute[_misplaced(length, middle, leg, notes)] = np.nan
     rotation = absolute.copy()
@@ -78,8 +78,8 @@ def _clock(markers: Markers, mapping: Mapping) -> Array:
         raise UserError(Problem(text, markers.name, key="frame_rate"))
     rate = own or told
     if rate is None:
-        text = "has no clock: say how many frames a second were filmed, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
-        text += "Of slow-motion video that is the rate of filming, not of playing"
+        text = "has no clock: state the camera's frame rate, frame_rate: 250 Hz (--frame-rate '250 Hz'). "
+        text += "For slow-motion video this is the rate of filming, not of playback"
         raise UserError(Problem(text, markers.name))
     return np.asarray(markers.frames / rate)
 
@@ -88,19 +88,19 @@ def _chosen(markers: Markers, leg: Leg, mapping: Mapping) -> list[int]:
     """Indices of the points, proximal to distal."""
     n = len(leg.joints)
     if not mapping.points:
-        text = f"say which points the leg's joints are, proximal to distal and then the tip, {n + 1} in all: "
+        text = f"name the points of the leg's joints, proximal to distal and then the tip, {n + 1} in total: "
         text += f"points: [{', '.join(leg.joint_names)}, tip] (--points); the file has {listed(markers.names)}"
         raise UserError(Problem(text, markers.name))
     if len(mapping.points) != n + 1:
         text = f"{len(mapping.points)} points are named; {leg.name} has {n} joints and needs {n + 1}: each joint and "
         raise UserError(Problem(f"{text}the last link's end", markers.name, key="points"))
     if len(set(mapping.points)) < len(mapping.points):
-        raise UserError(Problem("a point is named twice", markers.name, key="points"))
+        raise UserError(Problem("a point is listed twice", markers.name, key="points"))
     return [markers.find(point) for point in mapping.points]
 
 
 def _unswapped(markers: Markers, chosen: list[int], notes: list[str]) -> Array:
-    """Positions (n, n_point, d) of the chosen points, exchanges with the other side put back."""
+    """Positions (n, n_point, d) of the chosen points, with exchanges between the sides reversed."""
     found = []
     for index in chosen:
         track, other = markers.positions[:, index], other_side(markers.names[index], markers.names)
@@ -110,7 +110,7 @@ def _unswapped(markers: Markers, chosen: list[int], notes: list[str]) -> Array:
                 notes.append(swap_note(markers.names[index], swapped))
                 track = restored(track, swapped, markers.positions[:, other])
         if not np.isfinite(track).any():
-            raise UserError(Problem(f'the point "{markers.names[index]}" is nowhere seen', markers.name))
+            raise UserError(Problem(f'the point "{markers.names[index]}" is never visible', markers.name))
         found.append(track)
     return np.stack(found, axis=1)
 
@@ -119,25 +119,23 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
     """(n, n_point, 2): right and up."""
     if space.shape[2] == 2:
         if mapping.plane is not None:
-            text = "the file's points lie in a picture already; leave `plane` out"
+            text = "the file's points are in an image plane already; leave `plane` out"
             raise UserError(Problem(text, markers.name, key="plane"))
         return space.copy()
     if mapping.plane is None and markers.up is not None:
-        notes.append(f"no plane is said: the one that fits best is taken, {markers.up} up (plane: [fit, {markers.up}])")
+        notes.append(f"no plane is given: using the best-fitting one, {markers.up} up (plane: [fit, {markers.up}])")
         return fitted_plane(space, markers.up, markers, notes)
     if mapping.plane is not None and mapping.plane[0].strip().casefold() == "fit":
         return fitted_plane(space, mapping.plane[1], markers, notes)
     if mapping.plane is None:
         moving = np.nanstd(space - np.nanmean(space, axis=0), axis=(0, 1))
         sizes = ", ".join(f"{axis} {size:.3g} {markers.unit}".strip() for axis, size in zip("xyz", moving, strict=True))
-        text = "its points lie in space: say which axes are right and up in the plane of motion, for example "
+        text = "its points are in space: give the axes to the right and up in the plane of motion, for example "
         text += f"plane: [x, z], [-y, z] or [fit, z] (--plane=x,z). The points move by ({sizes}, SD)"
         raise UserError(Problem(text, markers.name))
     axes = [_AXIS.fullmatch(axis.strip().casefold()) for axis in mapping.plane]
     if None in axes or len({axis[2] for axis in axes if axis}) < 2:
-        text = (
-            f"[{', '.join(mapping.plane)}] is no plane: write two axes of x, y, z, such as [x, z], [-y, z] or [fit, z]"
-        )
+        text = f"[{', '.join(mapping.plane)}] is not a plane: write two axes of x, y, z, such as [x, z], [-y, z] or [fit, z]"
         raise UserError(Problem(text, markers.name, key="plane"))
     picked = [("xyz".index(axis[2]), -1.0 if axis[1] == "-" else 1.0) for axis in axes if axis]
     flat = np.stack([sign * space[..., index] for index, sign in picked], axis=-1)
@@ -147,20 +145,21 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
     out = np.nanpercentile(np.degrees(np.arctan2(across, along)), 95)
     if np.radians(out) > TILTED:
         plane = ", ".join(mapping.plane)
-        notes.append(f"links stand up to {out:.0f} deg out of the plane [{plane}]: is it the right one?")
+        notes.append(f"links stand up to {out:.0f} deg out of the plane [{plane}]: is it correct?")
     return flat
 
 
 def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> Array:
-    """(n, n_point, 2) in the upright plane that fits the points best, whose distance from it is told.
+    """(n, n_point, 2) in the upright plane that fits the points best; the note states their distance from it.
 
-    The plane holds the axis ``up``; its normal is the horizontal direction in which the points vary least about their
-    middle in each frame and over all frames (least squares, smallest eigenvalue of their covariance). To the right is
+    The plane contains the axis ``up``; its normal is the horizontal direction in which the points vary least about
+    their
+    mean in each frame and over all frames (least squares, smallest eigenvalue of their covariance). To the right is
     the side on which the nearest axis of space grows.
     """
     match = _AXIS.fullmatch(up.strip().casefold())
     if match is None:
-        raise UserError(Problem(f'"{up}" is no axis: write x, y or z, such as [fit, z]', markers.name, key="plane"))
+        raise UserError(Problem(f'"{up}" is not an axis: write x, y or z, such as [fit, z]', markers.name, key="plane"))
     vertical = "xyz".index(match[2])
     level = [index for index in range(3) if index != vertical]
     known = space[np.isfinite(space).all(axis=2)][:, level]
@@ -173,17 +172,17 @@ def fitted_plane(space: Array, up: str, markers: Markers, notes: list[str]) -> A
     off = float(np.sqrt(np.mean(away**2)))
     where = ", ".join(f"{value:+.3f} {'xyz'[index]}" for value, index in zip(right, level, strict=True))
     notes.append(
-        f"plane fitted: right is ({where}), {match[0]} up; the points lie {off:.3g} {markers.unit} RMS off it, "
+        f"plane fitted: right is ({where}), {match[0]} up; the points lie {off:.3g} {markers.unit} RMS from it, "
         f"{off / limb:.1%} of the limb's length, at most {np.abs(away).max():.3g}"
     )
     if spread[1] < 4.0 * spread[0]:
-        notes.append("the points spread hardly more along that plane than across it: is the limb's motion in a plane?")
+        notes.append("the points vary hardly more along that plane than across it: is the limb's motion planar?")
     sign = -1.0 if match[1] == "-" else 1.0
     return np.stack([space[..., level] @ right, sign * space[..., vertical]], axis=-1)
 
 
 def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask:
-    """(n, n_link) True where a link is so long or short that one of its points must be wrong."""
+    """(n, n_link) True if a link is so long or short that one of its points must be wrong."""
     off = np.abs(length - middle)
     spread = 1.4826 * np.nanmedian(off, axis=0)
     wrong = off > np.maximum(STRETCH * middle, SPREADS * spread)
@@ -191,7 +190,7 @@ def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask
         if wrong[:, i].any():
             limit = max(STRETCH, SPREADS * spread[i] / middle[i])
             text = f"the link below the {name} is more than {limit:.0%} too long or short in {int(wrong[:, i].sum())} "
-            notes.append(f"{text}frames: a point is misplaced there; those angles are left empty")
+            notes.append(f"{text}frames: a point is misplaced; these angles are left empty")
         if spread[i] > 0.05 * middle[i]:
             text = f"the link below the {name} changes its length by {spread[i] / middle[i]:.0%} (SD): it leaves the "
             notes.append(f"{text}plane, or a point slides on the skin")
@@ -199,7 +198,7 @@ def _misplaced(length: Array, middle: Array, leg: Leg, notes: list[str]) -> Mask
 
 
 def _scale(middle: Array, leg: Leg, notes: list[str]) -> float:
-    """Metres a unit of the source; notes links whose proportion is not that of the leg file."""
+    """Metres per unit of the source; reports links whose proportion differs from the leg file."""
     wanted = np.array([joint.link.length for joint in leg.joints])
     scale = float(wanted.sum() / middle.sum())
     for name, ratio in zip(leg.joint_names, middle * scale / wanted, strict=True):
@@ -210,7 +209,7 @@ def _scale(middle: Array, leg: Leg, notes: list[str]) -> float:
 
 
 def _rolled(flat: Array, roll: float) -> Array:
-    """Points turned back by the camera's roll."""
+    """Points rotated back by the camera's roll."""
     cosine, sine = np.cos(roll), np.sin(roll)
     x, z = flat[..., 0], flat[..., 1]
     return np.stack([cosine * x + sine * z, cosine * z - sine * x], axis=-1)

@@ -1,7 +1,7 @@
-"""Foreign formats: one decorated loader and one validator of the content each, found by looking.
+"""Foreign formats: one decorated loader and one content validator each, discovered automatically.
 
-A module of this package that decorates its loader with ``loader`` is a format; nothing else lists them. Which format a
-file has is asked of its content, never of its ending: every validator looks at it.
+A module of this package that decorates its loader with ``loader`` is a format; there is no other list. The format of a
+file is determined from its content, never from its extension: every validator examines it.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from synth.errors import Problem, UserError
 from synth.files.import_project import Mapping
 from synth.motion.importers.foreign_data import Source
 
-START = 200_000  # bytes of a file that validators are shown
+START = 200_000  # bytes of a file that validators receive
 HDF5 = b"\x89HDF\r\n\x1a\n"
 Reader = Callable[[Path, Mapping, str], Source]
-Holds = Callable[[bytes, Path], bool]  # the file's first bytes, and the file for those who must look further
+Holds = Callable[[bytes, Path], bool]  # the file's first bytes, and the path for validators that need more
 
 
 @dataclass(frozen=True)
 class ForeignFormat:
     """A format.
 
-    ``holds`` : whether a file is of it. ``gives`` : joint angles or the like, or points. ``space`` : its points may lie
-    in space, so ``plane`` means something. ``keys`` : further keys of a project that mean something for it.
-    ``package`` : what reads it, None where nothing is needed; ``extra`` : the extra of this program that brings it.
-    ``own_clock`` : its clock is the file's, and none may be told. ``last`` : taken only where no other holds, since
-    nearly every text would pass.
+    ``holds`` : whether a file is of it. ``gives`` : channels or points. ``space`` : its points may be
+    in space, so ``plane`` applies. ``keys`` : further keys of a project that apply to it.
+    ``package`` : its reader, None if none is needed; ``extra`` : the extra of this program that installs it.
+    ``own_clock`` : the file has a clock, and none may be given. ``last`` : used only if no other matches, since
+    almost any text would.
     """
 
     name: str
@@ -50,11 +50,11 @@ class ForeignFormat:
 
     @property
     def installed(self) -> bool:
-        """Whether what it needs is there."""
+        """Whether its package is installed."""
         return self.package is None or find_spec(self.package) is not None
 
     def require(self, name: str) -> None:
-        """Raise UserError where its package is missing."""
+        """Raise UserError if its package is missing."""
         if not self.installed:
             text = f"is {self.title}, which {self.package} reads: pip install limb-synth[{self.extra}]"
             raise UserError(Problem(text, name))
@@ -87,7 +87,7 @@ def loader(
 
 @cache
 def formats() -> dict[str, ForeignFormat]:
-    """Every format by its name, in alphabetical order."""
+    """Every format by name, in alphabetical order."""
     package = importlib.import_module("synth.motion.importers")
     for module in pkgutil.iter_modules(package.__path__):
         if module.name.startswith("from_") or module.name in _OLDER:
@@ -95,16 +95,16 @@ def formats() -> dict[str, ForeignFormat]:
     return dict(sorted(_formats.items()))
 
 
-_OLDER = ("c3d", "deeplabcut", "matlab", "opensim", "plain_csv")  # loaders whose modules have the format's own name
+_OLDER = ("c3d", "deeplabcut", "matlab", "opensim", "plain_csv")  # loaders whose modules have the format's name
 
 
 def recognise(path: Path, name: str) -> ForeignFormat:
-    """The one format that a file's content is of.
+    """The format of a file, from its content.
 
     Raises
     ------
     UserError
-        Where it is of none, with what is known; where it is of several, with how to choose.
+        If there is none, with the known ones; if there are several, with how to choose.
     """
     try:
         with path.open("rb") as stream:
@@ -120,21 +120,21 @@ def recognise(path: Path, name: str) -> ForeignFormat:
         return found[0]
     if found:
         several = " and ".join(item.name for item in found)
-        raise UserError(Problem(f"may be {several}; say which in a project: format: {found[0].name}", name))
-    raise UserError(Problem(f"{_stranger(start)}; known are {', '.join(known)} (synth import --list)", name))
+        raise UserError(Problem(f"may be {several}; choose one in a project: format: {found[0].name}", name))
+    raise UserError(Problem(f"{_stranger(start)}; known formats: {', '.join(known)} (synth import --list)", name))
 
 
 def _stranger(start: bytes) -> str:
-    """What a file is that none of ours is, as far as its first bytes tell."""
+    """A description of an unknown file, from its first bytes."""
     if start.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         return "is a spreadsheet or an archive; export it as CSV"
     if start.startswith(HDF5):
-        return "is HDF5 of another program than those that are known"
-    return "is of no format that is known" if start else "is empty"
+        return "is HDF5 of an unknown program"
+    return "has an unknown format" if start else "is empty"
 
 
 def text_start(start: bytes) -> str:
-    """The first bytes as text, empty where they are none."""
+    """The first bytes as text; empty if they are not text."""
     if b"\0" in start[:4000] or start.startswith(HDF5):
         return ""
     return start.decode("utf-8-sig", errors="replace")

@@ -1,4 +1,4 @@
-"""Left and right exchanged: a tracker that mistakes one leg for the other for some frames."""
+"""Left and right exchanged: a tracker that confuses the two legs in some frames."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from synth.arrays import Array
 
 SHORTER = 0.25  # the exchanged step against the plain one, squared distances
-STRIDES = 6.0  # ordinary steps, that a plain step must exceed
+STRIDES = 6.0  # ordinary steps; a plain step must be larger
 
 Mask = NDArray[np.bool_]
 
@@ -22,9 +22,9 @@ def exchanged(one: Array, other: Array) -> Mask:
 
     Returns
     -------
-    (n,) True where exchanged. From one frame to the next an exchange shows as a step of both tracks that is long as
-    they stand and short when crossed; each such step begins or ends an exchange. Tracks that merely cross pass each
-    other with short steps and are left alone. The first frame is taken for right.
+    (n,) True if exchanged. An exchange shows as a step of both tracks that is long
+    as recorded and short when crossed; each such step begins or ends an exchange. Tracks that merely cross
+    have short steps and are left alone. The first frame is assumed correct.
     """
     known = np.isfinite(one).all(axis=1) & np.isfinite(other).all(axis=1)
     at = np.flatnonzero(known)
@@ -43,14 +43,14 @@ def exchanged(one: Array, other: Array) -> Mask:
 
 
 def restored(one: Array, swapped: Mask, other: Array) -> Array:
-    """Track ``one`` with the frames that ``other`` held put back."""
+    """Track ``one`` with the frames held by ``other`` restored."""
     return np.where(swapped[:, None], other, one)
 
 
 def swap_note(what: str, swapped: Mask) -> str:
     """The finding in words."""
     stretches = int(np.diff(np.concatenate([[False], swapped])[:].astype(int)).clip(0).sum())
-    text = f"{what}: left and right are exchanged in {int(swapped.sum())} frames ({stretches} stretches); put back"
+    text = f"{what}: left and right are exchanged in {int(swapped.sum())} frames ({stretches} stretches); restored"
     if swapped[-1]:
-        text += ". The last stretch runs to the end: check that the first frames, and not the last, are right"
+        text += ". The last stretch runs to the end: check that the first frames, not the last, are correct"
     return text
