@@ -21,8 +21,7 @@ def resolver(catalogue: Catalogue | None = None) -> Callable[[Literal["spring", 
 
     @cache
     def searched() -> Catalogue:
-        from synth.parts.catalogs import Catalogue  # a local import: most legs name no part, and the tables
-        take time to load
+        from synth.parts.catalogs import Catalogue  # local: most legs name no part, and loading takes time
 
         return Catalogue.load() if catalogue is None else catalogue
 

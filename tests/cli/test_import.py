@@ -60,7 +60,7 @@ def test_a_project_becomes_trials_a_page_and_an_account(project: Path, capsys: p
     assert "release" not in other
     page = (project / "out" / "report.html").read_text()
     assert page.count("the leg as a stick figure</title>") == 1 + 2  # the opening shows the first
-    assert "with the other sign they would lie inside" in page
+    assert "with the other sign they would be inside" in page
     assert "hip 125° ↺" in page
     assert re.search("ankle 16[0-9]° ↻", page)
 
@@ -142,7 +142,7 @@ def test_files_of_one_name_in_two_folders_keep_apart(project: Path) -> None:
             r"joints.hip.unit: \[mm\] is the unit of a leng",
         ),
         ("frame_rate", "time: {column: t}\nframe_rate", r'"time" and "frame_rate" are both given; keep one'),
-        ("frame_rate: 200 Hz", "", r"videos/a.csv: has no clock: say how many frames a second"),
+        ("frame_rate: 200 Hz", "", r"videos/a.csv: has no clock: state the camera's frame rate"),
     ],
 )
 def test_mistakes_of_the_project(
@@ -165,7 +165,7 @@ def test_mistakes_of_the_project(
         (["videos/a.csv", "--leg", LEG, "--frame-rate", "200"], r'--frame-rate: "200" has no unit'),
         (["videos/a.csv", "--leg", LEG, "--release", "now"], r'--release: "now" is not one of cut, free, keep'),
         (["none.mot", "--leg", LEG], r"none.mot: does not exist"),
-        ([str(DATA / "unsaid.sto"), "--leg", LEG], r"unsaid.sto: inDegrees: its header does not say inDegrees"),
+        ([str(DATA / "unsaid.sto"), "--leg", LEG], r"unsaid.sto: inDegrees: its header does not state inDegrees"),
         (["film.mp4", "--leg", LEG], r"film.mp4: does not exist"),
     ],
 )

@@ -60,7 +60,7 @@ def test_why_the_rest_does_not_fit(folder: Path, capsys: pytest.CaptureFixture[s
     (folder / "knee.yaml").write_text(WISH + "vendors: [Lee Spring]\nwithout: [LTR135H 10 M]\n")
     text = "\n".join(shown(capsys, "knee.yaml"))
     assert "springs of 2.2 N*m/rad: 0 fit" in text
-    assert "said not to be had" in text
+    assert "excluded by select.without" in text
     assert "not of Lee Spring" in text
 
 

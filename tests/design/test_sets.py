@@ -163,7 +163,7 @@ def test_dampers_behind_a_belt_are_chosen_where_they_suit_best(catalogue: Catalo
 
 def test_one_way_dampers_come_in_pairs_only(catalogue: Catalogue) -> None:
     parts = PartsOptions(without=("DK", "DH", "DA", "DA4"))
-    with pytest.raises(UserError, match="parallel: 2 lets it serve in a pair"):
+    with pytest.raises(UserError, match="parallel: 2 allows a pair"):
         choose(catalogue, parts)
     found = choose(catalogue, parts, damper=DamperChoice(parallel=2))
     assert found.dampers.chosen[1].label == "a pair of D1, one each way"

@@ -85,7 +85,7 @@ def test_a_hand_that_lifts_and_holds_the_limb_before_is_not_the_release() -> Non
     found = find_release(time, angles, leg)
     assert found.released == pytest.approx(1.2, abs=0.012)
     assert found.driven_until is None
-    assert found.sentence.startswith("let go at 1.")
+    assert found.sentence.startswith("released at 1.")
 
 
 def test_a_recording_from_the_release_on_is_left_as_it_is() -> None:
@@ -96,7 +96,7 @@ def test_a_recording_from_the_release_on_is_left_as_it_is() -> None:
     found = find_release(time + 7.0, angles, leg)
     assert found.released is None
     assert found.free_from == 7.0
-    assert found.sentence == "it moves from the first sample on; no hand is seen after that"
+    assert found.sentence == "it moves from the first sample; no external torque after that"
 
 
 def test_locked_joints_and_lost_samples_do_not_matter() -> None:

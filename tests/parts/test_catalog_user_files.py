@@ -103,7 +103,7 @@ def test_every_bad_cell_at_once(tmp_path: Path) -> None:
         ("part,rate", r"has no unit: write it like rate \[N\*m/rad\]"),
         ("part,rate [N*m]", "rate"),
         ("part,rate [N*m/rad],wire_diamter [mm]", 'did you mean "wire_diameter"'),
-        ("part,rate [N*m/rad],rate [N*m/deg]", "stands there twice"),
+        ("part,rate [N*m/rad],rate [N*m/deg]", "is given twice"),
         ("part [mm],rate [N*m/rad]", "column of words"),
         ("part,ratee [N*m/rad]", "fit no family"),
         ("part,rate [N*m/rad],wire_diameter [deg]", "length"),
@@ -154,7 +154,7 @@ def test_problems_of_a_hopeless_file_are_cut(tmp_path: Path) -> None:
 
 def test_same_part_twice_in_one_file(tmp_path: Path) -> None:
     path = _file(tmp_path, "part,rate [N*m/rad]\nA1,1\nA1,2\n")
-    assert "stands twice in this file, first in line 2" in _problems(path)[0].text
+    assert "is given twice in this file, first in line 2" in _problems(path)[0].text
 
 
 class TestDamperCurve:

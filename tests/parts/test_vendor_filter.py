@@ -34,7 +34,7 @@ def test_a_vendor_that_sells_no_springs_keeps_none_out() -> None:
 def test_a_part_that_cannot_be_had_is_left_out_alone() -> None:
     row = SPRINGS[0]
     found = reasons((), (row.part.lower(),))
-    out = {part for part, why in found.items() if "said not to be had" in why}
+    out = {part for part, why in found.items() if "excluded by select.without" in why}
     assert out == {f"{other.vendor} {other.part}" for other in SPRINGS if other.part.casefold() == row.part.casefold()}
 
 

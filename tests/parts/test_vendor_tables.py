@@ -88,7 +88,7 @@ def test_the_outer_diameter_follows_from_the_inner(tmp_path: Path) -> None:
         ("90,tangent,0.30,1.5,17,14,5.25,", "0.3 N*m/rad published, its geometry gives"),
         ("90,tangent,0.195,1.5,17,14,5.25,5", "body length 5 mm, but touching coils take 9.375 mm"),
         ("105,tangent,0.195,1.5,17,14,5.25,", "included angle 105 deg, but 5.25 coils with tangent legs give 90 deg"),
-        ("105,,0.98,1.5,17,14,1.04,", "no leg_convention is written, so tangent is taken; no other fits either"),
+        ("105,,0.98,1.5,17,14,1.04,", "no leg_convention is given, so tangent is assumed; no other fits either"),
         ("14.4,,0.98,1.5,17,14,1.04,", "with radial or axial legs they agree: write leg_convention radial"),
         ("14.4,radial,0.98,1.5,17,14,1.04,", None),
     ],
@@ -124,5 +124,5 @@ def test_a_hundred_thousand_rows_are_read_and_checked(tmp_path: Path) -> None:
 def test_a_duplicate_is_named_with_both_lines(tmp_path: Path) -> None:
     head = "part,vendor,direction,continuous,max_torque [N*m],speed [rpm]\n"
     path = written(tmp_path, head + "P77,V,both,yes,0.1,50\nP78,V,both,yes,0.2,50\np77,v,both,yes,0.2,50\n")
-    with pytest.raises(UserError, match="v p77 stands twice in this file, first in line 2"):
+    with pytest.raises(UserError, match="v p77 is given twice in this file, first in line 2"):
         Catalogue.load([path])

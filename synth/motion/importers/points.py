@@ -135,7 +135,7 @@ def _in_plane(space: Array, markers: Markers, mapping: Mapping, notes: list[str]
         raise UserError(Problem(text, markers.name))
     axes = [_AXIS.fullmatch(axis.strip().casefold()) for axis in mapping.plane]
     if None in axes or len({axis[2] for axis in axes if axis}) < 2:
-        text = f"[{', '.join(mapping.plane)}] is not a plane: write two axes of x, y, z, such as [x, z], [-y, z] or [fit, z]"
+        text = f"[{', '.join(mapping.plane)}] is not a plane: write two of x, y, z, such as [x, z], [-y, z] or [fit, z]"
         raise UserError(Problem(text, markers.name, key="plane"))
     picked = [("xyz".index(axis[2]), -1.0 if axis[1] == "-" else 1.0) for axis in axes if axis]
     flat = np.stack([sign * space[..., index] for index, sign in picked], axis=-1)

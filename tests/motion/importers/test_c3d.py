@@ -64,12 +64,12 @@ def test_unseen_points_stay_missing(tmp_path: Path) -> None:
 
 def test_the_plane_must_be_told_and_a_wrong_one_shows(tmp_path: Path) -> None:
     path = written(tmp_path / "a.c3d", in_space(angles()[1]))
-    with pytest.raises(UserError, match=r"say which axes are right and up .* \(x \S+ mm, y \S+ mm, z \S+ mm, SD\)"):
+    with pytest.raises(UserError, match=r"give the axes to the right and up .* \(x \S+ mm, y \S+ mm, z \S+ mm, SD\)"):
         imported(path, Mapping(points=MAPPING.points))
     with pytest.raises(UserError, match=r"\[y, -y\] is no plane: write two axes"):
         imported(path, Mapping(points=MAPPING.points, plane=("y", "-y")))
     found = imported(path, Mapping(points=MAPPING.points, plane=("x", "z")))
-    assert any("deg out of the plane [x, z]: is it the right one?" in note for note in found.notes)
+    assert any("deg out of the plane [x, z]: is it correct?" in note for note in found.notes)
 
 
 def test_a_frame_rate_that_contradicts_the_file_is_refused(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_without_the_package_the_way_to_it_is_told(tmp_path: Path, monkeypatch: 
 def test_what_is_no_c3d_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.c3d"
     path.write_text("no motion")
-    with pytest.raises(UserError, match="is no C3D file"):
+    with pytest.raises(UserError, match="is not a C3D file"):
         import_file(path, leg(), MAPPING, name=path.name, form="c3d")
     whole = written(tmp_path / "b.c3d", in_space(angles()[1])).read_bytes()
     path.write_bytes(whole[:700])

@@ -95,7 +95,9 @@ def test_unlikely_points_are_masked_and_told(tmp_path: Path) -> None:
     np.testing.assert_array_equal(missing[:, 1], missing[:, 2])
     np.testing.assert_allclose(np.degrees(found.angles[~missing[:, 1]]), measured[~missing[:, 1]], atol=1e-9)
     assert "the likelihood of 13 points (all body parts) is below 0.6: taken as missing" in found.notes
-    assert "knee: 13 of 300 samples are missing and stay so; the longest gap is 65 ms, from 0.195 s on" in found.notes
+    assert (
+        "knee: 13 of 300 samples are missing and not filled; the longest gap is 65 ms, from 0.195 s on" in found.notes
+    )
     stricter = imported(tmp_path / "a.csv", Mapping(points=PARTS, frame_rate=RATE, likelihood=0.1))
     assert not np.isnan(stricter.angles[100]).any()
 
@@ -112,8 +114,8 @@ def test_left_and_right_exchanged_are_put_back(tmp_path: Path) -> None:
     mapping = Mapping(points=tuple(f"{part}_L" for part in PARTS), frame_rate=RATE)
     found = imported(written(tmp_path / "a.csv", places), mapping)
     np.testing.assert_allclose(np.degrees(found.angles), measured, atol=1e-9)
-    assert "knee_L: left and right are exchanged in 15 frames (1 stretches); put back" in found.notes
-    assert "toe_L: left and right are exchanged in 3 frames (1 stretches); put back" in found.notes
+    assert "knee_L: left and right are exchanged in 15 frames (1 stretches); restored" in found.notes
+    assert "toe_L: left and right are exchanged in 3 frames (1 stretches); restored" in found.notes
 
 
 def test_a_misplaced_point_shows_by_the_length_of_its_links(tmp_path: Path) -> None:
@@ -141,7 +143,7 @@ def test_one_animal_of_several(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", places, animal="yes")
     mapping = Mapping(points=PARTS, frame_rate=RATE, individual="rat1")
     np.testing.assert_allclose(np.degrees(imported(path, mapping).angles), measured, atol=1e-9)
-    with pytest.raises(UserError, match="holds 2 animals; say which: individual: rat1, or one of rat2"):
+    with pytest.raises(UserError, match="contains 2 animals; choose one: individual: rat1, or one of rat2"):
         imported(path)
     with pytest.raises(UserError, match='no individual "rat3"; did you mean rat'):
         imported(path, Mapping(points=PARTS, frame_rate=RATE, individual="rat3"))
@@ -150,15 +152,15 @@ def test_one_animal_of_several(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("mapping", "message"),
     [
-        (Mapping(points=PARTS), r"has no clock: say how many frames a second were filmed, frame_rate: 250 Hz"),
+        (Mapping(points=PARTS), r"has no clock: state the camera's frame rate, frame_rate: 250 Hz"),
         (
             Mapping(frame_rate=RATE),
             r"points: \[hip, knee, ankle, tip\] \(--points\); the file has hip, knee, ank",
         ),
         (Mapping(points=PARTS[:3], frame_rate=RATE), r"points: 3 points are named; robot has 3 joints and needs 4"),
         (Mapping(points=("hip", "kne", "ankle", "toe"), frame_rate=RATE), r'no point "kne"; did you mean knee\?'),
-        (Mapping(points=("hip", "knee", "knee", "toe"), frame_rate=RATE), r"a point is named twice"),
-        (Mapping(points=PARTS, frame_rate=RATE, plane=("x", "z")), r"plane: means nothing for a file of format deep"),
+        (Mapping(points=("hip", "knee", "knee", "toe"), frame_rate=RATE), r"a point is listed twice"),
+        (Mapping(points=PARTS, frame_rate=RATE, plane=("x", "z")), r"plane: does not apply to a file of format deep"),
         (Mapping(points=PARTS, frame_rate=RATE, individual="a"), r'no individual "a"; the file is of one animal'),
     ],
 )
@@ -174,12 +176,12 @@ def test_labels_made_by_hand_and_hdf5_are_refused_with_the_way_out(tmp_path: Pat
     table = pd.read_csv(tmp_path / "a.csv", header=[0, 1, 2], index_col=0)
     by_hand = table.drop(columns="likelihood", level="coords")
     by_hand.to_csv(tmp_path / "CollectedData_me.csv")
-    with pytest.raises(UserError, match="no likelihood: these are labels made by hand for training"):
+    with pytest.raises(UserError, match="no likelihood: these are manual training labels"):
         imported(tmp_path / "CollectedData_me.csv")
     table.index = [f"labeled-data/v/img{k}.png" for k in table.index]
     table.to_csv(tmp_path / "images.csv")
     with pytest.raises(UserError, match=r'images.csv:4: "labeled-data/v/img0.png" is not a frame\'s number'):
         imported(tmp_path / "images.csv")
     (tmp_path / "a.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
-    with pytest.raises(UserError, match="HDF5 of another program"):
+    with pytest.raises(UserError, match="HDF5 of an unknown program"):
         imported(tmp_path / "a.h5")

@@ -90,7 +90,7 @@ def test_names_that_lead_nowhere(file: Path, column: str, message: str) -> None:
 def test_lengths_units_and_no_mapping_at_all(file: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"which of its variables.*t \(300\), theta \(300 x 3\), trial.hip \(300\)"):
         imported(file, Mapping(frame_rate=200.0))
-    with pytest.raises(UserError, match=r'hip: the file does not say the unit of "theta\(:,1\)"'):
+    with pytest.raises(UserError, match=r'hip: the file does not state the unit of "theta\(:,1\)"'):
         imported(file, Mapping(frame_rate=200.0, joints=COLUMNS | {"hip": JointColumn("theta(:,1)")}))
     savemat(tmp_path / "b.mat", {"t": np.arange(20.0), "theta": np.ones((30, 3))})
     with pytest.raises(UserError, match=r"columns differ in length \(theta\(:,1\): 30"):

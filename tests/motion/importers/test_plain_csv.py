@@ -60,7 +60,7 @@ def test_every_mistake_of_a_file_is_said_at_once(tmp_path: Path) -> None:
     with pytest.raises(UserError) as caught:
         imported(tmp_path / "a.csv", Mapping(joints={"ankle": JointColumn("ankle (m/s)", unit="m/s")}))
     text = str(caught.value)
-    assert 'hip: the file does not say the unit of "Hip"; say it: {column: Hip, unit: deg}' in text
+    assert 'hip: the file does not state the unit of "Hip"; write {column: Hip, unit: deg}' in text
     assert 'knee: there is no column "knee"; did you mean kn?' in text
     assert "ankle: [m/s] is the unit of a speed" in text
     assert "say which column is the clock, time: {column: NAME, unit: s}" in text
@@ -76,8 +76,8 @@ def test_jumps_by_whole_turns_are_taken_out_and_told(tmp_path: Path) -> None:
     found = imported(tmp_path / "a.csv", Mapping(joints=columns))
     seen = np.isfinite(found.angles)
     np.testing.assert_allclose(np.degrees(found.angles[seen]), angles()[1][seen], atol=1e-9)
-    assert any("jumps by a whole turn taken out" in note and note.startswith("knee: ") for note in found.notes)
-    assert "ankle: moved by +720 deg, to the turn that the leg file means" in found.notes
+    assert any("jumps by a whole turn removed" in note and note.startswith("knee: ") for note in found.notes)
+    assert "ankle: shifted by +720 deg to the leg file's convention" in found.notes
 
 
 def test_exchanged_columns_are_put_back(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_exchanged_columns_are_put_back(tmp_path: Path) -> None:
     data.to_csv(tmp_path / "a.csv", index=False)
     found = imported(tmp_path / "a.csv", Mapping(joints={"knee": JointColumn("left knee")}))
     np.testing.assert_allclose(np.degrees(found.angles), angles()[1], atol=1e-9)
-    text = "knee (left knee): left and right are exchanged in 20 frames (1 stretches); put back"
+    text = "knee (left knee): left and right are exchanged in 20 frames (1 stretches); restored"
     assert text in found.notes
 
 
@@ -99,9 +99,7 @@ def test_lost_frames_spikes_and_a_bad_clock(tmp_path: Path) -> None:
     data.drop(index=range(50, 57)).to_csv(tmp_path / "a.csv", index=False)
     notes = imported(tmp_path / "a.csv").notes
     assert "7 frames are lost in 1 holes of the clock, the first after 0.245 s" in notes
-    assert any(
-        note.startswith("hip: 1 samples stand alone far off their neighbours (first at 0.150 s)") for note in notes
-    )
+    assert any(note.startswith("hip: 1 samples are outliers (first at 0.150 s)") for note in notes)
     data.loc[70, "time [s]"] = data.loc[69, "time [s]"]
     data.to_csv(tmp_path / "b.csv", index=False)
     with pytest.raises(UserError, match=r"time repeats at sample 71: 0.345 s, then 0.345 s"):
@@ -131,7 +129,7 @@ def test_a_joint_seen_only_before_the_release_is_refused(tmp_path: Path) -> None
     data = table("time [s]", "hip [deg]", "knee [deg]", "ankle [deg]")
     data.loc[95:, "ankle [deg]"] = np.nan
     data.to_csv(tmp_path / "a.csv", index=False)
-    with pytest.raises(UserError, match=r"hardly a sample of ankle is left from 0.[45]\d+ s on; leave the file out"):
+    with pytest.raises(UserError, match=r"too few samples of ankle remain from 0.[45]\d+ s; leave the file out"):
         imported(tmp_path / "a.csv", cut="cut")
 
 
@@ -156,7 +154,7 @@ def test_damaged_files(tmp_path: Path, content: bytes, message: str) -> None:
 
 def test_unknown_files_name_the_known(tmp_path: Path) -> None:
     (tmp_path / "film.avi").write_bytes(b"RIFF\0\0\0\0AVI LIST" + bytes(99))
-    with pytest.raises(UserError, match=r"film.avi: is of no format that is known; known are anipose, c3d, csv"):
+    with pytest.raises(UserError, match=r"film.avi: has an unknown format; known formats: anipose, c3d, csv"):
         imported(tmp_path / "film.avi")
     with pytest.raises(UserError, match=r"a.xlsx: does not exist"):
         imported(Path("a.xlsx"))
