@@ -66,7 +66,7 @@ def test_the_plane_must_be_told_and_a_wrong_one_shows(tmp_path: Path) -> None:
     path = written(tmp_path / "a.c3d", in_space(angles()[1]))
     with pytest.raises(UserError, match=r"give the axes to the right and up .* \(x \S+ mm, y \S+ mm, z \S+ mm, SD\)"):
         imported(path, Mapping(points=MAPPING.points))
-    with pytest.raises(UserError, match=r"\[y, -y\] is no plane: write two axes"):
+    with pytest.raises(UserError, match=r"\[y, -y\] is not a plane: write two of"):
         imported(path, Mapping(points=MAPPING.points, plane=("y", "-y")))
     found = imported(path, Mapping(points=MAPPING.points, plane=("x", "z")))
     assert any("deg out of the plane [x, z]: is it correct?" in note for note in found.notes)

@@ -72,7 +72,7 @@ def test_the_older_header_is_read(tmp_path: Path) -> None:
         ("endheader", "endhead", r'has no line "endheader"'),
         ("version=3", "nRows=90", r"says 90 rows and there are 60: the file is cut off"),
         ("time\t", "zeit\t", r'no row of labels that begins with "time"'),
-        ("\t35\t", "\tthirty\t", r":8: holds no number"),
+        ("\t35\t", "\tthirty\t", r":8: is not a number"),
         ("\t35\t", "\t", r":8: has 3 cells where there are 4 labels"),
         ("knee_angle_r\t", "hip_flexion_r\t", r'"hip_flexion_r" is given twice'),
     ],
