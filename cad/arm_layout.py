@@ -1,4 +1,4 @@
-"""Where a spring's arms lie, how they are clamped, and what they sweep as the joint turns. Plain arithmetic, no solids.
+"""The arms of a spring: positions, clamping, and swept regions as the joint turns. Plain arithmetic, no solids.
 
 Seen along z, a tangent arm of direction u starts at the tangent point T, |T| = D/2, T . u = 0. It is free up to its
 seat, which begins at the distance ``free`` from T, and clamped from there on: it lies in a V of 90 deg in a pad, a cap
@@ -28,7 +28,7 @@ CORNER = 1.0  # mm, radius of a seat's corners
 
 @dataclass(frozen=True)
 class SeatSize:
-    """An arm's seat, the same for both arms: what follows from wire and screws. Lengths in mm."""
+    """An arm's seat, equal for both arms: dimensions from wire and screws. Lengths in mm."""
 
     screw: float  # nominal
     length: float  # along the arm
@@ -120,7 +120,7 @@ class ArmLayout:
 def lay_arm(
     dimensions: JointDimensions, seat: SeatSize, direction: float, side: int, free: float, height: float, drop: float
 ) -> ArmLayout:
-    """An arm of the given direction; the lower arm falls, the upper rises.
+    """An arm in the given direction; the lower arm falls, the upper rises.
 
     ``height`` mm: z at its tangent point; ``drop`` mm: by which the coil is shorter when it opens to its stop.
     """
@@ -140,7 +140,7 @@ def lay_arm(
 
 
 def _cap_relief(dimensions: JointDimensions, slope: float) -> float:
-    """Length (mm) by which a cap begins behind its pad, so that half the clearance is left before its edge.
+    """Distance (mm) from the edge of its pad to a cap, so that half the clearance remains before its edge.
 
     The arm leans towards the cap. Of the arm's section at the clearance c before the seat, the point next to the cap
     lies ``d/2 sin(beta)`` nearer to it than the centre, ``tan(beta) = slope``, at the stop where the arm leans most.

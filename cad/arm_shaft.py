@@ -1,4 +1,4 @@
-"""The hinge's shaft and what is pushed on it: rods, rings, pins; and the sections by which a damper is driven.
+"""The hinge's shaft with rods, rings and pins; and the cross-sections that drive a damper.
 
 A section is round, a D (a disc with a flat), a square or a hexagon; its size is the diameter, or across the flats. All
 flats of a D stand on the +x side.
@@ -60,7 +60,7 @@ def section_area(form: Form, size: float, grow: float = 0.0) -> float:
 
 
 def milled_area(form: Form, size: float, diameter: float) -> float:
-    """Area (mm^2) that a section leaves of a round rod from which it is milled."""
+    """Area (mm^2) of a section milled from a round rod."""
     radius = diameter / 2
     if form == "round":
         return math.pi * radius**2

@@ -1,4 +1,4 @@
-"""How a joint is put together: the order with its parts, and the picture of them pulled apart."""
+"""The assembly of a joint: steps in order with their parts, and the exploded view."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BELOW = 1.5  # of the joint's width, by which what lies between the ears is draw
 
 @dataclass(frozen=True)
 class AssemblyStep:
-    """One step: what is done, with which parts (their names), and where they stand when pulled apart.
+    """One step: the action, its parts (names), and their positions in the exploded view.
 
     ``along`` and ``below``: shifts along the hinge axis (canonical) and away from the upper link, in joint widths.
     """
@@ -27,7 +27,7 @@ class AssemblyStep:
 
 
 def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
-    """The steps in their order; together they hold every part of the joint once."""
+    """The steps in order; together they contain every part of the joint once."""
     names = {part.name: part for part in joint.parts}
     prefix = next(iter(names)).removesuffix("upper")
     left = dict(names)
@@ -81,7 +81,7 @@ def assembly(joint: BuiltJoint) -> tuple[AssemblyStep, ...]:
 
 
 def _named(name: str, prefix: str, ending: str) -> bool:
-    """Whether a part belongs to what an ``ending`` names: itself, numbered, or of the second spring."""
+    """Whether a part matches an ``ending``: itself, numbered, or of the second spring."""
     rest = name.removeprefix(prefix)
     if rest == ending:
         return True
@@ -109,7 +109,7 @@ def _at_damper(joint: BuiltJoint) -> str:
 
 
 def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
-    """Every part pulled apart, with the number of its step; the joint at its free angle, upper link up."""
+    """Every part of the exploded view with the number of its step; the joint at its free angle, upper link up."""
     upper = joint.part("upper").mesh.vertices
     width = float(upper[:, 2].max() - upper[:, 2].min())
     flip = joint.layout.flips[1]
@@ -126,7 +126,7 @@ def exploded(joint: BuiltJoint) -> list[tuple[BuiltPart, Mesh, int]]:
 
 
 def _apart(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float]:
-    """Shifts of a part in joint widths: its step's, and of what would hide in the part it goes into a little more."""
+    """Shifts of a part in joint widths: its step's, increased for a part that would be hidden in another."""
     along, below = step.along, step.below
     if part.family == "bearing":
         along += 0.35 if name.endswith("_a") else -0.35
@@ -148,7 +148,7 @@ def _apart(part: BuiltPart, name: str, step: AssemblyStep) -> tuple[float, float
 
 
 def numbers_at(items: Sequence[tuple[BuiltPart, Mesh, int]]) -> list[tuple[str, tuple[float, float, float]]]:
-    """Where each step's number stands in the picture: on the middle of its largest part, mm."""
+    """The position of each step's number in the picture: the centre of its largest part, mm."""
     found: dict[int, tuple[float, Mesh]] = {}
     for _, mesh, number in items:
         if number not in found or abs(mesh.volume) > found[number][0]:

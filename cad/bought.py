@@ -20,7 +20,7 @@ from synth.cad.shaft_line import lay_shaft
 
 
 def bought_parts(dimensions: JointDimensions, layout: JointLayout) -> list[Drawn]:
-    """Everything standard but the seats' screws and what belongs to the damper's shaft."""
+    """All standard parts except the seats' screws and the parts of the damper's shaft."""
     line = lay_shaft(dimensions, layout, shaft_end(dimensions, layout).bottom)
     return [
         *_bearings(dimensions, layout),

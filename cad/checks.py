@@ -1,4 +1,4 @@
-"""The gates that an export must pass. A kernel calls a wrong solid valid, so each gate has its own oracle.
+"""The gates that an export must pass. A kernel may call a wrong solid valid, so each gate has its own reference.
 
 Here: what each part must be, alone and on its shafts. What moves on what is in ``cad.travel``, printing in
 ``cad.printing``, strength in ``cad.strength``.
@@ -31,7 +31,7 @@ ANGLE_TOLERANCE = 1e-3  # deg
 
 
 def check_part(part: BuiltPart) -> list[CheckResult]:
-    """One valid solid, the volume that the closed form gives, and a closed mesh of that volume."""
+    """One valid solid, the volume from the closed form, and a closed mesh of that volume."""
     import trimesh
 
     solids, volume = len(part.solid.Solids()), _volume(part)
@@ -63,7 +63,7 @@ def check_part(part: BuiltPart) -> list[CheckResult]:
 
 
 def _volume(part: BuiltPart) -> float:
-    """Volume of the solid, mm^3; to 1e-7 where a closed form is held against it that tightly.
+    """Volume of the solid, mm^3; to 1e-7 if a closed form is compared that tightly.
 
     The kernel's plain way takes a fixed number of points a face, which is 6e-6 off where a screw's hole crosses a tube.
     """
@@ -78,7 +78,7 @@ def _volume(part: BuiltPart) -> float:
 
 
 def check_pitch(joint: BuiltJoint) -> CheckResult:
-    """Neighbouring coils must not run through each other: ``pitch cos(helix angle) >= d``; no kernel check sees it."""
+    """Neighbouring coils must not intersect: ``pitch cos(helix angle) >= d``; no kernel check detects it."""
     spring = joint.dimensions.spring
     angle = math.atan(spring.drawn_pitch / (math.pi * spring.mean_diameter))
     return at_least(
@@ -117,13 +117,13 @@ def _check_arms(joint: BuiltJoint, spring: BuiltPart, which: str) -> list[CheckR
     wanted = dimensions.spring.stiff_length
     if wanted is None:
         wanted = effective_length(dimensions.spring.radius, dimensions.spring.drawn_coils, joint.layout.free_arm)
-    text = f"rate of the drawn spring with arms free over {frees[0]:.3f} and {frees[1]:.3f} mm, off the designed one"
+    text = f"rate of the drawn spring with arms free over {frees[0]:.3f} and {frees[1]:.3f} mm, over the designed one"
     results.append(at_most("levers", spring.name, abs(wanted / found - 1.0), LEVERS_LIMIT, "", text))
     return results
 
 
 def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list[CheckResult]:
-    """What must not meet: parts of one half, the halves over the travel, the spring and everything but its shafts."""
+    """Pairs that must not meet: parts of one half, the halves over the travel, the spring and all but its shafts."""
     bodies = Bodies(joint, link)
     return [
         *check_within(bodies),
@@ -138,7 +138,7 @@ def check_interference(joint: BuiltJoint, link: BuiltPart | None = None) -> list
 def check_joint(
     joint: BuiltJoint, link: BuiltPart | None = None, printing: PrintDimensions | None = None
 ) -> tuple[CheckResult, ...]:
-    """Every gate of one joint; ``link`` is the tube in its lower socket, where there is one."""
+    """Every gate of one joint; ``link`` is the tube in its lower socket, if any."""
     results: list[CheckResult] = []
     for part in (*joint.parts, *([link] if link else [])):
         results += check_part(part)
@@ -152,7 +152,7 @@ def check_joint(
 
 
 def check_links(leg: BuiltLeg) -> list[CheckResult]:
-    """Each link's tube ends free in the next joint's upper socket, reaching its bottom."""
+    """Each link's tube ends in the next joint's upper socket and reaches its bottom."""
     results = []
     for joint, link, following in zip(leg.joints, leg.links, leg.joints[1:], strict=False):
         # Tube and next upper half share the link's line: the next frame lies one link length further down.

@@ -1,4 +1,4 @@
-"""What joins the hinge's shaft with a damper: the adapter to a damper's own shaft, the insert for a damper's bore.
+"""Connections of the hinge's shaft to a damper: the adapter for a damper's own shaft, the insert for its bore.
 
 Adapter: a sleeve pinned on the hinge's shaft. A round output is pinned as well; on the flat of any other form a set
 screw in an insert takes the play. Insert: a printed square, D or hexagon, pinned on the shaft. Own frame, mm: the face
@@ -32,7 +32,7 @@ class Hub:
 
 
 def pin_heights(adapter: AdapterDimensions) -> tuple[float, float]:
-    """Z (mm) of the middles of both grips: on the hinge's shaft, on the damper's."""
+    """Z (mm) of the centres of both grips: on the hinge's shaft, on the damper's."""
     return -adapter.shaft_grip / 2, -adapter.length + adapter.output_grip / 2
 
 
@@ -55,7 +55,7 @@ def build_adapter(adapter: AdapterDimensions, hub: Hub, output_pin: Pin | None) 
 
 
 def adapter_volume(adapter: AdapterDimensions, hub: Hub, output_pin: Pin | None) -> float | None:
-    """Volume of :func:`build_adapter`, mm^3; None where an insert's hole meets a flat, which has no closed form."""
+    """Volume of :func:`build_adapter`, mm^3; None if an insert's hole meets a flat, which has no closed form."""
     if output_pin is None:
         return None
     shaft, output = hub.shaft / 2 + hub.fit, adapter.output_diameter / 2 + hub.fit
@@ -66,12 +66,12 @@ def adapter_volume(adapter: AdapterDimensions, hub: Hub, output_pin: Pin | None)
 
 
 def build_insert(form: Form, size: float, length: float, hub: Hub) -> Any:
-    """The insert for a damper's bore as one cadquery Solid, ``hub.fit`` smaller on every side than the bore."""
+    """The insert for a damper's bore as one cadquery Solid, smaller than the bore by ``hub.fit`` on every side."""
     body = build_section(form, size, -hub.fit, -length, 0.0)
     bore = build_section("round", hub.shaft, hub.fit, -length - 1.0, 1.0)
     return body.cut(bore, cross_hole(hub.pin_height, hub.pin.size / 2, 2 * size, PIN_TURN)).Solids()[0]
 
 
 def set_screw_place(adapter: AdapterDimensions) -> tuple[float, float]:
-    """Height (mm) of the set screw's axis and how far from the hinge axis it begins: on the output's flat."""
+    """Height (mm) of the set screw's axis and the distance of its start from the hinge axis: on the output's flat."""
     return pin_heights(adapter)[1], flat_distance(adapter.form, adapter.output_diameter)

@@ -23,7 +23,7 @@ ROTOR_GRIP = 0.8  # of the body's length that the shaft goes in
 
 @dataclass(frozen=True)
 class Sleeve:
-    """What the bracket is drawn from: radii, height, inserts' holes (radius, depths from ear and open end); mm.
+    """Dimensions of the bracket: radii, height, inserts' holes (radius, depths from ear and open end); mm.
 
     A thin sleeve with a boss round each screw, or, where bosses would meet, one as thick as those.
     """
@@ -38,11 +38,11 @@ class Sleeve:
 
     @property
     def boss(self) -> float:
-        """Radius of a boss: a wall round the insert."""
+        """Radius of a boss: a wall around the insert."""
         return self.hole + self.wall
 
     def thin(self, screws: Sequence[Point]) -> bool:
-        """Whether bosses stand apart on a sleeve that does not reach them anyway."""
+        """Whether bosses are separate because the sleeve does not reach them."""
         circle = math.hypot(*screws[0])
         apart = 2 * circle * math.sin(math.pi / len(screws))
         return apart > 2 * self.boss and circle + self.boss > self.bore + self.wall > circle - self.boss

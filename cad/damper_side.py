@@ -1,4 +1,4 @@
-"""The damper's side of the hinge's shaft: its end, and what joins it with the damper."""
+"""The damper's end of the hinge's shaft, and its connection to the damper."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ACCESS = 3.0  # mm, radius of holes in the sleeve: a pin of a 12 mm shaft and th
 
 @dataclass(frozen=True)
 class ShaftEnd:
-    """The shaft's lower end: its height and form (mm), and the radius of the bore drawn in the damper's envelope."""
+    """The shaft's lower end: height, form (mm), and the radius of the bore in the damper's envelope."""
 
     bottom: float
     form: Form
@@ -52,7 +52,7 @@ def _adapter_top(dimensions: JointDimensions, layout: JointLayout) -> float:
 
 
 def shaft_end(dimensions: JointDimensions, layout: JointLayout) -> ShaftEnd:
-    """Where the shaft ends, and how."""
+    """The position and form of the shaft's end."""
     damper, shaft, clear = dimensions.damper, dimensions.shaft_diameter, dimensions.clearance
     if damper.adapter is not None:
         bottom = _adapter_top(dimensions, layout) - damper.adapter.shaft_grip
@@ -104,7 +104,7 @@ def _insert_top(end: ShaftEnd, dimensions: JointDimensions) -> float:
 
 
 def _hub(dimensions: JointDimensions, layout: JointLayout) -> Hub | None:
-    """The sleeve on the shaft's end; None where the shaft itself goes into the damper."""
+    """The sleeve on the shaft's end; None if the shaft itself enters the damper."""
     shaft, fit, damper = dimensions.shaft_diameter, dimensions.fit, dimensions.damper
     if damper.adapter is not None:
         pin = adapter_pins(dimensions)[0]
@@ -119,7 +119,7 @@ def _hub(dimensions: JointDimensions, layout: JointLayout) -> Hub | None:
 
 
 def _on_the_end(dimensions: JointDimensions, hub: Hub, top: float) -> list[Drawn]:
-    """Adapter or insert, its pin, and what holds the damper's own shaft."""
+    """Adapter or insert, its pin, and the fastening of the damper's own shaft."""
     adapter, bore = dimensions.damper.adapter, dimensions.damper.bore
     shift = (0, 0, top)
     pins = [("damper_pin", hub.pin, top + hub.pin_height)]

@@ -62,7 +62,7 @@ class SpringDimensions:
 
     @property
     def drawn_coils(self) -> float:
-        """Coils that give exactly the included angle, nearest to the catalogue's count."""
+        """Coils for the exact included angle, nearest to the catalogue's count."""
         fraction = coil_fraction(self.included_angle)
         return round(self.coils - fraction) + fraction
 
@@ -192,7 +192,7 @@ class JointDimensions:
 
     @property
     def spring_torque(self) -> float:
-        """Largest torque of all springs together from stop to stop, N*m; 0 where the rate is not known."""
+        """Largest torque of all springs together from stop to stop, N*m; 0 if the rate is unknown."""
         turned = max(abs(angle - self.free_angle) for angle in self.stop_angles)
         return self.loads.spring_rate * math.radians(turned)
 
@@ -203,12 +203,12 @@ class JointDimensions:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The stops, measured deg: where the arms are closed most, and where they are open most."""
+        """The stops, measured deg: with the arms closed most, and open most."""
         low, high = self.stop_angles
         return (low, high) if self.closes < 0 else (high, low)
 
     def closing(self, measured_angle: float) -> float:
-        """How far the joint closes the spring's arms from its free angle to ``measured_angle``, deg."""
+        """Closing of the spring's arms from the free angle to ``measured_angle``, deg."""
         return self.closes * (measured_angle - self.free_angle)
 
     def opening(self, measured_angle: float) -> float:
@@ -225,7 +225,7 @@ class JointDimensions:
         return self.sign * (measured_angle - self.zero_angle)
 
     def problems(self) -> list[DimensionProblem]:
-        """Every range that is broken in this joint, its spring and its damper."""
+        """Every dimension out of range in this joint, its spring and its damper."""
         prefix = f"{self.name}."
         found = range_problems(self, prefix)
         if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
@@ -270,7 +270,7 @@ class JointDimensions:
         return found
 
     def _stop_problems(self) -> list[DimensionProblem]:
-        """Stops that are within the wanted travel, or at which the spring yields."""
+        """Stops within the wanted travel, or beyond the spring's yield."""
         (low, high), name = self.range, f"{self.name}.stops"
         first, last = self.stop_angles
         if not (
@@ -294,7 +294,7 @@ class LegDimensions:
     printing: PrintDimensions = field(default_factory=PrintDimensions)
 
     def problems(self) -> list[DimensionProblem]:
-        """Every range that is broken in any joint, and names that repeat."""
+        """Every dimension out of range in any joint, and repeated names."""
         found = range_problems(self) + self.printing.problems("printing.")
         if not 1 <= len(self.joints) <= 6:
             found.append(DimensionProblem("joints", len(self.joints), "1 to 6", "a leg is a chain of 1 to 6 links"))
@@ -312,7 +312,8 @@ class LegDimensions:
 
 
 def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float = 0.0, closes: int = -1) -> float:
-    """Where the lower half carries its arm shafts, deg from its link's centre line, so that the spring is free there.
+    """Direction of the lower half's arm shafts, deg from its link's centre line, for which the spring is unloaded
+    there.
 
     The upper arm runs along ``upper_arm_angle`` (0: the line from which the joint's angle is measured). At
     the free angle the lower arm must stand at the spring's included angle from it, so the lower arm's line
@@ -325,7 +326,7 @@ def arm_offset(free_angle: float, included_angle: float, upper_arm_angle: float 
 
 
 def check(dimensions: SpringDimensions | DamperDimensions | JointDimensions | LegDimensions) -> None:
-    """Raise :class:`DimensionError` with everything that is out of range; return when all is well."""
+    """Raise :class:`DimensionError` with every dimension out of range."""
     found = dimensions.problems()
     if found:
         raise DimensionError(found)

@@ -1,4 +1,4 @@
-"""DXF files whose bytes do not change from run to run, and the flat brackets of a joint in them."""
+"""DXF files with reproducible bytes, and the flat brackets of a joint in them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Circle = tuple[Point, float]
 @contextmanager
 def drawing(path: Path) -> Iterator[tuple[Any, Any]]:
     """An ezdxf document in millimetres and its model space, saved to ``path`` at the end without time stamps."""
-    ezdxf: Any = importlib.import_module("ezdxf")  # its types hide what its manual names
+    ezdxf: Any = importlib.import_module("ezdxf")  # its types do not cover its documented names
     fixed = ezdxf.options.write_fixed_meta_data_for_testing
     ezdxf.options.write_fixed_meta_data_for_testing = True  # no time stamps, no random identifiers
     try:
@@ -38,7 +38,7 @@ def drawing(path: Path) -> Iterator[tuple[Any, Any]]:
 
 @dataclass(frozen=True)
 class FlatBracket:
-    """One sheet of a bracket that is the same at every height: outline and holes, mm, seen from its outer face.
+    """One sheet of a bracket of constant cross-section: outline and holes, mm, seen from its outer face.
 
     ``outline``: a radius about the origin, or the width and height of a rectangle about it.
     """
@@ -50,7 +50,7 @@ class FlatBracket:
 
 
 def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
-    """The sheets that damper bracket, encoder seat and mount consist of, for whom cuts them instead of printing.
+    """The sheets of damper bracket, encoder seat and mount, for cutting instead of printing.
 
     A stack of sheets has no inserts: the screws' holes go through, for longer screws with nuts.
     """
@@ -78,7 +78,7 @@ def flat_brackets(joint: BuiltJoint) -> tuple[FlatBracket, ...]:
 
 
 def write_flat(bracket: FlatBracket, path: Path) -> None:
-    """Write a flat bracket: what is cut on layer CUT, its name and thickness on layer TEXT."""
+    """Write a flat bracket: cuts on layer CUT, name and thickness on layer TEXT."""
     with drawing(path) as (document, space):
         document.layers.add("TEXT", color=3)
         cut = {"layer": "CUT"}

@@ -36,12 +36,12 @@ def seat_height(dimensions: JointDimensions) -> float:
 
 
 def seat_bore(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the room round collar and thrust washer."""
+    """Radius (mm) of the space around collar and thrust washer."""
     return dimensions.hardware.radius + dimensions.clearance
 
 
 def _sunk(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
-    """How deep (mm) the screws' heads are sunk, and the radius of the holes for that."""
+    """Depth (mm) of the countersinks of the screws' heads, and their radius."""
     place = encoder_screws(dimensions, layout, seat_height(dimensions))[0]
     depth = layout.gap_b + layout.ear + seat_height(dimensions) - place.face
     return depth, place.screw.head_diameter / 2 + SUNK_ASIDE
@@ -73,7 +73,7 @@ def build_seat(dimensions: JointDimensions, layout: JointLayout) -> Any:
 
 
 def seat_volume(dimensions: JointDimensions, layout: JointLayout) -> float | None:
-    """Volume of :func:`build_seat`, mm^3, in closed form; None where sunk heads cut into its recess."""
+    """Volume of :func:`build_seat`, mm^3, in closed form; None if countersinks cut into its recess."""
     encoder = dimensions.encoder
     assert encoder is not None
     depth, _ = _sunk(dimensions, layout)
@@ -91,7 +91,7 @@ def seat_volume(dimensions: JointDimensions, layout: JointLayout) -> float | Non
 
 
 def build_encoder(dimensions: JointDimensions, encoder: EncoderDimensions) -> Any:
-    """Envelope of the bought encoder (cadquery Solid) as it lies in the seat, in the seat's frame."""
+    """Envelope of the bought encoder (cadquery Solid) in the seat's frame."""
     step = seat_step(dimensions)
     return _cylinder(encoder.body_diameter / 2, step, step + encoder.body_depth)
 

@@ -1,4 +1,4 @@
-"""Files out: STEP with names and colours, STL, pictures. The same leg gives the same STEP and STL bytes."""
+"""Export: STEP with names and colours, STL, pictures. The same leg gives the same STEP and STL bytes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PICTURED = ("upper", "lower", "damper_bracket", "damper_adapter", "encoder_seat"
 
 @dataclass(frozen=True)
 class ExportedFile:
-    """One file that was written: its path relative to the folder, its kind, and the part or assembly in it."""
+    """One written file: its path relative to the folder, its kind, and its part or assembly."""
 
     path: str
     kind: Kind
@@ -41,7 +41,7 @@ def export_leg(
     checks: tuple[CheckResult, ...] | None = None,
     pictures: bool = True,
 ) -> list[ExportedFile]:
-    """Write every part, every joint and the leg, once all gates hold.
+    """Write every part, every joint and the leg, after all gates hold.
 
     Parts are written where they stand at the joint's free angle, in the joint's frame (mm, hinge axis on z, upper link
     along +y), assemblies with every joint at its free angle: the spring as it is wound, no load on it. GLB and pictures
@@ -76,7 +76,7 @@ def export_leg(
 
 
 def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
-    """The printed parts as 3MF, a file a plate of the bed's size, the leg as GLB, the flat brackets as DXF."""
+    """The printed parts as 3MF, one file per plate of the bed's size; the leg as GLB; the flat brackets as DXF."""
     printing = leg.dimensions.printing
     plans = [(part, plan_part(joint, part, printing)) for joint in leg.joints for part in joint.parts if part.printed]
     write_glb(leg, folder / "leg.glb")
@@ -93,7 +93,7 @@ def _write_for_others(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
 
 
 def draw_leg(leg: BuiltLeg, folder: Path) -> list[ExportedFile]:
-    """Pictures: each printed part and spring, each joint whole, without its upper half, and the leg.
+    """Pictures: each printed part and spring, each joint complete and without its upper half, and the leg.
 
     Raises
     ------
@@ -154,20 +154,20 @@ def _write_assembly(leg: BuiltLeg, only: int | None, folder: Path) -> list[Expor
 
 
 def _assembly_of_part(part: BuiltPart, solid: Any) -> Any:
-    """A part alone, wrapped so that its name and colour reach the file."""
+    """A single part, wrapped so that its name and colour reach the file."""
     import cadquery as cq
 
     return cq.Assembly(name=f"{part.name}_part").add(solid, name=part.name, color=cq.Color(*part.colour))
 
 
 def write_step(assembly: Any, path: Path) -> None:
-    """Write a cadquery Assembly as STEP AP214 (mm), then take out what changes from run to run."""
+    """Write a cadquery Assembly as STEP AP214 (mm), without text that changes between runs."""
     assembly.export(str(path))
     path.write_text(normalised_step(path.read_text(encoding="utf-8")), encoding="utf-8", newline="\n")
 
 
 def write_stl(meshes: list[Mesh], path: Path) -> None:
-    """Binary STL (mm) of one or more meshes: 80 bytes of title, a count, 50 bytes a triangle."""
+    """Binary STL (mm) of one or more meshes: 80 bytes of title, a count, 50 bytes per triangle."""
     layout = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     blocks = []
     for mesh in meshes:

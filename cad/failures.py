@@ -1,4 +1,4 @@
-"""A picture of each gate that failed: the joint where it fails, what is wrong in red, the rest as if of glass."""
+"""A picture of each failed gate: the joint at that angle, the fault in red, everything else transparent."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MARK = 0.6  # mm, half the size of the mark at a thin place
 
 
 def draw_failures(leg: BuiltLeg, checks: Sequence[CheckResult], folder: Path) -> dict[str, CheckResult]:
-    """Write ``<part>_<gate>.png`` for each failed gate that can be shown; file name -> gate.
+    """Write ``<part>_<gate>.png`` for each failed gate that can be drawn; file name -> gate.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def _file_name(check: CheckResult, taken: dict[str, CheckResult]) -> str:
 
 
 def failure_items(joint: BuiltJoint, check: CheckResult, printing: PrintDimensions) -> list[Item]:
-    """What to draw for a failed gate."""
+    """The drawing of a failed gate."""
     part = next(part for part in joint.parts if part.name == check.part)
     if check.angle is not None:
         return _meeting(joint, check.angle)
@@ -73,7 +73,7 @@ def failure_items(joint: BuiltJoint, check: CheckResult, printing: PrintDimensio
 
 
 def _meeting(joint: BuiltJoint, angle: float) -> list[Item]:
-    """The joint at an angle, and in red what two of its parts share there."""
+    """The joint at an angle, and in red the common volume of two of its parts."""
     placed = [(part, joint.mesh_at(part, angle)) for part in joint.parts]
     items: list[Item] = [(mesh, part.colour, GLASS) for part, mesh in placed]
     solids = {part.name: manifold(mesh) for part, mesh in placed}

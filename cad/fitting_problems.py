@@ -1,4 +1,4 @@
-"""Whether a joint's fittings fit: encoder, damper's adapter, mount, shaft. Arithmetic only, no solids."""
+"""Checks of a joint's fittings: encoder, damper's adapter, mount, shaft. Arithmetic only, no solids."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LEAST_INSERT_WALL = 1.6  # mm, of a printed insert round the shaft: four lines
 
 
 def adapter_radius(dimensions: JointDimensions) -> float:
-    """Outside of the damper's adapter, mm: a wall round the wider of the two bores, and the set screw's insert."""
+    """Outside of the damper's adapter, mm: a wall around the wider of the two bores, and the set screw's insert."""
     adapter = dimensions.damper.adapter
     wide = dimensions.shaft_diameter / 2
     deep = 0.0
@@ -36,7 +36,7 @@ def adapter_radius(dimensions: JointDimensions) -> float:
 
 
 def adapter_pins(dimensions: JointDimensions) -> list[Pin | None]:
-    """Pins of the adapter: through the joint's shaft, and through a round output; None where none is sold."""
+    """Pins of the adapter: through the joint's shaft, and through a round output; None if none is sold."""
     adapter = dimensions.damper.adapter
     if adapter is None:
         return []
@@ -48,7 +48,7 @@ def adapter_pins(dimensions: JointDimensions) -> list[Pin | None]:
 
 
 def longest_pin(size: float, shaft: float, outside: float) -> Pin | None:
-    """The longest pin sold that ends within a hub of diameter ``outside`` (mm) and holds in it on both sides."""
+    """The longest pin sold that ends within a hub of diameter ``outside`` (mm) and is held on both sides."""
     found = pin_at_least(size, shaft + 2 * LEAST_HELD)
     if found is None or found.length > outside:
         return None
@@ -66,12 +66,12 @@ def has_insert(dimensions: JointDimensions) -> bool:
 
 
 def milled_size(form: Form, size: float) -> float:
-    """Diameter (mm) of the rod that a section is milled from; of squares and hexagons the corners may be round."""
+    """Diameter (mm) of the rod from which a section is milled; squares and hexagons may have round corners."""
     return ROUNDED * 2 * circumradius(form, size) if form in SIDES else size
 
 
 def fitting_problems(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """Fittings that do not fit, by the dimension that is to blame."""
+    """Fittings that do not fit, under the responsible dimension."""
     return [
         *_fit(dimensions),
         *_pinned(dimensions, layout),
@@ -93,8 +93,8 @@ def _fit(dimensions: JointDimensions) -> list[DimensionProblem]:
 
 
 def _pinned(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """A tongue too small for the pin through it, or one without a place for the pin's hole."""
-    name, text = f"{dimensions.name}.shaft_diameter", "a thinner shaft, or a coil with more room round it"
+    """A tongue too small for its pin, or without a place for the pin's hole."""
+    name, text = f"{dimensions.name}.shaft_diameter", "a thinner shaft, or a coil with more space around it"
     if tongue_pin(dimensions, layout.space.tongue_radius) is None:
         reason = "no dowel pin is sold that ends inside the lower half"
         return [DimensionProblem(name, dimensions.shaft_diameter, text, reason)]
@@ -105,7 +105,7 @@ def _pinned(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionP
 
 
 def _socket(dimensions: JointDimensions, layout: JointLayout) -> list[DimensionProblem]:
-    """A link so wide that no screw is sold through its socket."""
+    """A link so wide that no screw is sold for its socket."""
     if socket_screw(layout.socket_outer) is not None:
         return []
     name = f"{dimensions.name}.link_width"
@@ -128,7 +128,7 @@ def _bracket(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
     apart = wide / math.sin(math.pi / damper.bolt_count)
     least = max(least_bolt_circle(dimensions), apart)
     if damper.bolt_circle < least:
-        reason = f"inserts for M{screw.size:g} stand in the sleeve round damper and collar, and heads in the ear"
+        reason = f"inserts for M{screw.size:g} need space in the sleeve around damper and collar, and heads in the ear"
         return [DimensionProblem(f"{name}.bolt_circle", damper.bolt_circle, f"at least {least:.4g} mm", reason)]
     above, below = bracket_depths(dimensions, layout)
     if above + below + BESIDE > layout.bracket_height:
@@ -139,7 +139,7 @@ def _bracket(dimensions: JointDimensions, layout: JointLayout) -> list[Dimension
 
 
 def _bore(dimensions: JointDimensions) -> list[DimensionProblem]:
-    """A damper's bore that neither a milled shaft nor a printed insert fills."""
+    """A damper's bore that fits neither a milled shaft nor a printed insert."""
     bore, shaft = dimensions.damper.bore, dimensions.shaft_diameter
     if dimensions.damper.adapter is not None or bore.size is None:
         return []
@@ -214,9 +214,7 @@ def _adapter(dimensions: JointDimensions) -> list[DimensionProblem]:
     for key, grip, hole in sizes:
         if grip < hole + 2 * BESIDE:
             text = f"at least {hole + 2 * BESIDE:.4g} mm"
-            found.append(
-                DimensionProblem(f"{name}.adapter.{key}", grip, text, "a pin or set screw stands in its middle")
-            )
+            found.append(DimensionProblem(f"{name}.adapter.{key}", grip, text, "a pin or set screw is in its middle"))
     return found
 
 

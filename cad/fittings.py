@@ -1,4 +1,4 @@
-"""What may be added to a joint, what loads it, and how it is printed: dimensions in mm, N*m and MPa.
+"""Additions to a joint, its loads, and its printing: dimensions in mm, N*m and MPa.
 
 Vendors' drawings of dampers and encoders are not in our catalogues, so each default is our own choice or has its
 source beside it; measure what you bought.
@@ -15,7 +15,7 @@ from synth.cad.limits import DimensionProblem, dimension, range_problems
 
 @dataclass(frozen=True)
 class LoadDimensions:
-    """What a joint's parts must bear; zero: not known, and not checked."""
+    """Loads on a joint's parts; zero: unknown, and not checked."""
 
     spring_rate: float = dimension(0.0, 0.0, 500.0, "N*m/rad", "as built, of both springs where there are two")
     damper_torque: float = dimension(0.0, 0.0, 200.0, "N*m", "the damper's largest, which goes through the shaft's key")
@@ -23,7 +23,7 @@ class LoadDimensions:
 
 @dataclass(frozen=True)
 class PrintDimensions:
-    """Printer, print material and what is asked of it. The material is Markforged's Onyx unless told.
+    """Printer, print material and its required strength. The default material is Markforged's Onyx.
 
     ``strength`` is Onyx' tensile yield (Markforged composites data sheet). What is left of it from layer to layer
     no sheet says; 0.5 is our assumption, and users print along the layers what must hold.
@@ -68,7 +68,7 @@ class EncoderDimensions:
 
 @dataclass(frozen=True)
 class AdapterDimensions:
-    """A coupling between the joint's shaft and a damper that has a shaft of its own instead of a bore.
+    """A coupling between the joint's shaft and a damper that has its own shaft instead of a bore.
 
     It is pinned on the joint's shaft. A round output is pinned too, which asks for a hole drilled in it; on a flat of
     any other form a set screw takes the play.
@@ -92,7 +92,7 @@ class AdapterDimensions:
 
 @dataclass(frozen=True)
 class BoreDimensions:
-    """The bore of a damper that the joint's shaft goes into: its form, and its diameter or width across the flats.
+    """The bore of a damper for the joint's shaft: its form, and its diameter or width across the flats.
 
     A square, D or hexagon that the shaft can be milled to is milled; a larger one is printed as an insert that is
     pinned on the shaft.
@@ -131,7 +131,7 @@ class DamperDimensions:
 
 @dataclass(frozen=True)
 class MountDimensions:
-    """A flange in place of the upper half's tube socket, by which the first joint hangs from the body."""
+    """A flange instead of the upper half's tube socket, by which the first joint is attached to the body."""
 
     thickness: float = dimension(8.0, 3.0, 30.0, "mm", "of the flange; twice a screw's diameter holds its head")
     bolt_diameter: float = dimension(4.5, 2.0, 13.0, "mm", "clearance hole, M4 unless told")
@@ -156,7 +156,7 @@ def _form_problems(form: str, name: str) -> list[DimensionProblem]:
 
 
 def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str, prefix: str) -> list[DimensionProblem]:
-    """Why a round body of diameter ``body`` (mm) cannot be held by screws on a circle round it; its ranges first."""
+    """Why screws on a circle cannot hold a round body of diameter ``body`` (mm); other ranges first."""
     found = range_problems(part, prefix)
     if found:
         return found
@@ -167,7 +167,7 @@ def _screwed(part: EncoderDimensions | DamperDimensions, body: float, what: str,
     if part.bolt_circle < max(beside, outside):
         reason = f"the screws pass outside {what} with 1 mm between"
         if beside > outside:
-            reason = f"{part.bolt_count} screws stand on it with 1 mm between"
+            reason = f"{part.bolt_count} screws fit on it with 1 mm between"
         allowed = f"at least {max(beside, outside):.4g} mm"
         found.append(DimensionProblem(prefix + "bolt_circle", part.bolt_circle, allowed, reason))
     return found

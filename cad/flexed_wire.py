@@ -27,7 +27,7 @@ SETTLED = 1e-9  # mm and rad
 
 @dataclass(frozen=True)
 class FlexedWire:
-    """The wire seen along the axis, from the still end to the turned one; right hand.
+    """The wire seen along the axis, from the fixed end to the turned one; right hand.
 
     The still arm's coil end is at (radius, 0), its free end at (radius, -arm). ``points`` (n, 2) mm, ``lengths`` (n,)
     mm along the wire, ``curvature`` (n - 1,) 1/mm, ``torque`` over EI, 1/mm, and the force on the axis over EI, 1/mm^2.
@@ -43,7 +43,7 @@ class FlexedWire:
 
 
 def effective_length(radius: float, coils: float, arm: float) -> float:
-    """Length (mm) of a straight beam as stiff as the spring with clamped arms: rate = EI / length.
+    """Length (mm) of a straight beam with the stiffness of the spring with clamped arms: rate = EI / length.
 
     The integrals over two arms and a coil of ``coils`` turns are in closed form; ``arm`` is the free length of each.
     """
@@ -65,7 +65,7 @@ def effective_length(radius: float, coils: float, arm: float) -> float:
 
 
 def flexed(radius: float, coils: float, arm: float, closing: float) -> FlexedWire | None:
-    """The wire when the joint closes its arms by ``closing`` deg (negative: opens); None where none is found."""
+    """The wire when the joint closes its arms by ``closing`` deg (negative: opens); None if there is no solution."""
     turn = 2 * math.pi * coils
     n_coil = max(16, math.ceil(STEPS_A_TURN * coils))
     steps = np.concatenate([
@@ -107,7 +107,7 @@ def _points(steps: Array, curvature: Array, radius: float, arm: float) -> Array:
 def _solved(
     steps: Array, free: Array, unloaded: Array, points: Array, load: Array, angle: float
 ) -> tuple[Array, Array] | None:
-    """Points and load (3,) at which the far end has turned by ``angle`` rad about the axis; Newton."""
+    """Points and load (3,) for which the far end has turned by ``angle`` rad about the axis; Newton's method."""
     radius, arm = float(unloaded[0, 0]), -float(unloaded[0, 1])
     c, s = math.cos(angle), math.sin(angle)
     x, y = unloaded[-1]

@@ -1,4 +1,4 @@
-"""Standard parts that the joints are put together with, from the tables in ``catalogs/``.
+"""Standard parts of the joints, from the tables in ``catalogs/``.
 
 Standards, sizes and sources stand in the tables; here is only how a size is picked.
 """
@@ -117,7 +117,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class ShaftParts:
-    """What turns a stock rod into a hinge's shaft: the same on both sides."""
+    """The parts that turn a stock rod into a hinge's shaft, equal on both sides."""
 
     bearing: Bearing
     collar: Collar
@@ -126,17 +126,17 @@ class ShaftParts:
 
     @property
     def stack(self) -> float:
-        """Thrust washer and collar along the shaft, mm."""
+        """Stack of thrust washer and collar along the shaft, mm."""
         return self.washer.thickness + self.collar.width
 
     @property
     def radius(self) -> float:
-        """Of the larger of both, mm."""
+        """The larger of both, mm."""
         return max(self.collar.outer_diameter, self.washer.outer_diameter) / 2
 
 
 def table(family: str) -> list[dict[str, str]]:
-    """The rows of ``catalogs/<family>.csv``, the units of the headers left out."""
+    """The rows of ``catalogs/<family>.csv``, with units removed from the headers."""
     path = Path(__file__).parents[1] / "_catalogs" / f"{family}.csv"
     with path.open(encoding="utf-8", newline="") as file:
         return [{key.split(" [")[0]: value for key, value in row.items()} for row in csv.DictReader(file)]
@@ -200,7 +200,7 @@ def nuts() -> dict[float, Nut]:
 
 @cache
 def bearings() -> tuple[Bearing, ...]:
-    """Ball bearings, smallest bore first and of one bore the smallest outside first."""
+    """Ball bearings, by bore and then by outside diameter."""
     found = [
         Bearing(
             row["standard"], row["designation"], row["sold_as"], float(row["bore"]), float(row["outer_diameter"]),
@@ -263,30 +263,30 @@ def shaft_parts(diameter: float) -> ShaftParts:
 
 
 def pin_size(shaft: float) -> float:
-    """Diameter (mm) of the pin through a shaft: the largest sold that is no more than a third of it."""
+    """Diameter (mm) of the pin through a shaft: the largest sold up to a third of the shaft's."""
     return max(size for size in _pins() if size <= PIN_SHARE * shaft + ROUNDING or size == min(_pins()))
 
 
 def pin_at_least(size: float, length: float) -> Pin | None:
-    """The shortest dowel pin of a ``size`` that is at least ``length`` mm long; None where none is sold."""
+    """The shortest dowel pin of a ``size`` that is at least ``length`` mm long; None if none is sold."""
     standard, lengths = _pins()[size]
     found = _at_least(lengths, length)
     return None if found is None else Pin(standard, size, found)
 
 
 def screw_of(size: float) -> Screw:
-    """The smallest screw of at least ``size`` mm; the largest where there is none."""
+    """The smallest screw of at least ``size`` mm; the largest if there is none."""
     return next((screw for screw in screws() if screw.size >= size - ROUNDING), screws()[-1])
 
 
 def screw_through(hole: float) -> Screw | None:
-    """The largest screw that passes a hole of ``hole`` mm with a tenth to either side; None where none does."""
+    """The largest screw for a hole of ``hole`` mm with a tenth of clearance on either side; None if there is none."""
     found = [screw for screw in screws() if screw.size + 0.2 <= hole + ROUNDING]
     return found[-1] if found else None
 
 
 def long_screw(least: float, grip: float) -> tuple[Screw, float] | None:
-    """The smallest socket screw of at least ``least`` mm that is sold long enough to grip ``grip`` mm and its nut.
+    """The smallest socket screw of at least ``least`` mm that is sold long enough for ``grip`` mm and its nut.
 
     With its length; two turns stand out of the nut. None where none is.
     """

@@ -1,4 +1,4 @@
-"""Gates on bought parts: the pin that drives the shaft, play along the hinge, screws. Each asks the solids."""
+"""Gates on bought parts: the pin that drives the shaft, play along the hinge, screws. All are tested on the solids."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ INSERTED = re.compile(r" - M([0-9.]+) x ")  # of a screw as it is bought
 
 
 def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
-    """The pin turns tongue and shaft together, and nothing keys the shaft to the upper half.
+    """The pin connects tongue and shaft, and nothing connects the shaft to the upper half.
 
     Turned by a few degrees the pin must run into either, as solids; the shaft turned must meet no upper part.
     """
@@ -42,12 +42,12 @@ def check_keyed(joint: BuiltJoint) -> list[CheckResult]:
         for part in joint.parts
         if part.group == "upper" and part.family != "damper"
     )
-    text = "overlap with the upper half when turned a quarter"
+    text = "overlap with the upper half when turned by a quarter"
     return [*results, at_most("free", joint.part("shaft").name, free, OVERLAP_LIMIT, "mm^3", text)]
 
 
 def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> float:
-    """Half of what a pin turned in its hole shares with what is beside it, mm^3.
+    """Half of the overlap of a pin turned in its hole with its neighbour, mm^3.
 
     At the radius r it is moved aside by r sin(turn), and sweeps that times its diameter a length, to either side.
     """
@@ -59,7 +59,7 @@ def _keyed_least(dimensions: JointDimensions, suffix: str, pin: BuiltPart) -> fl
 
 
 def check_axial_play(bodies: Bodies) -> list[CheckResult]:
-    """How far the shaft and what is on it shift along the hinge before a thrust washer meets an ear, as solids."""
+    """Axial travel of the shaft with its parts before a thrust washer meets an ear, from the solids."""
     joint = bodies.joint
     moving = bodies.halves["lower"]
     turn = joint.turn("lower", joint.dimensions.rest_angle)
@@ -77,7 +77,7 @@ def check_axial_play(bodies: Bodies) -> list[CheckResult]:
 
 
 def check_screws(joint: BuiltJoint) -> list[CheckResult]:
-    """Every screw in an insert engages at least 1.5 diameters and ends inside what holds it, found by rays."""
+    """Every screw in an insert engages at least 1.5 diameters and ends inside its part, tested by rays."""
     results = []
     for part in joint.parts:
         size = INSERTED.search(part.made)
@@ -93,7 +93,7 @@ def check_screws(joint: BuiltJoint) -> list[CheckResult]:
 
 
 def _engagement(joint: BuiltJoint, screw: BuiltPart, size: float) -> tuple[float, float]:
-    """Length (mm) of a screw in the print round its insert, and how far its end is from the print's far face.
+    """Length (mm) of a screw in the print around its insert, and the distance of its end from the print's far face.
 
     Rays beside the insert's hole, along the screw, against each printed part of its half; the part that holds the
     screw's end is meant.
@@ -124,7 +124,7 @@ def _engagement(joint: BuiltJoint, screw: BuiltPart, size: float) -> tuple[float
 
 
 def _wall_at(solid: Any, at: tuple[float, float], tip: float, under: float) -> tuple[float, float] | None:
-    """Of the print that a line beside a screw runs through at its end: length along the screw, and beyond the end."""
+    """Print along a line beside a screw at its end: length along the screw, and beyond the end."""
     way = 1.0 if under > tip else -1.0
     far = 1000.0 * way
     inside = tip + 0.5 * way

@@ -38,7 +38,7 @@ SCALE_STEP = 5.0  # deg, between the ear's marks
 
 
 def bore_radius(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the ears' bores outside their bearings: the shaft turns in them without touching."""
+    """Radius (mm) of the ears' bores outside their bearings, clear of the shaft."""
     return dimensions.shaft_diameter / 2 + dimensions.clearance
 
 
@@ -158,7 +158,7 @@ def build_upper(dimensions: JointDimensions, layout: JointLayout) -> Any:
 
 
 def _arcs(layout: JointLayout, half_width: float) -> list[tuple[float, float]]:
-    """Sectors (deg) in which the seat plate's screws move, to ``half_width`` mm beside their axes."""
+    """Sectors (deg) of the seat plate's screws, to ``half_width`` mm beside their axes."""
     plate = layout.plate
     half = plate.travel + math.degrees(math.asin(half_width / plate.radius))
     return [(angle - half, angle + half) for angle in plate.angles]
@@ -189,7 +189,7 @@ def _mark_ends(layout: JointLayout) -> tuple[float, float]:
 
 
 def _plus(dimensions: JointDimensions, layout: JointLayout) -> Point:
-    """The pit beside the window at its plus end: turned there, the seat makes the free angle larger."""
+    """The pit beside the window at its plus end: turning the seat towards it increases the free angle."""
     marks = scale_marks(layout)
     end = (marks[-1] - marks[0]) / 2 + 0.6 * SCALE_STEP
     angle = math.radians(layout.plate.window - dimensions.closes * end)
@@ -244,14 +244,14 @@ def build_lower(dimensions: JointDimensions, layout: JointLayout) -> Any:
 
 
 def _pin_hole(layout: JointLayout, line: ShaftLine) -> Any:
-    """The hole by which the pin is pushed through floor and shaft: open on one side, blind on the other."""
+    """The hole for pushing the pin through floor and shaft: open on one side, blind on the other."""
     reach = floor_outline(layout).reach(line.pin_angle) + 1.0
     start = -line.pin.length / 2 - BLIND
     return cross_hole(line.pin_height, line.pin.size / 2, reach, line.pin_angle, start)
 
 
 def _open_edge(edge: float, hull: Hull, arm: ArmLayout, way: int, start: float, wall: float) -> float:
-    """The edge of a cut across an arm, ``edge`` mm from it; farther out where else a blade would stay beside it.
+    """The edge of a cut across an arm, ``edge`` mm from it; farther out if a thin blade would remain beside it.
 
     ``way`` +1: outwards; -1: inwards. ``start`` mm: distance of the arm's line from the hinge.
     """
@@ -260,7 +260,7 @@ def _open_edge(edge: float, hull: Hull, arm: ArmLayout, way: int, start: float, 
 
 
 def _lower_slot(dimensions: JointDimensions, layout: JointLayout, cup: Hull) -> Any:
-    """The way of the lower arm out of the pocket to its seat, open to the top so that the spring drops in."""
+    """The path of the lower arm out of the pocket to its seat, open at the top for inserting the spring."""
     arm, spring = layout.lower, dimensions.spring
     width = spring.wire_diameter / 2 + dimensions.clearance
     outside = _open_edge(width + layout.space.sway_out, cup, arm, 1, spring.radius, dimensions.wall)
@@ -270,7 +270,7 @@ def _lower_slot(dimensions: JointDimensions, layout: JointLayout, cup: Hull) -> 
 
 
 def _seat_room(dimensions: JointDimensions, layout: JointLayout, cup: Hull, pad_top: float) -> Any:
-    """Room over the lower arm's pad for cap, screws and a driver."""
+    """Space over the lower arm's pad for cap, screws and a driver."""
     arm, radius, wall = layout.lower, dimensions.spring.radius, dimensions.wall
     edge = arm.seat.half_width + dimensions.clearance
     outside = _open_edge(edge, cup, arm, 1, radius, wall)
@@ -288,7 +288,7 @@ def _upper_notch(dimensions: JointDimensions, layout: JointLayout) -> Any:
 
 
 def upper_volume(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Volume of :func:`build_upper`, mm^3, in closed form but for the cross screw's one integral."""
+    """Volume of :func:`build_upper`, mm^3, in closed form except for one integral of the cross screw."""
     ear_a, ear_b = ear_outlines(dimensions, layout)
     plate = layout.ear
     bore, pocket = math.pi * bore_radius(dimensions) ** 2, math.pi * bearing_pocket(dimensions) ** 2
@@ -322,7 +322,7 @@ def _sector_area(layout: JointLayout, arc: tuple[float, float], half: float) -> 
 
 
 def _scale_volume(layout: JointLayout, plate: float) -> float:
-    """Volume (mm^3) that slots, window, marks and pit take from an ear."""
+    """Volume (mm^3) of slots, window, marks and pit in an ear."""
     half = screw_of(layout.seat.screw).hole / 2
     through = sum(_sector_area(layout, arc, half) for arc in (*_arcs(layout, half), _window(layout)))
     inner, outer = _mark_ends(layout)
@@ -331,7 +331,7 @@ def _scale_volume(layout: JointLayout, plate: float) -> float:
 
 
 def _socket_cuts(layout: JointLayout, inner: float) -> float:
-    """Volume (mm^3) that the cross screw's hole and the flats for its head and nut take from a socket."""
+    """Volume (mm^3) of the cross screw's hole and the flats for its head and nut in a socket."""
     screw = cross_screw(layout)
     outer = layout.socket_outer
     # Above the flats the hole and the spot take the same: the spot's cap is counted whole, the hole's in it once.

@@ -42,18 +42,18 @@ class Layer:
 
     @property
     def folded(self) -> bool:
-        """Whether it runs through the hinges."""
+        """Whether it continues through the hinges."""
         return len(self.plates) == 1
 
 
 def windows(layer: Layer) -> tuple[tuple[float, float], ...]:
-    """Begin and end (mm) of what is taken out of a layer at each hinge: between one plate and the next."""
+    """Begin and end (mm) of the gaps in a layer at each hinge, between successive plates."""
     pairs = zip(layer.plates, layer.plates[1:], strict=False)
     return tuple((before[1], after[0]) for before, after in pairs)
 
 
 def alignment(layer: Layer) -> tuple[tuple[float, float], ...]:
-    """Places of the dowel holes in the frame, the same in every layer: at both ends and the middle, above and below.
+    """Positions of the dowel holes in the frame, equal in every layer: at both ends and the middle, above and below.
 
     One of them stands 2 mm off the others' symmetry, so that no layer can be laid in turned round.
     """
@@ -64,7 +64,7 @@ def alignment(layer: Layer) -> tuple[tuple[float, float], ...]:
 
 
 def write_layer(layer: Layer, path: Path, kerf: float) -> None:
-    """Write the layer as it is cut before lamination; the same layer gives the same bytes.
+    """Write the layer as cut before lamination; the same layer gives the same bytes.
 
     The strip stays in its frame: at each hinge a window is cut that reaches over both edges, dowel holes go through the
     frame, and every plate hangs by its long edges. These bridges go with the release cut through all layers at once.
@@ -89,7 +89,7 @@ def write_layer(layer: Layer, path: Path, kerf: float) -> None:
 
 
 def write_release(layer: Layer, path: Path, kerf: float) -> None:
-    """Write the last cut, through the whole laminate: the strip's outline, half the kerf outside it."""
+    """Write the last cut through the whole laminate: the strip's outline, half the kerf outside it."""
     half = 0.5 * kerf
     with drawing(path) as (_, space):
         _rectangle(space, (-half, layer.plates[-1][1] + half), (-half, layer.width + half), "CUT")

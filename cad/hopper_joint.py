@@ -31,7 +31,7 @@ KERF = 0.1  # mm, of a CO2 laser in thin sheet; measure a cut slot of your own
 
 @dataclass(frozen=True)
 class HopperDimensions:
-    """What the parts follow from; ``motor``: width and height of its cross-section, equal for a round one."""
+    """The dimensions of the parts; ``motor``: width and height of its cross-section, equal for a round one."""
 
     upper: float
     lower: float
@@ -52,7 +52,7 @@ class HopperDimensions:
     kerf: float = KERF
 
     def hinge_gap(self, fold: float) -> float:
-        """Free length of film (mm) at a hinge that folds so far (deg): for its rate, and for the film's strain."""
+        """Free length of film (mm) at a hinge with this fold (deg): for its rate, and for the film's strain."""
         return max(self.gap, 0.5 * self.film * math.radians(fold) / self.strain)
 
     def film_strain(self, fold: float) -> float:
@@ -61,7 +61,7 @@ class HopperDimensions:
 
     @property
     def rigid(self) -> float:
-        """Thickness of one rigid layer: what film and adhesive leave, halved."""
+        """Thickness of one rigid layer: half of what film and adhesive leave."""
         return 0.5 * (self.thickness - self.film - 2 * self.adhesive)
 
     def lower_angle(self, upper: float) -> float:
@@ -80,7 +80,7 @@ class HopperDimensions:
         return max(self.hinge_gap(fold), 2 * self.rigid * math.tan(math.radians(0.5 * fold)) + self.adhesive_gap)
 
     def require(self) -> None:
-        """Raise DimensionError where no such laminate can be made."""
+        """Raise DimensionError if no such laminate can be made."""
         problems = []
         if self.rigid <= 0.0:
             reason = "film and adhesive are thicker than the laminate"
@@ -98,7 +98,7 @@ class HopperDimensions:
 
 @dataclass(frozen=True)
 class HopperParts:
-    """What was written: the layers, STEP files, hinges' numbers, and what to know."""
+    """The result: layers, STEP files, hinges' dimensions, and warnings."""
 
     layers: tuple[Layer, ...]
     files: tuple[str, ...]
@@ -146,7 +146,7 @@ def layers(dimensions: HopperDimensions) -> tuple[Layer, ...]:
 
 
 def mount(dimensions: HopperDimensions) -> Any:
-    """The body between the hips: two motor pockets whose shafts stand ``hip_spacing`` apart, walls round them."""
+    """The body between the hips: two motor pockets with shafts ``hip_spacing`` apart, and walls."""
     import cadquery as cq
 
     d = dimensions
@@ -159,7 +159,7 @@ def mount(dimensions: HopperDimensions) -> Any:
 
 
 def hub(dimensions: HopperDimensions) -> Any:
-    """A hub on the motor's D shaft with a flat arm that an upper link's hip tab is screwed to."""
+    """A hub on the motor's D shaft with a flat arm for an upper link's hip tab."""
     import cadquery as cq
 
     d = dimensions
@@ -200,7 +200,7 @@ def assembly(dimensions: HopperDimensions) -> Any:
 
 
 def _link(d: HopperDimensions, start: tuple[float, float], end: tuple[float, float]) -> Any:
-    """A link between two hinge axes, less half of the longest hinge at each end."""
+    """A link between two hinge axes, minus half of the longest hinge at each end."""
     import cadquery as cq
 
     length = math.dist(start, end) - max(d.hinge_gap(fold) for fold in d.folds)
@@ -210,7 +210,7 @@ def _link(d: HopperDimensions, start: tuple[float, float], end: tuple[float, flo
 
 
 def _strain_notes(dimensions: HopperDimensions) -> list[str]:
-    """Which hinges are longer than their rate asks for, and what that leaves of the rate, ``E w t^3 / (12 gap)``."""
+    """Hinges longer than their rate requires, and their remaining rate, ``E w t^3 / (12 gap)``."""
     d, notes = dimensions, []
     for name, _, fold in hinges(d)[:3]:
         gap = d.hinge_gap(fold)
@@ -218,15 +218,15 @@ def _strain_notes(dimensions: HopperDimensions) -> list[str]:
             continue
         before = 0.5 * d.film * math.radians(fold) / d.gap
         notes.append(
-            f"{name}: the film between plates {d.gap:.2f} mm apart, as the rate asks for, would be strained by "
-            f"{before:.0%} at a fold of {fold:.0f} deg; it is given {gap:.2f} mm and {d.strain:.0%}, and the flexure "
-            f"then has {d.gap / gap:.0%} of the simulated rate. Write that rate under flexures, or use a stiffer joint"
+            f"{name}: the film between plates {d.gap:.2f} mm apart, as the rate requires, would be strained by "
+            f"{before:.0%} at a fold of {fold:.0f} deg; drawn are {gap:.2f} mm and {d.strain:.0%}, and the flexure "
+            f"then has {d.gap / gap:.0%} of the simulated rate. Enter that rate under flexures, or use a stiffer joint"
         )
     return notes
 
 
 def export_hopper(dimensions: HopperDimensions, folder: Path) -> HopperParts:
-    """Write a DXF a layer, and STEP files of mount, hub and the whole leg.
+    """Write a DXF per layer, and STEP files of mount, hub and the whole leg.
 
     Raises
     ------

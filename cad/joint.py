@@ -1,4 +1,4 @@
-"""One joint: its parts built in the canonical frame, mirrored to its hand and sign, and put together."""
+"""One joint: its parts built in the canonical frame, mirrored to its hand and sign, and assembled."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class BuiltJoint:
         return tuple(part for part in self.parts if part.group == "spring")
 
     def seat(self, spring: BuiltPart) -> tuple[JointDimensions, JointLayout]:
-        """Dimensions and layout as one of the joint's springs has them; see :func:`spring_seats`."""
+        """Dimensions and layout for one of the joint's springs; see :func:`spring_seats`."""
         return spring_seats(self.dimensions, self.layout)[[s.name for s in self.springs].index(spring.name)]
 
     def turn(self, group: Group, angle: float) -> float:
@@ -53,13 +53,13 @@ class BuiltJoint:
         return self.dimensions.rotation(angle) if group == "lower" else 0.0
 
     def mesh_at(self, part: BuiltPart, angle: float) -> Mesh:
-        """A part's mesh at the measured joint ``angle`` (deg), the spring loaded as it then is."""
+        """A part's mesh at the measured joint ``angle`` (deg), with the spring loaded accordingly."""
         if part.group == "spring":
             return spring_mesh_at(*self.seat(part), angle)
         return part.mesh.turned(self.turn(part.group, angle))
 
     def solid_at(self, part: BuiltPart, angle: float) -> Any:
-        """A part's solid at the measured joint ``angle`` (deg); the spring's as it is unloaded, at the free angle."""
+        """A part's solid at the measured joint ``angle`` (deg); the spring's unloaded, at the free angle."""
         return part.solid.rotate((0, 0, 0), (0, 0, 1), self.turn(part.group, angle))
 
 
@@ -75,7 +75,7 @@ def build_joint(dimensions: JointDimensions) -> BuiltJoint:
 
 
 def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
-    """Build the parts of a joint that is laid out already."""
+    """Build the parts of a joint with a given layout."""
     name = file_name(dimensions.name)
     parts = [
         _printed(f"{name}_upper", "upper", "upper", dimensions, layout),
@@ -92,7 +92,7 @@ def assemble(dimensions: JointDimensions, layout: JointLayout) -> BuiltJoint:
 
 
 def orient(shape: Any, flips: tuple[int, int]) -> Any:
-    """A canonical shape mirrored in x and/or z; both at once are half a turn about y."""
+    """A canonical shape mirrored in x and/or z; both together are half a turn about y."""
     if flips == (-1, -1):
         return shape.rotate((0, 0, 0), (0, 1, 0), 180)
     if flips == (-1, 1):
@@ -149,7 +149,7 @@ def _damper(name: str, dimensions: JointDimensions, layout: JointLayout) -> Buil
 
 
 def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
-    """The encoder's seat on ear B and the encoder in it, where there is one."""
+    """The encoder's seat on ear B with the encoder, if any."""
     encoder = dimensions.encoder
     if encoder is None:
         return []
@@ -165,7 +165,7 @@ def _encoder(name: str, dimensions: JointDimensions, layout: JointLayout) -> lis
 
 
 def _seats(name: str, dimensions: JointDimensions, layout: JointLayout) -> list[BuiltPart]:
-    """Seat plates, caps and screws; of a pair of springs the second one's as well, mirrored in z."""
+    """Seat plates, caps and screws; for a pair of springs the second one's too, mirrored in z."""
     found = _seat_parts(name, "", dimensions, layout)
     if layout.mirrored:
         below = replace(layout, flips=(layout.flips[0], -layout.flips[1]))
@@ -214,7 +214,7 @@ def _screw(
 
 
 def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple[JointDimensions, JointLayout]]:
-    """Dimensions and layout for each spring: the second of a pair is of the other hand and turned over in z."""
+    """Dimensions and layout for each spring: the second of a pair has the opposite hand and is turned over in z."""
     seats = [(dimensions, layout)]
     if layout.mirrored:
         other = replace(dimensions.spring, hand="left" if dimensions.spring.hand == "right" else "right")
@@ -224,7 +224,7 @@ def spring_seats(dimensions: JointDimensions, layout: JointLayout) -> list[tuple
 
 
 def spring_placement(dimensions: JointDimensions, layout: JointLayout) -> tuple[float, float]:
-    """Turn (deg about z) and height (mm) that bring an unloaded spring from its own frame into the joint's.
+    """Rotation (deg about z) and height (mm) that bring an unloaded spring from its own frame into the joint's.
 
     The joint's x flip takes an arm's direction a to 180 - a; its z flip puts the canonical top, where the
     upper arm leaves, at the bottom.
@@ -245,7 +245,7 @@ def spring_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: floa
 
 
 def free_mesh_at(dimensions: JointDimensions, layout: JointLayout, angle: float, sides: int | None = None) -> Mesh:
-    """As :func:`spring_mesh_at`, without the ends in the seats and the clearance's length before them."""
+    """Like :func:`spring_mesh_at`, without the ends in the seats and the clearance's length before them."""
     points = loaded_line(dimensions, layout, angle)[1:-1]
     for end, inner in ((0, 1), (-1, -2)):
         way = points[inner] - points[end]

@@ -1,4 +1,4 @@
-"""Where everything of a joint lies: plain arithmetic from its dimensions, no solids.
+"""The layout of a joint: plain arithmetic from its dimensions, no solids.
 
 Canonical frame, mm: the hinge axis is z, the middle of the tongue z = 0, the upper link points along +y,
 the straight lower link along -y. It holds a right-hand spring whose arms open as the lower link turns
@@ -45,7 +45,7 @@ LEAST_SCALE = 15.0  # mm, radius of a seat's scale: 5 deg are 1.3 mm there, whic
 
 @dataclass(frozen=True)
 class SeatPlate:
-    """The plate that carries an upper arm's seat, and the slots in the ear by which it is turned; mm, deg."""
+    """The plate that carries an upper arm's seat, and the slots in the ear along which it turns; mm, deg."""
 
     screw_length: float
     sunk_length: float  # of the second spring's screws, whose heads are sunk in ear A
@@ -59,7 +59,7 @@ class SeatPlate:
 
     @property
     def screws(self) -> tuple[Point, ...]:
-        """The screws' axes with the seat in its middle."""
+        """The screws' axes with the seat at its centre."""
         return tuple((self.radius * x, self.radius * y) for x, y in (unit(angle) for angle in self.angles))
 
 
@@ -141,7 +141,7 @@ def fixing_screw(hole: float) -> Screw:
 
 
 def ear_of(dimensions: JointDimensions) -> float:
-    """Thickness (mm) of the ears: as asked, and enough for bearing and lip, and for the encoder's inserts."""
+    """Thickness (mm) of the ears: as given, and sufficient for bearing and lip, and for the encoder's inserts."""
     wanted = [dimensions.plate, dimensions.hardware.bearing.width + BEARING_SUNK + LIP]
     if dimensions.encoder is not None:
         wanted.append(insert_of(fixing_screw(dimensions.encoder.bolt_diameter).size).length)
@@ -152,7 +152,7 @@ def ear_of(dimensions: JointDimensions) -> float:
 
 
 def bracket_sunk(screw: Screw) -> float:
-    """Depth (mm) to which the heads of the bracket's screws are sunk in ear A's inner face."""
+    """Depth (mm) of the countersinks of the bracket's screws in ear A's inner face."""
     return screw.head_height + RECESS
 
 
@@ -162,7 +162,7 @@ def bearing_pocket(dimensions: JointDimensions) -> float:
 
 
 def bracket_bore(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the sleeve's inside: room for the damper's body, the collar and the adapter or insert."""
+    """Radius (mm) of the sleeve's inside: space for the damper's body, the collar and the adapter or insert."""
     return max(dimensions.damper.outer_diameter / 2, dimensions.hardware.radius) + dimensions.clearance
 
 
@@ -198,7 +198,7 @@ class _Heights:
 
 
 def floor_of(dimensions: JointDimensions, seat: SeatSize) -> float:
-    """Thickness of the floor plate, mm: as asked, and enough for pin and inserts; of a pair from both sides."""
+    """Thickness of the floor plate, mm: as given, and sufficient for pin and inserts; for a pair from both sides."""
     pinned = dimensions.hardware.pin + 2 * PIN_RIM
     return max(dimensions.floor_thickness, dimensions.springs * seat.insert + 0.5 * (dimensions.springs - 1), pinned)
 
@@ -219,7 +219,7 @@ def _heights(dimensions: JointDimensions, space: SpringSpace, seat: SeatSize, dr
 
 
 def _notch(dimensions: JointDimensions, upper: ArmLayout, space: SpringSpace) -> tuple[float, float]:
-    """Sector (deg, in the lower half's frame) of the pocket's wall that the upper arm sweeps from stop to stop.
+    """Sector (deg, in the lower half's frame) of the pocket's wall swept by the upper arm from stop to stop.
 
     At the radius r an edge of the arm, w off its axis, lies ``asin((D/2 -+ w)/r)`` behind the arm's direction.
     The coil's own quarter turn before the tangent point belongs to the sweep as well.
@@ -273,13 +273,13 @@ def sunk_depth(screw: Screw) -> float:
 
 
 def beside_damper(dimensions: JointDimensions, screw: Screw) -> float:
-    """Least distance (mm) of a pair's seat screws from the damper's circle: both stand in ear A."""
+    """Least distance (mm) of a pair's seat screws from the damper's circle: both are in ear A."""
     fixing = fixing_screw(dimensions.damper.bolt_diameter)
     return screw.washer / 2 + SUNK_ASIDE + fixing.head_diameter / 2 + SUNK_ASIDE + dimensions.wall / 2
 
 
 def place(dimensions: JointDimensions) -> JointLayout:
-    """Place everything of a joint whose dimensions are in range, whether it fits or not."""
+    """Lay out a joint whose dimensions are in range, whether it fits or not."""
     space, seat = spring_space(dimensions), seat_size(dimensions)
     spring, clear, wall = dimensions.spring, dimensions.clearance, dimensions.wall
     slope = spring.drawn_pitch / (2 * math.pi * spring.radius)

@@ -1,4 +1,4 @@
-"""A whole leg: its joints, the tubes between them, and where each stands in the rest pose."""
+"""A whole leg: its joints, the tubes between them, and their positions in the rest pose."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class BuiltLeg:
         return tuple(part for joint, link in zip(self.joints, self.links, strict=True) for part in (*joint.parts, link))
 
     def placements(self, *, free: bool = False) -> tuple[Placement, ...]:
-        """Where each joint stands with every joint at its rest (or free) angle; the first hangs at the origin."""
+        """The position of each joint with every joint at its rest (or free) angle; the first is at the origin."""
         x = y = 0.0
         turn, result = self.dimensions.tilt, []
         for joint in self.dimensions.joints:
@@ -63,7 +63,7 @@ class BuiltLeg:
 
 
 def build_leg(dimensions: LegDimensions) -> BuiltLeg:
-    """Build all parts of a leg. Nothing is checked beyond the dimensions; see ``cad.checks.check_leg``.
+    """Build all parts of a leg. Only the dimensions are checked; see ``cad.checks.check_leg``.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def lay_out_leg(dimensions: LegDimensions) -> tuple[JointLayout, ...]:
 def _short_link(
     dimensions: LegDimensions, layouts: Sequence[JointLayout], index: int, shortest: float
 ) -> DimensionProblem:
-    """A link too short for its hinges, by the name of what is to blame: a damper as large as the link, or itself."""
+    """A link too short for its hinges, under the responsible name: a damper as large as the link, or itself."""
     joint = dimensions.joints[index]
     widest = max(range(index, min(index + 2, len(layouts))), key=lambda k: layouts[k].bracket_radius)
     damper = layouts[widest].bracket_radius
@@ -144,7 +144,7 @@ def tube_length(dimensions: LegDimensions, layouts: tuple[JointLayout, ...], ind
 def _link(
     dimensions: JointDimensions, layout: JointLayout, length: float, following: Sequence[JointLayout]
 ) -> BuiltPart:
-    """The tube that hangs from a joint's lower socket, drilled for the screws of both its sockets."""
+    """The tube attached to a joint's lower socket, drilled for the screws of both sockets."""
     import cadquery as cq
 
     origin, down = cq.Vector(0, -layout.lower_bottom, 0), cq.Vector(0, -1, 0)

@@ -1,4 +1,4 @@
-"""Dimensions that know their range: declared where they are defined, checked in this one place.
+"""Dimensions with a declared range, checked in this one place.
 
 Everything in ``cad`` is millimetres and degrees, as workshops and STEP files have them. The caller
 converts from SI at the edge.
@@ -16,7 +16,7 @@ _KEY = "limit"
 
 @dataclass(frozen=True)
 class Limit:
-    """The allowed closed range of one dimension and why it ends there."""
+    """The allowed closed range of one dimension and the reason for its ends."""
 
     low: float
     high: float
@@ -31,7 +31,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class DimensionProblem:
-    """One dimension that cannot be built: which, what it is, what is allowed, and why."""
+    """One dimension that cannot be built: name, value, allowed range, and reason."""
 
     dimension: str
     value: object
@@ -44,7 +44,7 @@ class DimensionProblem:
 
 
 class DimensionError(ValueError):
-    """Dimensions from which no sound part can be made. Carries every problem found, not only the first."""
+    """Dimensions that give no sound part. Carries every problem found, not only the first."""
 
     def __init__(self, problems: DimensionProblem | list[DimensionProblem]) -> None:
         self.problems: list[DimensionProblem] = problems if isinstance(problems, list) else [problems]
@@ -64,7 +64,7 @@ def limit_of(family: type, name: str) -> Limit:
 
 
 def range_problems(dimensions: Any, prefix: str = "") -> list[DimensionProblem]:
-    """Every field of a dimension dataclass that is no number or lies outside its declared range.
+    """Every field of a dimension dataclass that is not a number or is outside its declared range.
 
     A field whose default is None may be None: then it is derived from the others.
     """

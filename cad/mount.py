@@ -1,4 +1,4 @@
-"""The flange by which the first upper half hangs from the body, in place of a tube's socket.
+"""The flange that attaches the first upper half to the body, instead of a tube's socket.
 
 A plate across the end of ears and web, square to the link's line, with four screws that pass the ears on both sides.
 """

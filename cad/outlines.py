@@ -10,7 +10,7 @@ from synth.cad.outline import Disc, Hull, Point, hull_of
 
 
 def _corners(layout: JointLayout, way: int) -> list[Disc]:
-    """The rounded corners by which a half goes over into its socket: the upper one's (+1), the lower one's (-1)."""
+    """The fillets between a half and its socket: the upper one's (+1), the lower one's (-1)."""
     radius = layout.web_thickness / 2
     side = layout.socket_outer - radius
     end = layout.upper_bottom if way > 0 else layout.lower_bottom
@@ -29,7 +29,7 @@ def ear_outlines(dimensions: JointDimensions, layout: JointLayout) -> tuple[Hull
 
 
 def web_outline(layout: JointLayout) -> Hull:
-    """The web between the ears seen along z, its corners as round as it is thick."""
+    """The web between the ears seen along z, with corner radii equal to its thickness."""
     return hull_of(_corners(layout, 1))
 
 
@@ -89,7 +89,7 @@ def _link(dimensions: JointDimensions, layout: JointLayout, start: float, way: i
 
 
 def upper_bodies(dimensions: JointDimensions, layout: JointLayout) -> list[Hull]:
-    """What of the upper half reaches over z = 0: web and what stands on it, the socket with its tube or the flange."""
+    """Parts of the upper half that cross z = 0: the web with its parts, the socket with its tube, or the flange."""
     start = layout.upper_bottom
     if dimensions.mount is None:
         return [web_outline(layout), *_link(dimensions, layout, start, 1)]
@@ -98,5 +98,5 @@ def upper_bodies(dimensions: JointDimensions, layout: JointLayout) -> list[Hull]
 
 
 def lower_bodies(dimensions: JointDimensions, layout: JointLayout) -> list[Hull]:
-    """What of the lower half meets those: floor plate, socket and tube (its horns are meant to), at q = 0."""
+    """Parts of the lower half that meet those: floor plate, socket and tube (its horns should), at q = 0."""
     return [floor_outline(layout), *_link(dimensions, layout, layout.lower_bottom, -1)]

@@ -1,4 +1,4 @@
-"""Pictures as PNG with a palette: a third of the bytes of one with three channels, and no difference to the eye.
+"""Pictures as PNG with a palette: a third of the bytes of three channels, without visible difference.
 
 Shaded solids have a few hundred shades of a dozen colours. The most frequent ones become the palette, and every other
 pixel, of an edge's smoothing, takes the nearest of these. PNG specification, 3rd ed. (W3C 2025), colour type 3.
@@ -35,7 +35,7 @@ def palette_of(pixels: Pixels) -> tuple[Pixels, Pixels]:
 
 
 def write_png(pixels: Pixels, path: Path) -> None:
-    """Write pixels (height, width, 3), the first row on top; the same pixels give the same bytes."""
+    """Write pixels (height, width, 3), the top row first; the same pixels give the same bytes."""
     palette, index = palette_of(pixels)
     height, width = index.shape
     rows = b"".join(b"\x00" + row.tobytes() for row in index)  # filter 0: palette indices have no slope to predict

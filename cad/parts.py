@@ -1,4 +1,4 @@
-"""A part as built: its solid, its mesh, and what is known of it in closed form."""
+"""A built part: its solid, its mesh, and its closed-form properties."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Mesh:
     faces: Faces
 
     def turned(self, angle: float, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
-        """Turned by ``angle`` deg about z, then shifted by mm."""
+        """Rotated by ``angle`` deg about z, then shifted by mm."""
         c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return Mesh(self.vertices @ rotation.T + np.array(shift), self.faces)
@@ -91,7 +91,7 @@ class Mesh:
 
 
 class LateMesh(Mesh):
-    """A mesh that is made when it is first looked at: what asks for masses alone needs none."""
+    """A mesh created on first access; masses do not need it."""
 
     def __init__(self, make: Callable[[], Mesh]) -> None:
         object.__setattr__(self, "_make", make)
@@ -107,7 +107,7 @@ class LateMesh(Mesh):
 
 @dataclass(frozen=True)
 class Moments:
-    """What mass and inertia follow from by the density: volume mm^3, its centre mm, inertia of unit density mm^5.
+    """Mass properties apart from density: volume mm^3, its centre mm, inertia of unit density mm^5.
 
     ``tensor``: xx, yy, zz, xy, xz, yz of the inertia matrix about the centre; products with the minus sign that they
     have in the matrix.
@@ -144,7 +144,7 @@ class BuiltPart:
 
     @property
     def material(self) -> str:
-        """What it is made of, where that is known."""
+        """Its material, if known."""
         return "print" if self.printed else MATERIALS.get(self.family, "")
 
     @property
@@ -170,7 +170,7 @@ class BuiltPart:
         return Moments(float(found.Mass()), (centre.X(), centre.Y(), centre.Z()), (xx, yy, zz, xy, xz, yz))
 
     def mass(self, print_density: float) -> float | None:
-        """Mass in g, printed parts solid at ``print_density`` g/cm^3; None where the material is not known."""
+        """Mass in g, printed parts solid at ``print_density`` g/cm^3; None if the material is unknown."""
         if self.bought_mass is not None:
             return self.bought_mass
         density = print_density if self.printed else DENSITIES.get(self.family)
@@ -192,12 +192,12 @@ class Drawn:
 
 
 def mesh_of(solid: Any, signs: tuple[int, int, int] = (1, 1, 1)) -> Mesh:
-    """Mesh of a solid, mirrored as ``Mesh.scaled`` does; made when it is first looked at."""
+    """Mesh of a solid, mirrored as ``Mesh.scaled`` does; created on first access."""
     return LateMesh(lambda: _mesh_of(solid).scaled(signs))
 
 
 def _mesh_of(solid: Any) -> Mesh:
-    """Mesh of a solid whose faces share their edges' points, so that merging them closes it."""
+    """Mesh of a solid whose faces share the points of their edges, so that merging them closes it."""
     import trimesh
 
     merged = trimesh.Trimesh(*_triangles(solid), process=True)
@@ -205,7 +205,7 @@ def _mesh_of(solid: Any) -> Mesh:
 
 
 def _ordered(vertices: Array, faces: Faces) -> Mesh:
-    """The same mesh with points and triangles sorted: the kernel's own order may change from one call to the next."""
+    """The same mesh with points and triangles sorted, because the kernel's order may change between calls."""
     order = np.lexsort(vertices.T[::-1])
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))

@@ -1,4 +1,4 @@
-"""Free play: how far the hinge turns before the unloaded spring would be bent. Found by contact, from the solids.
+"""Free play: the angle that the hinge turns before the unloaded spring bends. Found by contact, from the solids.
 
 The spring is taken as a rigid body that may shift along all axes and turn about them, small motions only. From
 points on its wire rays are cast to the parts of either half; a face that a ray meets at the distance g from the wire
@@ -63,7 +63,7 @@ def wire_points(joint: BuiltJoint, spring: BuiltPart) -> tuple[Array, Array]:
 
 
 def _limits(points: Array, ways: Array, body: Any, turn: float, wire: float) -> tuple[Array, Array, Array]:
-    """Faces round the wire: where it would touch (m, 3), their normals towards it (m, 3) and gaps (m,) mm."""
+    """Faces around the wire: possible contact points (m, 3), their normals towards it (m, 3) and gaps (m,) mm."""
     solid = turned(body, turn)
     radius, far = wire / 2, NEAR * wire
     touching, normals, gaps = [], [], []
@@ -89,12 +89,12 @@ def _limits(points: Array, ways: Array, body: Any, turn: float, wire: float) -> 
 
 
 def _rows(points: Array, normals: Array) -> Array:
-    """(m, 6): how a normal's gap shrinks with shifts along x, y, z (mm) and turns about them (rad) of the wire."""
+    """(m, 6): change of a normal's gap with shifts along x, y, z (mm) and rotations about them (rad) of the wire."""
     return -np.column_stack([normals, np.cross(points, normals)])
 
 
 def find_play(bodies: Bodies, spring: BuiltPart) -> Play | None:
-    """The play that one spring leaves; None where spring and parts lie in each other."""
+    """The play with one spring; None if spring and parts intersect."""
     from scipy.optimize import linprog
 
     joint = bodies.joint
@@ -129,7 +129,7 @@ def play_of(joint: BuiltJoint) -> Play | None:
 
 
 def joint_play(bodies: Bodies) -> Play | None:
-    """The play of a joint: of a pair of springs what both leave together. The joint keeps it."""
+    """The play of a joint; for a pair of springs with both together. The joint keeps it."""
     found = bodies.joint.kept["play"] = _joint_play(bodies)
     return found
 
@@ -143,7 +143,7 @@ def _joint_play(bodies: Bodies) -> Play | None:
 
 
 def check_play(bodies: Bodies) -> list[CheckResult]:
-    """With the unloaded spring in place the hinge turns freely by no more than is allowed, to either side."""
+    """With the unloaded spring in place the hinge has at most the allowed free play, in both directions."""
     found, name = joint_play(bodies), bodies.joint.part("spring").name
     if found is None:
         return [at_most("play", name, math.inf, PLAY_LIMIT, "deg", "spring and parts lie in each other")]

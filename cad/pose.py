@@ -1,4 +1,4 @@
-"""How the spring stands at a joint angle: bent between its seats, as ``cad.flexed_wire`` has it."""
+"""The shape of the spring at a joint angle: bent between its seats, from ``cad.flexed_wire``."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ FEATURE_ANGLE = 25.0  # deg; sharper edges are drawn
 
 
 class PreviewError(RuntimeError):
-    """No picture can be drawn on this machine; parts and checks are not touched by it."""
+    """No picture can be drawn on this machine; parts and checks are unaffected."""
 
 
 class Camera:
@@ -68,7 +68,7 @@ class Camera:
         self._write(path)
 
     def _frame(self, meshes: list[Mesh], view: tuple[float, float, float], up: tuple[float, float, float]) -> None:
-        """Parallel projection that just holds every vertex."""
+        """The tightest parallel projection that contains every vertex."""
         towards = np.array(view) / np.linalg.norm(view)
         right = np.cross(up, towards)
         right /= np.linalg.norm(right)
@@ -100,12 +100,12 @@ class Camera:
         write_png(np.ascontiguousarray(pixels[:, :3].reshape(height, width, 3)[::-1]), path)
 
     def close(self) -> None:
-        """Give the window's memory back."""
+        """Free the window's memory."""
         self._window.Finalize()
 
 
 def _renderer_and_window() -> tuple[Any, Any]:
-    """A renderer and a window; without a display the one that needs none, or vtk grumbles before it falls back."""
+    """A renderer and a window; without a display a headless one, to which vtk falls back only after warnings."""
     from vtkmodules import vtkRenderingOpenGL2
     from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
@@ -114,7 +114,7 @@ def _renderer_and_window() -> tuple[Any, Any]:
 
 
 def _require_a_way_to_draw() -> None:
-    """Without EGL, which draws with no screen, vtk opens an X window; where there is no screen either it crashes.
+    """Without EGL, which draws without a screen, vtk opens an X window, and crashes if there is no screen.
 
     A crash of the driver cannot be caught, so it is asked for first.
     """
@@ -162,7 +162,7 @@ def _actors(mesh: Mesh, colour: Colour, opacity: float) -> list[Any]:
 
 
 def _label(words: str, place: tuple[float, float, float], view: tuple[float, float, float]) -> Any:
-    """Words that face the eye, before all that is drawn."""
+    """Labels that face the viewer, in front of everything drawn."""
     from vtkmodules import vtkRenderingFreeType  # noqa: F401  # it draws letters
     from vtkmodules.vtkRenderingCore import vtkBillboardTextActor3D
 

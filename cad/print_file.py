@@ -1,4 +1,4 @@
-"""Printed parts as 3MF files, a plate each: named, coloured, in millimetres, laid on the bed in their best ways up.
+"""Printed parts as 3MF files, one per plate: named, coloured, in millimetres, in their best orientations.
 
 3MF core specification 1.3: a zip archive of XML. Written here rather than by a library so that the same parts give
 the same bytes; the format's own reader (lib3mf) accepts it.
@@ -22,7 +22,7 @@ _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 
 
 def laid(mesh: Mesh, up: str) -> Mesh:
-    """The mesh turned so that ``up`` (a key of WAYS_UP) points along +z, moved to x, y, z >= 0 with its foot at 0."""
+    """The mesh turned so that ``up`` (a key of WAYS_UP) points along +z, moved to x, y, z >= 0, resting at 0."""
     z = np.array(WAYS_UP[up])
     x = np.roll(np.abs(z), 1)
     rotation = np.array([x, np.cross(z, x), z])  # rows: a right-handed frame
@@ -33,7 +33,7 @@ def laid(mesh: Mesh, up: str) -> Mesh:
 def plates(
     items: Sequence[tuple[BuiltPart, PrintPlan]], bed: tuple[float, float, float]
 ) -> list[list[tuple[BuiltPart, Mesh]]]:
-    """Parts laid on beds of the printer's size, each in its best way up, the deepest first, in rows.
+    """Parts laid on beds of the printer's size, each in its best orientation, the deepest first, in rows.
 
     A part that is larger than the bed, which the gate on it names, has a plate of its own.
     """

@@ -1,4 +1,4 @@
-"""Can it be printed: wall thickness, the best way up, what needs support then, and the bed's room."""
+"""Printability: wall thickness, best orientation, support, and bed size."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ WAYS_UP: dict[str, Axis] = {
 
 @dataclass(frozen=True)
 class PrintPlan:
-    """The way up that a part is best printed, in its own file's frame, and what that takes."""
+    """The best orientation of a part in its own file's frame, and its requirements."""
 
     part: str
     up: str  # key of WAYS_UP
@@ -48,7 +48,7 @@ class PrintPlan:
 
 
 def _triangles(mesh: Mesh) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of the triangles that have any, and which do."""
+    """Corners (m, 3, 3) mm, unit normals (m, 3) and areas (m,) mm^2 of the non-degenerate triangles, and their mask."""
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(cross, axis=1)
@@ -57,7 +57,8 @@ def _triangles(mesh: Mesh) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
 
 
 def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> tuple[Array, Array]:
-    """Points (n, 3) spread over the surface by area, and the thickness (n,) mm there, inwards to the opposite face.
+    """Points (n, 3) distributed over the surface by area, and the thickness (n,) mm there, inwards to the opposite
+    face.
 
     Rays that leave through a face that is not nearly opposed are left out: they cut a corner, no wall.
     """
@@ -78,13 +79,13 @@ def wall_thickness(mesh: Mesh, samples: int = SAMPLES, seed: int = 0) -> tuple[A
 
 
 def thin_points(mesh: Mesh, thinnest: float) -> Array:
-    """Points (n, 3) mm on the surface under which the wall is thinner than ``thinnest`` mm."""
+    """Points (n, 3) mm of the surface above walls thinner than ``thinnest`` mm."""
     points, thickness = wall_thickness(mesh)
     return points[thickness < thinnest]
 
 
 def hanging_faces(mesh: Mesh, up: Axis, angle: float) -> NDArray[np.int64]:
-    """Indices of the faces that lean out by more than ``angle`` deg from the vertical, but for what lies on the bed."""
+    """Indices of the faces that overhang by more than ``angle`` deg from the vertical, except those on the bed."""
     corners, normals, _, kept = _triangles(mesh)
     height = corners @ np.array(up)
     leaning = normals @ np.array(up) < -math.sin(math.radians(angle))
@@ -99,7 +100,7 @@ def overhang(mesh: Mesh, up: Axis, angle: float) -> float:
 
 
 def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple[float, float, float], bool]:
-    """Size (mm) as it lies, two on the bed and the height, and whether that fits, turned by a quarter or not."""
+    """Size (mm) on the bed and height, and whether it fits, with or without a quarter turn."""
     size = np.ptp(mesh.vertices, axis=0)
     axis = int(np.argmax(np.abs(up)))
     flat = sorted((float(size[i]) for i in range(3) if i != axis), reverse=True)
@@ -109,7 +110,7 @@ def on_bed(mesh: Mesh, up: Axis, bed: tuple[float, float, float]) -> tuple[tuple
 
 
 def plan_part(joint: BuiltJoint, part: BuiltPart, printing: PrintDimensions) -> PrintPlan:
-    """The best way up: first what fits the bed and bears its load, then what needs least support, then the lowest.
+    The best orientation: first those that fit the bed and bear the load, then least support, then lowest height."""
 
     Gates, files and report ask for it each: the joint keeps it.
     """
@@ -143,18 +144,18 @@ def plan_leg(leg: BuiltLeg) -> tuple[PrintPlan, ...]:
 
 
 def check_printing(joint: BuiltJoint, printing: PrintDimensions) -> list[CheckResult]:
-    """Walls, bed, support and strength of the printed parts, each in its best way up; strength of the steel ones."""
+    """Walls, bed, support and strength of the printed parts in their best orientations; strength of steel ones."""
     results: list[CheckResult] = []
     plans = plan_joint(joint, printing)
     for plan in plans:
         part = next(part for part in joint.parts if part.name == plan.part)
         wall = float(np.percentile(wall_thickness(part.mesh)[1], PERCENTILE))
-        text = f"{PERCENTILE:g} % of the surface is thinner; a larger wall thickens it"
+        text = f"{PERCENTILE:g} % of the surface is thinner; increase wall"
         results.append(at_least("print: wall", part.name, wall, printing.thinnest - CHORDS, "mm", text))
         long, wide, high = plan.size
         room = " x ".join(f"{size:g}" for size in printing.bed)
         text = f"{long:.1f} x {wide:.1f} x {high:.1f} mm with {plan.up} up, bed {room} mm"
-        text += "; a smaller spring or plate, or a larger printing.bed"
+        text += "; use a smaller spring or plate, or a larger printing.bed"
         results.append(CheckResult("print: bed", part.name, plan.fits, max(plan.size), max(printing.bed), "mm", text))
         text = f"of the surface ({plan.overhang:.0f} mm^2) needs support with {plan.up} up"
         results.append(at_most("print: support", part.name, plan.share, MOST_SUPPORT, "", text))

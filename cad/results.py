@@ -9,7 +9,7 @@ ROUNDING = 1e-9  # mm, rounding of sums of dimensions
 
 @dataclass(frozen=True)
 class CheckResult:
-    """One gate: what was measured, against which limit, and whether it holds.
+    """One gate: measured value, limit, and whether it holds.
 
     ``angle``: the measured joint angle (deg) at which the worst was found, where there is one, for a picture of it.
     """
@@ -39,7 +39,7 @@ class GateError(RuntimeError):
 
 
 def _settled(value: float) -> float:
-    """The value without what rounding leaves of a zero, which differs from run to run."""
+    """The value without a negative zero or rounding residue, which differ between runs."""
     return 0.0 if abs(value) < ROUNDING else float(value)
 
 

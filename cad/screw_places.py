@@ -1,4 +1,4 @@
-"""Where the screws of brackets, encoder and link sockets stand and how long they are: plain arithmetic, no solids.
+"""Positions and lengths of the screws of brackets, encoder and link sockets: plain arithmetic, no solids.
 
 Heads of the damper bracket's screws are sunk in ear A's inner face; they end in inserts in the top of the bracket's
 sleeve. The damper's own screws end in inserts in its open end. The encoder's end in inserts in ear B.
@@ -87,7 +87,7 @@ def encoder_screws(dimensions: JointDimensions, layout: JointLayout, seat_height
 
 @dataclass(frozen=True)
 class SocketScrew:
-    """The screw through a link's socket with its nut; flats are cut for both, ``flat`` mm from the tube's axis."""
+    """The screw through a link's socket with its nut; flats for both are ``flat`` mm from the tube's axis."""
 
     screw: Screw
     nut: Nut
@@ -101,7 +101,7 @@ class SocketScrew:
 
 
 def socket_screw(outer: float) -> SocketScrew | None:
-    """For a socket of outer radius ``outer`` mm; None where no screw is sold that long."""
+    """For a socket of outer radius ``outer`` mm; None if no screw is sold that long."""
     size = LEAST_SOCKET_SCREW
     while True:
         found = long_screw(size, 2 * outer - 2 * SPOT)

@@ -1,4 +1,4 @@
-"""What stands on the hinge's shaft, along it: plain arithmetic, no solids; frame of ``cad.layout``.
+"""The parts along the hinge's shaft: plain arithmetic, no solids; frame of ``cad.layout``.
 
 Upwards: damper end | collar | thrust washer | ear A with its bearing | tongue | coil | seat plate | ear B with its
 bearing | thrust washer | collar. Bearings are pressed into the ears from inside, up to a lip; the collars run on
@@ -31,7 +31,7 @@ SAMPLES = 8  # points along a horn or the stem that the hole keeps off
 
 @dataclass(frozen=True)
 class ShaftLine:
-    """Heights (mm) of what is on the shaft, canonical, and the pin that holds the tongue."""
+    """Heights (mm) of the parts on the shaft, canonical, and the pin that holds the tongue."""
 
     outside_a: float  # of ear A
     outside_b: float
@@ -52,7 +52,7 @@ class ShaftLine:
 
 
 def beyond_collar(dimensions: JointDimensions) -> float:
-    """How far (mm) the shaft goes on beyond ear B's collar: through the floor under an encoder no wider than that."""
+    """Projection (mm) of the shaft beyond ear B's collar: through the floor under an encoder no wider than that."""
     encoder = dimensions.encoder
     if encoder is None or encoder.body_diameter >= 2 * (dimensions.hardware.radius + dimensions.clearance) + 2 * RIM:
         return 0.0
@@ -60,7 +60,7 @@ def beyond_collar(dimensions: JointDimensions) -> float:
 
 
 def tongue_pin(dimensions: JointDimensions, tongue_radius: float) -> Pin | None:
-    """The pin through tongue and shaft: of a length sold that ends inside; None where the tongue is too small."""
+    """The pin through tongue and shaft, of a length sold that ends inside; None if the tongue is too small."""
     size, shaft = dimensions.hardware.pin, dimensions.shaft_diameter
     most = min(LONGEST_PIN * shaft, 2 * (tongue_radius - PIN_WALL))
     found = pin_at_least(size, shaft + 2 * size)
@@ -73,7 +73,7 @@ def tongue_pin(dimensions: JointDimensions, tongue_radius: float) -> Pin | None:
 
 
 def lay_shaft(dimensions: JointDimensions, layout: JointLayout, bottom: float) -> ShaftLine:
-    """The shaft's line; ``bottom`` mm: of the shaft, which the damper asks for."""
+    """The parts along the shaft; ``bottom`` mm of the shaft, from the damper."""
     hardware = dimensions.hardware
     pin = tongue_pin(dimensions, layout.space.tongue_radius)
     assert pin is not None  # checked when the joint was laid out
@@ -90,7 +90,7 @@ def lay_shaft(dimensions: JointDimensions, layout: JointLayout, bottom: float) -
 
 
 def _pin_angle(layout: JointLayout, pin: Pin) -> float:
-    """The direction in which the pin's hole has print enough beside the inserts, and keeps farthest off horns and stem.
+    """The direction of the pin's hole with enough print beside the inserts, farthest from horns and stem.
 
     A hole may go through a horn or the stem, which makes it longer; through an insert it may not.
     """
@@ -109,7 +109,7 @@ def pin_spare(layout: JointLayout, line: ShaftLine) -> float:
 
 
 def _obstacles(layout: JointLayout) -> list[tuple[Point, float]]:
-    """Points (mm) that a hole in the floor's middle had better keep off, each with a radius: horns and stem."""
+    """Points (mm) that a hole in the floor's middle should avoid, each with a radius: horns and stem."""
     found: list[tuple[Point, float]] = []
     radius = layout.space.tongue_radius
     for stop in layout.stops:
@@ -123,7 +123,7 @@ def _obstacles(layout: JointLayout) -> list[tuple[Point, float]]:
 
 
 def _spare(way: Point, discs: Sequence[tuple[Point, float]]) -> float:
-    """How far (mm) a ray from the hinge along the unit vector ``way`` passes the nearest of some discs."""
+    """Distance (mm) at which a ray from the hinge along the unit vector ``way`` passes the nearest of some discs."""
     x, y = way
     found = []
     for at, radius in discs:

@@ -1,4 +1,4 @@
-"""A torsion spring as a dimensioned drawing with all that a maker needs to quote it, as DXF.
+"""A torsion spring as a dimensioned DXF drawing with all data for a maker's quotation.
 
 Two views at full size in millimetres: along the axis (coil, arms, angle between them, diameters) and from the side
 (body, wire, hand), and the table of the request beside them.
@@ -19,7 +19,7 @@ TEXT = 2.5  # mm, of letters
 
 @dataclass(frozen=True)
 class SpringRequest:
-    """What is drawn; lengths mm, angles deg.
+    """The drawing's data; lengths mm, angles deg.
 
     ``included_angle`` between tangent arms of ``arm`` length, ``coils`` of the body; ``lines`` are the request's text.
     """
@@ -67,7 +67,7 @@ def _along_the_axis(space: Any, request: SpringRequest) -> None:
 
 
 def arm_axes(request: SpringRequest) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-    """Where each arm, near and far, leaves the mean circle, and its direction.
+    """The point where each arm, near and far, leaves the mean circle, and its direction.
 
     The near arm points down; the wire runs on round the circle, so that the far one leaves along it as well.
     """
@@ -104,7 +104,7 @@ def _words(space: Any, request: SpringRequest, left: float) -> None:
 
 
 def _dimension(space: Any, one: tuple[float, float], two: tuple[float, float], aside: float, text: str) -> None:
-    """A dimension line ``aside`` of the measured points, with its words."""
+    """A dimension line ``aside`` of the measured points, with its text."""
     made = space.add_aligned_dim(
         p1=one, p2=two, distance=aside, text=text, override={"dimtxt": TEXT, "dimasz": TEXT, "dimexe": 1.0},
         dxfattribs={"layer": "DIM"},

@@ -1,4 +1,4 @@
-"""The upper arm's turnable seat plate, the caps that clamp both arms, and their screws; frame of ``cad.layout``.
+"""The upper arm's adjustable seat plate, the caps that clamp both arms, and their screws; frame of ``cad.layout``.
 
 The plate lies between coil and ear B, round the shaft. Its screws go through slots in the ear, so that it turns by the
 seat's travel before they are tightened: so the spring's free angle is set. Marks on it meet marks on the ear.
@@ -41,7 +41,7 @@ def build_plate(dimensions: JointDimensions, layout: JointLayout) -> Any:
 
 
 def plate_bore(dimensions: JointDimensions) -> float:
-    """Radius (mm) of the plate's bore: the shaft turns in it without bearing on it."""
+    """Radius (mm) of the plate's bore, clear of the shaft."""
     return dimensions.shaft_diameter / 2 + dimensions.clearance
 
 

@@ -1,4 +1,4 @@
-"""What a spring's solid tells of itself: its arms' lines and, with where they are clamped, its rate."""
+"""Properties measured on a spring's solid: its arms' lines and, with the clamping points, its rate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from synth.cad.flexed_wire import effective_length
 
 @dataclass(frozen=True)
 class MeasuredArm:
-    """An arm's straight axis as the solid has it: a point (3,) and a unit direction (3,) outwards, mm."""
+    """An arm's straight axis in the solid: a point (3,) and a unit direction (3,) outwards, mm."""
 
     point: np.ndarray[Any, Any]
     direction: np.ndarray[Any, Any]
@@ -33,14 +33,14 @@ class MeasuredArm:
         return float(np.dot(self.point[:2], along))
 
     def start_of(self, solid: Any, turn: float) -> float:
-        """From the arm's tangent point to where a solid, turned by ``turn`` deg about z, begins along it, mm."""
+        """From the arm's tangent point to the start of a solid, turned by ``turn`` deg about z, along the arm, mm."""
         along = self.direction[:2] / np.hypot(*self.direction[:2])
         corners = [vertex.toTuple() for vertex in solid.rotate((0, 0, 0), (0, 0, 1), turn).Vertices()]
         return min(float(np.dot(corner[:2], along)) for corner in corners)
 
 
 def measured_arms(solid: Any) -> tuple[MeasuredArm, MeasuredArm]:
-    """Both arms of a spring's solid, read from its flat ends: lower end first.
+    """Both arms of a spring's solid, from its flat ends: lower end first.
 
     Each end is a disc square to its arm, so its centre and outward normal are the arm's axis.
     """

@@ -1,4 +1,4 @@
-"""The coil's room from stop to stop: pocket, arbor, free arms and how they sway. Plain arithmetic, no solids."""
+"""The coil's space from stop to stop: pocket, arbor, free arms and their sway. Plain arithmetic, no solids."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SpringSpace:
 
 @dataclass(frozen=True)
 class _Extent:
-    """What the wire takes from stop to stop: radii of its centre line about the hinge, sway of its arms; mm."""
+    """The wire's envelope from stop to stop: radii of its centre line about the hinge, sway of its arms; mm."""
 
     inner: float
     outer: float
@@ -45,7 +45,7 @@ class _Extent:
 
 @lru_cache(maxsize=512)
 def _extent(radius: float, coils: float, arm: float, closing: float, opening: float) -> _Extent | None:
-    """Over the free shape and both ends; None where no shape is found."""
+    """Over the free shape and both ends; None if no shape is found."""
     inner, outer, sway_in, sway_out = radius, radius, 0.0, 0.0
     for angle in (closing, -opening):
         if angle == 0.0:
@@ -61,7 +61,7 @@ def _extent(radius: float, coils: float, arm: float, closing: float, opening: fl
 
 
 def spring_space(dimensions: JointDimensions) -> SpringSpace:
-    """The coil's room from stop to stop, and the shortest free arms that lead out of it."""
+    """The coil's space from stop to stop, and the shortest free arms that lead out of it."""
     spring, clear, wall = dimensions.spring, dimensions.clearance, dimensions.wall
     coils, problems = spring.drawn_coils, []
     closed, opened = dimensions.ends
@@ -88,7 +88,7 @@ def spring_space(dimensions: JointDimensions) -> SpringSpace:
             break
         found = _extent(spring.radius, coils, round(arm, 6), closing, opening)
         if found is None:
-            text = f"the wire would have to bend more than it can over {closing:.4g} deg closing, {opening:.4g} opening"
+            text = f"the wire cannot bend through {closing:.4g} deg closing, {opening:.4g} opening"
             name = f"{dimensions.name}.range"
             problems.append(DimensionProblem(name, dimensions.range, "a smaller travel", text))
             break

@@ -1,4 +1,4 @@
-"""A STEP file's text without what changes from run to run, so that the same solids give the same bytes.
+"""A STEP file's text without parts that change between runs, so that the same solids give the same bytes.
 
 Four things do in what the kernel (OCCT 7.9) writes: the clock in the header, the numbers of the assembly
 links (a counter that the whole process shares), the order of the colours, which follows addresses in memory, and
@@ -38,13 +38,13 @@ def normalised_step(text: str) -> str:
 
 
 def _without_rounding(text: str) -> str:
-    """Numbers under 1e-12 as zero; each statement on one line, since a number's length moves the line breaks."""
+    """Numbers under 1e-12 as zero; each statement on one line, since a number's length changes the line breaks."""
     head, mark, data = text.partition("DATA;\n")
     return head + mark + _ROUNDING.sub("0.", re.sub(r"(?<!;)\n\s*", "", data))
 
 
 def _encoded(text: str) -> str:
-    """Letters beyond ASCII as ISO 10303-21 wants them, in UTF-16; the kernel takes each byte of UTF-8 for a letter."""
+    """Non-ASCII characters in the UTF-16 form of ISO 10303-21; the kernel treats each UTF-8 byte as a character."""
 
     def encode(match: re.Match[str]) -> str:
         letters = match.group()
@@ -56,7 +56,7 @@ def _encoded(text: str) -> str:
 
 
 def _numbered_links(text: str) -> str:
-    """Links numbered from 1; a longer number wraps its statement elsewhere, so each stands on one line."""
+    """Links numbered from 1; statements on single lines, because longer numbers change the line breaks."""
     number = 0
 
     def renumber(match: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Stress in what carries the spring's and the damper's torque, in closed form.
+"""Stresses from the spring's and the damper's torque, in closed form.
 
 A clamped arm brings its spring's moment M into its seat of length l, which bears it by pressures that grow linearly
 from the middle to both ends (a rigid bar in an elastic bed). What follows from it:
@@ -55,7 +55,7 @@ ALL_AROUND: tuple[Axis, Axis] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 @dataclass(frozen=True)
 class Stress:
-    """One stress: where, how much, what the material bears, and which dimensions lower it.
+    """One stress: place, value, strength of the material, and dimensions that reduce it.
 
     ``directions``: along which it pulls, in the joint's frame; empty: steel, which bears the same in all.
     """
@@ -68,7 +68,7 @@ class Stress:
     helped_by: tuple[str, ...]
 
     def allowed(self, printing: PrintDimensions, layers: Axis | None) -> float:
-        """What may be there (MPa) when the part is printed with its layers square to ``layers``."""
+        """The allowed value (MPa) when the part is printed with its layers perpendicular to ``layers``."""
         if not self.directions or layers is None:
             return self.strength / printing.safety
         share = min(_share(direction, layers, printing.between_layers) for direction in self.directions)
@@ -76,13 +76,13 @@ class Stress:
 
 
 def _share(direction: Axis, layers: Axis, between: float) -> float:
-    """Hankinson: what is left of the strength at the angle between the pull and the layers' normal."""
+    """Hankinson: the remaining strength at the angle between the pull and the layers' normal."""
     across = sum(a * b for a, b in zip(direction, layers, strict=True)) ** 2
     return between / (between * (1.0 - across) + across)
 
 
 def axis_force(dimensions: JointDimensions, layout: JointLayout) -> float:
-    """Largest force (N) with which one spring presses on the hinge's axis, from stop to stop."""
+    """Largest force (N) of one spring on the hinge's axis, from stop to stop."""
     spring = dimensions.spring
     stiff = effective_length(spring.radius, spring.drawn_coils, layout.free_arm)
     rigidity = dimensions.loads.spring_rate / dimensions.springs * 1e3 * stiff  # EI, N mm^2
@@ -109,7 +109,7 @@ def _seat(dimensions: JointDimensions, layout: JointLayout, arm: ArmLayout, half
 
 
 def _plate(dimensions: JointDimensions, layout: JointLayout, printed: float) -> Stress:
-    """What the seat plate's screws must be tightened to, as shear of the print round their inserts."""
+    """The required tightening of the seat plate's screws, as shear of the print around their inserts."""
     moment = dimensions.spring_torque * 1e3 / dimensions.springs
     insert, plate = insert_of(layout.seat.screw), layout.plate
     tightened = moment / (len(plate.angles) * FRICTION * plate.radius)
@@ -118,7 +118,7 @@ def _plate(dimensions: JointDimensions, layout: JointLayout, printed: float) -> 
 
 
 def _stops(dimensions: JointDimensions, layout: JointLayout, printed: float) -> list[Stress]:
-    """Each horn's bending where it leaves the cup."""
+    """Each horn's bending at its root."""
     torque = (dimensions.spring_torque + dimensions.loads.damper_torque) * 1e3
     floor = layout.floor_top - layout.floor_bottom
     found = []
@@ -157,7 +157,7 @@ def _pinned(
 
 
 def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) -> list[Stress]:
-    """The damper's torque through shaft, pins and what joins them with the damper."""
+    """The damper's torque through shaft, pins and their connection to the damper."""
     torque, shaft = dimensions.loads.damper_torque, dimensions.shaft_diameter
     damper, bore = dimensions.damper, BEARING * printed
     pin = tongue_pin(dimensions, layout.space.tongue_radius)
@@ -193,7 +193,7 @@ def _damper(dimensions: JointDimensions, layout: JointLayout, printed: float) ->
 
 
 def stresses(dimensions: JointDimensions, layout: JointLayout, printing: PrintDimensions) -> tuple[Stress, ...]:
-    """Every stress that a known load makes in a joint; none for a load of zero."""
+    """Every stress of a known load in a joint; none for a load of zero."""
     found: list[Stress] = []
     printed = printing.strength
     if dimensions.spring_torque > 0.0:
@@ -228,13 +228,13 @@ def check_strength(
     if dimensions.spring_torque > 0.0 and bearing.static_load is not None:
         load = dimensions.springs * axis_force(dimensions, layout) / 2
         text = f"static load of {bearing.designation}, half of the force that keeps the coil on the axis on each"
-        text += "; a larger shaft_diameter takes a larger bearing"
+        text += "; a larger shaft_diameter allows a larger bearing"
         limit = bearing.static_load / printing.safety
         results.append(at_most("strength: bearing", f"{joint}_bearing_a", load, limit, "N", text))
     for stress in stresses(dimensions, layout, printing):
         name = f"{joint}_{stress.part}"
         allowed = stress.allowed(printing, layers.get(name))
         helped = " or ".join(stress.helped_by)
-        text = f"a larger {helped} lowers it; safety {printing.safety:g} is in the limit"
+        text = f"a larger {helped} reduces it; safety {printing.safety:g} is in the limit"
         results.append(at_most(f"strength: {stress.name}", name, stress.value, allowed, "MPa", text))
     return results

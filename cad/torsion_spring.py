@@ -45,7 +45,7 @@ def bottom_arm_direction(spring: SpringDimensions) -> float:
 
 
 def _tangent(spring: SpringDimensions, angle: float) -> Array:
-    """Unit tangent (3,) of the helix at ``angle`` rad of turning; its axial part makes the arms run on smoothly."""
+    """Unit tangent (3,) of the helix at ``angle`` rad; its axial part makes the transition to the arms smooth."""
     rise = spring.drawn_pitch / (2 * math.pi)
     hand = spring.hand_sign
     tangent = np.array(
@@ -97,7 +97,7 @@ def build_spring(spring: SpringDimensions, arm_length: float) -> Any:
 
 
 def centre_line(spring: SpringDimensions, arm_length: float, steps_per_turn: int = STEPS_PER_TURN) -> Array:
-    """Points (n, 3) mm on the wire's centre line, from free end to free end, no two alike."""
+    """Points (n, 3) mm on the wire's centre line, from free end to free end, all distinct."""
     steps = max(8, math.ceil(steps_per_turn * spring.drawn_coils))
     angle = np.linspace(0.0, 2 * math.pi * spring.drawn_coils, steps + 1)
     coil = np.column_stack(

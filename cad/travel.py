@@ -1,4 +1,4 @@
-"""What meets what while the joint turns: overlap at every degree, the contact angles by bisection, the least gap.
+"""Interference while the joint turns: overlap at every degree, contact angles by bisection, the least gap.
 
 All on meshes (manifold3d). A pose of two bodies costs half a millisecond, so every degree is tried, with the parts
 of each half taken as one body; which two parts met is asked only where they do. The loaded spring is drawn anew at
@@ -51,12 +51,12 @@ def united(solids: Sequence[Any]) -> Any:
 
 
 def is_round(part: BuiltPart) -> bool:
-    """Whether a part of the lower half may be looked at apart, as it is round about the hinge axis."""
+    """Whether a part of the lower half may be tested separately, because it is round about the hinge axis."""
     return part.family in ROUND or part.name.endswith(ON_DAMPER)
 
 
 class Bodies:
-    """A joint's two halves as bodies that turn against each other; the spring apart, as it changes its shape."""
+    """A joint's two halves as bodies that turn against each other; the spring, which changes shape, separately."""
 
     def __init__(self, joint: BuiltJoint, link: BuiltPart | None = None) -> None:
         self.joint = joint
@@ -67,7 +67,7 @@ class Bodies:
         self.moving = self._moving()
 
     def _moving(self) -> dict[str, Any]:
-        """The halves without what cannot meet: shaft and adapter, which are round, and what lies beside all else."""
+        """The halves without parts that cannot meet: shaft and adapter (round), and those beside all others."""
         lower = [part for part in self.parts["lower"] if not is_round(part)]
         low, high = (end([end(p.mesh.vertices[:, 2]) for p in lower]) for end in (min, max))
         upper = [
@@ -79,7 +79,7 @@ class Bodies:
         }
 
     def overlap(self, angle: float) -> float:
-        """Common volume (mm^3) of both halves at a measured joint angle, deg; round parts left out."""
+        """Common volume (mm^3) of both halves at a measured joint angle, deg, without round parts."""
         turn = self.joint.turn("lower", angle)
         return float((self.moving["upper"] ^ turned(self.moving["lower"], turn)).volume())
 
@@ -248,7 +248,7 @@ def check_spring_room(bodies: Bodies) -> list[CheckResult]:
     results.append(at_most("seated", name, volume, limit, "mm^3", text))
     ends = (low, dimensions.rest_angle, high)
     (gap, half), angle = min((bodies.spring_gap(end, 2 * dimensions.clearance), end) for end in ends)
-    text = f"least gap to the {half} half at both stops and at rest, at {angle:.4g}; half the clearance is asked for"
+    text = f"least gap to the {half} half at both stops and at rest, at {angle:.4g}; half the clearance is required"
     limit = dimensions.clearance / 2 - CHORDS
     return [*results, at_least("spring gap", name, gap, limit, "mm", text, angle=angle)]
 
